@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+# Everything comes from Debian 12 packages (tools/install-dependencies.sh).
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Threads REQUIRED)
+find_package(TBB REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
+# Debian keeps OpenCVConfig.cmake in libopencv-dev, which pulls in every module and its GUI. Two
+# modules are enough here, so they are found by hand.
+find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+foreach(module core imgproc)
+  find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
+  add_library(opencv::${module} UNKNOWN IMPORTED)
+  set_target_properties(
+    opencv::${module} PROPERTIES IMPORTED_LOCATION ${OPENCV_${module}_LIBRARY}
+                                 INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE_DIR})
+endforeach()
+find_package(glm REQUIRED)
+find_package(OpenGL REQUIRED COMPONENTS OpenGL EGL)
+find_package(pugixml REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(
+  VTK 9.1 REQUIRED
+  COMPONENTS CommonCore
+             CommonDataModel
+             CommonExecutionModel
+             FiltersSources
+             IOImage
+             InteractionStyle
+             RenderingCore
+             RenderingFreeType
+             RenderingOpenGL2
+             RenderingUI
+             RenderingVolume
+             RenderingVolumeOpenGL2
+             glew
+             opengl)
+find_package(DICOM REQUIRED)
+if(SONDE_BUILD_TESTS)
+  find_package(GTest 1.12 REQUIRED)
+endif()
+if(SONDE_BUILD_BENCH)
+  find_package(benchmark REQUIRED)
+endif()

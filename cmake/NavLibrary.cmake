@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+
+# Flags that belong to the compiler of our own code only; linked PRIVATE.
+add_library(nav_warnings INTERFACE)
+add_library(nav::warnings ALIAS nav_warnings)
+target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+                                              $<$<BOOL:${SONDE_WERROR}>:-Werror>)
+
+# Flags that every translation unit of the project shares: language, sanitizers.
+add_library(nav_common INTERFACE)
+add_library(nav::common ALIAS nav_common)
+target_compile_features(nav_common INTERFACE cxx_std_20)
+target_include_directories(nav_common INTERFACE ${PROJECT_SOURCE_DIR})
+option(SONDE_NAN_INIT "Fill fresh Eigen matrices with NaN" OFF)
+if(SONDE_NAN_INIT)
+  target_compile_definitions(nav_common INTERFACE EIGEN_INITIALIZE_MATRICES_BY_NAN)
+endif()
+if(SONDE_SANITIZER)
+  target_compile_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER}
+                                              -fno-omit-frame-pointer)
+  target_link_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER})
+endif()
+
+set(CMAKE_CXX_EXTENSIONS OFF)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo)
+endif()
+
+# nav_add_library(<folder> SOURCES a.cpp… [USES targets…] [PRIVATE_USES targets…])
+# One static library per folder, known as nav::<folder>. USES appear in public headers,
+# PRIVATE_USES only in .cpp files.
+function(nav_add_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES;PRIVATE_USES")
+  add_library(nav_${name} STATIC ${arg_SOURCES})
+  add_library(nav::${name} ALIAS nav_${name})
+  target_link_libraries(
+    nav_${name}
+    PUBLIC nav::common ${arg_USES}
+    PRIVATE nav::warnings ${arg_PRIVATE_USES})
+endfunction()
+
+# nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s])
+# One GoogleTest program; each TEST becomes one CTest test. Default label: unit.
+function(nav_add_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;USES;LABELS")
+  if(NOT arg_LABELS)
+    set(arg_LABELS unit)
+  endif()
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES} GTest::gmock
+                                        GTest::gtest_main)
+  include(GoogleTest)
+  gtest_discover_tests(
+    ${name}
+    DISCOVERY_TIMEOUT 120
+    PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
+endfunction()
+
+# nav_add_benchmark(<name> SOURCES a_bench.cpp… [USES targets…]): a Google Benchmark program that
+# `ctest -L bench` runs once as a smoke test.
+function(nav_add_benchmark name)
+  if(NOT SONDE_BUILD_BENCH)
+    return()
+  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES")
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES}
+                                        benchmark::benchmark_main)
+  add_test(NAME ${name}_smoke COMMAND ${name} --benchmark_min_time=0.001)
+  set_tests_properties(${name}_smoke PROPERTIES LABELS bench TIMEOUT 600)
+endfunction()

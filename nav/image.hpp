@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "nav/check.hpp"
+
+namespace nav {
+
+/// Owning 2D picture, row-major, top row first. Copying copies a pointer: pixels are immutable
+/// once shared. Thread-safe to read.
+template <class T>
+class Image2d {
+ public:
+  Image2d() = default;
+  /// Precondition: pixels.size() == width * height, otherwise a Bug.
+  Image2d(int width, int height, std::vector<T> pixels) : width_(width), height_(height) {
+    NAV_CHECK(width >= 0 && height >= 0, width, height);
+    NAV_CHECK(pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+              pixels.size(), width, height);
+    pixels_ = std::make_shared<const std::vector<T>>(std::move(pixels));
+  }
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool empty() const { return width_ == 0 || height_ == 0; }
+  [[nodiscard]] std::span<const T> pixels() const {
+    return pixels_ ? std::span<const T>(*pixels_) : std::span<const T>();
+  }
+  [[nodiscard]] const T& at(int column, int row) const {
+    NAV_CHECK(column >= 0 && column < width_ && row >= 0 && row < height_, column, row);
+    return (*pixels_)[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
+                      static_cast<std::size_t>(column)];
+  }
+
+ private:
+  int width_ = 0;
+  int height_ = 0;
+  std::shared_ptr<const std::vector<T>> pixels_;
+};
+
+/// 8-bit colour with straight alpha, as PNG stores it.
+struct Rgba8 {
+  std::uint8_t r, g, b, a;
+  friend bool operator==(const Rgba8&, const Rgba8&) = default;
+};
+
+/// Single-precision colour, premultiplied by alpha, linear in the transfer function's space.
+struct RgbaF {
+  float r, g, b, a;
+};
+
+}  // namespace nav

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "nav/diagnostics.hpp"
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// What a picture cost. Zero where a scene did not need it.
+struct RenderStatistics {
+  std::uint64_t rays = 0;
+  std::uint64_t volume_samples = 0;    ///< Interpolated CT values.
+  std::uint64_t gradient_samples = 0;  ///< Shaded samples.
+  std::uint64_t bricks = 0;
+  std::uint64_t bricks_occupied = 0;
+  double prepare_s = 0;  ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
+  double cast_s = 0;     ///< Wall time of the ray casting itself.
+};
+
+/// A finished picture, composited over the background, top row first.
+struct RenderedImage {
+  Image2d<RgbaF> pixels;  ///< Alpha is 1 everywhere; colours in [0, 1].
+  RenderStatistics statistics;
+};
+
+/// 8-bit form: round(255 · clamp(x, 0, 1)). The same rounding for every engine.
+Image2d<Rgba8> to_8bit(const Image2d<RgbaF>& pixels);
+
+/// One way to draw a scene. Not thread-safe; caches what the last scenes needed (bricks keyed on
+/// the volume, tables keyed on the transfer function).
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  /// Stable lower-case name: "cpu", "gl", "reference".
+  [[nodiscard]] virtual std::string name() const = 0;
+  /// What it runs on, for reports ("AVX2, 2 threads", "llvmpipe (LLVM 15.0.6, 256 bits)").
+  [[nodiscard]] virtual std::string device() const = 0;
+  /// Refuses an invalid scene; never returns a NaN pixel.
+  virtual Result<RenderedImage> render(const Scene& scene) = 0;
+};
+
+struct CpuOptions {
+  int threads = 0;           ///< 0: all cores. The picture does not depend on it, byte for byte.
+  bool allow_vector = true;  ///< False: the portable path, for tests and comparison.
+};
+/// Vectorised multithreaded ray caster; needs no GPU.
+std::unique_ptr<Engine> make_cpu_engine(const CpuOptions& options = {});
+
+struct ReferenceOptions {
+  int threads = 0;
+};
+/// The same equations in double precision, brute force, no skipping, no early termination.
+std::unique_ptr<Engine> make_reference_engine(const ReferenceOptions& options = {});
+
+/// GLSL ray caster inside a VTK render pass, off screen on EGL; needs no X server. kUnavailable
+/// names what is missing.
+Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics);
+
+}  // namespace nav::render
