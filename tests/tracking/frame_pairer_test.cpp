@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tracking/frame_pairer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::tracking {
+namespace {
+
+using frames::Image;
+using frames::Probe;
+using frames::Reference;
+using frames::Tracker;
+using std::chrono::milliseconds;
+
+constexpr double kRoundingMm = 1e-9;
+constexpr double kRoundingRad = 1e-7;
+
+const Transform<Probe, Image> kProbeFromImage(
+    Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX())), {1, 2, 3});
+const Transform<Tracker, Reference> kTrackerFromReference(
+    Eigen::Quaterniond(Eigen::AngleAxisd(-0.8, Eigen::Vector3d::UnitZ())), {100, 0, -50});
+
+Transform<Tracker, Probe> true_tracker_from_probe(double ms) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())),
+          {0.1 * ms, -5, 700}};
+}
+
+RawPose raw(const Eigen::Matrix4d& matrix, int acquired_ms, int received_ms) {
+  return {Timestamp(milliseconds(acquired_ms)), Timestamp(milliseconds(received_ms)),
+          TrackingStatus::kOk, matrix};
+}
+
+UltrasoundFrame picture(std::uint64_t sequence, int acquired_ms, int received_ms) {
+  return {Timestamp(milliseconds(acquired_ms)),
+          Timestamp(milliseconds(received_ms)),
+          sequence,
+          Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+          PixelGrid::centred(2, 0.5, 0.5),
+          std::nullopt};
+}
+
+class FramePairerTest : public ::testing::Test {
+ protected:
+  FramePairer make(PairingOptions options = {}) {
+    return FramePairer(kProbeFromImage, std::nullopt, options, diagnostics_);
+  }
+  static void feed_poses(FramePairer& pairer, int from_ms, int to_ms) {
+    for (int t = from_ms; t <= to_ms; t += 20) {
+      pairer.add_probe_pose(raw(true_tracker_from_probe(t).matrix(), t, t + 15));
+      pairer.add_reference_pose(raw(kTrackerFromReference.matrix(), t, t + 15));
+    }
+  }
+  CollectingDiagnostics diagnostics_;
+};
+
+TEST_F(FramePairerTest, GivesAPictureThePoseOfItsMoment) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 100);
+  pairer.add_frame(picture(7, 50, 60));
+  const auto ready = pairer.take_ready(Timestamp(milliseconds(120)));
+  ASSERT_EQ(ready.size(), 1u);
+  ASSERT_TRUE(ready[0].tracked) << ready[0].cause;
+  const auto expected =
+      kTrackerFromReference.inverse() * true_tracker_from_probe(50) * kProbeFromImage;
+  EXPECT_TRUE(
+      test::is_near(ready[0].tracked->reference_from_image, expected, kRoundingMm, kRoundingRad));
+  EXPECT_EQ(ready[0].tracked->pose_gap, milliseconds(10));
+}
+
+TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
+  PairingOptions options;
+  options.temporal_offset = milliseconds(40);  // Pictures are stamped 40 ms late.
+  auto pairer = make(options);
+  feed_poses(pairer, 0, 200);
+  pairer.add_frame(picture(1, 140, 150));
+  const auto ready = pairer.take_ready(Timestamp(milliseconds(220)));
+  ASSERT_TRUE(ready.at(0).tracked);
+  const auto expected =
+      kTrackerFromReference.inverse() * true_tracker_from_probe(100) * kProbeFromImage;
+  EXPECT_TRUE(
+      test::is_near(ready[0].tracked->reference_from_image, expected, kRoundingMm, kRoundingRad));
+  EXPECT_EQ(ready[0].tracked->frame.acquired, Timestamp(milliseconds(100)));
+}
+
+TEST_F(FramePairerTest, WaitsForThePoseAndGivesUpWithACause) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 40);
+  pairer.add_frame(picture(1, 50, 55));
+  EXPECT_TRUE(pairer.take_ready(Timestamp(milliseconds(60))).empty());
+  feed_poses(pairer, 60, 80);
+  EXPECT_EQ(pairer.take_ready(Timestamp(milliseconds(90))).size(), 1u);
+
+  pairer.add_frame(picture(2, 500, 505));
+  EXPECT_TRUE(pairer.take_ready(Timestamp(milliseconds(755))).empty());
+  const auto late = pairer.take_ready(Timestamp(milliseconds(756)));
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_FALSE(late[0].tracked);
+  EXPECT_EQ(late[0].cause, "Probe.no_pose_yet");
+}
+
+TEST_F(FramePairerTest, LosesNothingAtTheEndOfTheStream) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 40);
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    const int t = 10 + 20 * static_cast<int>(i);
+    pairer.add_frame(picture(i, t, t + 5));
+  }
+  const auto out = pairer.take_ready(Timestamp(milliseconds(95)), true);
+  ASSERT_EQ(out.size(), 5u);
+  int paired = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    EXPECT_EQ(out[i].sequence, i) << "order is kept";
+    paired += out[i].tracked ? 1 : 0;
+    EXPECT_NE(out[i].tracked.has_value(), !out[i].cause.empty());
+  }
+  EXPECT_EQ(paired, 2);
+}
+
+TEST_F(FramePairerTest, RejectsDuplicateAndBackwardsPictures) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 200);
+  pairer.add_frame(picture(1, 100, 105));
+  pairer.add_frame(picture(2, 100, 106));
+  pairer.add_frame(picture(3, 90, 107));
+  pairer.add_frame(picture(4, 120, 125));
+  const auto out = pairer.take_ready(Timestamp(milliseconds(300)));
+  ASSERT_EQ(out.size(), 4u);
+  EXPECT_TRUE(out[0].tracked);
+  EXPECT_EQ(out[1].cause, "time_not_increasing");
+  EXPECT_EQ(out[2].cause, "time_not_increasing");
+  EXPECT_TRUE(out[3].tracked);
+}
+
+TEST_F(FramePairerTest, DoesNotUseAPoseAcrossABadOne) {
+  auto pairer = make();
+  pairer.add_reference_pose(raw(kTrackerFromReference.matrix(), 0, 0));
+  pairer.add_reference_pose(raw(kTrackerFromReference.matrix(), 100, 100));
+  pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));
+  pairer.add_probe_pose(raw(Eigen::Matrix4d::Constant(std::nan("")), 20, 20));
+  pairer.add_probe_pose(raw(true_tracker_from_probe(40).matrix(), 40, 40));
+  pairer.add_frame(picture(1, 30, 31));
+  const auto out = pairer.take_ready(Timestamp(milliseconds(50)));
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].cause, "Probe.not_tracked");
+  EXPECT_EQ(pairer.rejected_poses().at("Probe.not_rigid"), 1u);
+  ASSERT_EQ(diagnostics_.entries().size(), 1u);
+  EXPECT_NE(diagnostics_.entries()[0].message.find("nan"), std::string::npos);
+}
+
+TEST_F(FramePairerTest, TheTrackerAsReferenceMustBeDeclared) {
+  FramePairer pairer(
+      kProbeFromImage,
+      Transform<Reference, Tracker>(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), {},
+      diagnostics_);
+  pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));
+  pairer.add_frame(picture(1, 0, 1));
+  const auto out = pairer.take_ready(Timestamp(milliseconds(2)));
+  ASSERT_EQ(out.size(), 1u);
+  ASSERT_TRUE(out[0].tracked);
+  EXPECT_LT((out[0].tracked->reference_from_image.matrix() -
+             (true_tracker_from_probe(0) * kProbeFromImage).matrix())
+                .norm(),
+            kRoundingMm);
+}
+
+TEST_F(FramePairerTest, RefusesSenselessOptions) {
+  PairingOptions options;
+  options.temporal_offset = std::chrono::seconds(11);
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"temporal offset", "11"}));
+  options = {};
+  options.max_pose_gap = Duration::zero();
+  EXPECT_FALSE(validate(options));
+}
+
+}  // namespace
+}  // namespace nav::tracking

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tracking/pose_gate.hpp"
+
+#include <gmock/gmock.h>
+#include <limits>
+
+namespace nav::tracking {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+RawPose pose_at(int ms, double x_mm = 0) {
+  RawPose raw;
+  raw.acquired = Timestamp(milliseconds(ms));
+  raw.received = raw.acquired;
+  raw.status = TrackingStatus::kOk;
+  raw.tracker_from_body = Eigen::Matrix4d::Identity();
+  raw.tracker_from_body(0, 3) = x_mm;
+  return raw;
+}
+
+TEST(PoseGateTest, AdmitsARigidPose) {
+  PoseGate<frames::Probe> gate;
+  const auto admission = gate.admit(pose_at(10, 5));
+  EXPECT_FALSE(admission.rejection);
+  ASSERT_TRUE(admission.pose.tracker_from_body);
+  EXPECT_EQ(admission.pose.tracker_from_body->translation_mm().x(), 5);
+}
+
+TEST(PoseGateTest, NeverTurnsAnAbsentPoseIntoIdentity) {
+  PoseGate<frames::Probe> gate;
+  RawPose raw = pose_at(10);
+  raw.status = TrackingStatus::kOccluded;  // Drivers send identity or the last pose with it.
+  const auto admission = gate.admit(raw);
+  EXPECT_EQ(admission.rejection, PoseRejection::kStatus);
+  EXPECT_FALSE(admission.pose.tracker_from_body);
+  EXPECT_EQ(admission.pose.status, TrackingStatus::kOccluded);
+}
+
+TEST(PoseGateTest, RejectsNanReflectionAndScale) {
+  PoseGate<frames::Probe> gate;
+  RawPose raw = pose_at(1);
+  raw.tracker_from_body(2, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(gate.admit(raw).rejection, PoseRejection::kNotRigid);
+  raw = pose_at(2);
+  raw.tracker_from_body(2, 2) = -1;
+  auto admission = gate.admit(raw);
+  EXPECT_EQ(admission.rejection, PoseRejection::kNotRigid);
+  EXPECT_THAT(admission.message, HasSubstr("reflection"));
+  EXPECT_THAT(admission.message, HasSubstr("ProbeToTracker"));
+  EXPECT_EQ(admission.pose.status, TrackingStatus::kInvalid);
+  raw = pose_at(3);
+  raw.tracker_from_body.topLeftCorner<3, 3>() *= 1.01;
+  EXPECT_EQ(gate.admit(raw).rejection, PoseRejection::kNotRigid);
+}
+
+TEST(PoseGateTest, RejectsOutsideTheWorkingVolumeAndJumps) {
+  PoseGateOptions options;
+  options.working_radius_mm = 3000;
+  PoseGate<frames::Probe> gate(options);
+  EXPECT_EQ(gate.admit(pose_at(1, 3001)).rejection, PoseRejection::kOutsideVolume);
+  EXPECT_FALSE(gate.admit(pose_at(10, 0)).rejection);
+  EXPECT_EQ(gate.admit(pose_at(20, 100)).rejection, PoseRejection::kTooFast);  // 10 m/s.
+  EXPECT_FALSE(gate.admit(pose_at(30, 20)).rejection);                         // 1 m/s.
+  EXPECT_FALSE(gate.admit(pose_at(2000, 2000)).rejection);  // After silence it opens again.
+}
+
+TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
+  PoseGate<frames::Probe> gate;
+  EXPECT_FALSE(gate.admit(pose_at(10)).rejection);
+  EXPECT_EQ(gate.admit(pose_at(10)).rejection, PoseRejection::kTime);
+  EXPECT_EQ(gate.admit(pose_at(9)).rejection, PoseRejection::kTime);
+  RawPose future = pose_at(1000000);
+  future.received = Timestamp(milliseconds(20));
+  EXPECT_EQ(gate.admit(future).rejection, PoseRejection::kTime);
+  EXPECT_FALSE(gate.admit(pose_at(20)).rejection) << "one absurd stamp must not shut the gate";
+}
+
+TEST(PoseGateTest, RefusesSenselessLimits) {
+  PoseGateOptions options;
+  options.working_radius_mm = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(validate(options));
+  EXPECT_THROW(PoseGate<frames::Probe>{options}, Bug);
+}
+
+}  // namespace
+}  // namespace nav::tracking

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "nav/result.hpp"
+
+namespace nav::tracking {
+
+/// Where every received picture went: received = shown + superseded + rejected (by cause), plus
+/// what is still waiting for its pose. Not thread-safe.
+class FrameLedger {
+ public:
+  void receive() { ++received_; }
+  void show() { ++shown_; }
+  /// A newer picture was ready before this one could be shown.
+  void supersede() { ++superseded_; }
+  void reject(const std::string& cause) { ++rejected_[cause]; }
+
+  [[nodiscard]] std::uint64_t received() const { return received_; }
+  [[nodiscard]] std::uint64_t shown() const { return shown_; }
+  [[nodiscard]] std::uint64_t superseded() const { return superseded_; }
+  [[nodiscard]] const std::map<std::string, std::uint64_t>& rejected() const { return rejected_; }
+  [[nodiscard]] std::uint64_t rejected_total() const;
+  /// Received but not yet accounted for. Precondition: never negative, otherwise a Bug.
+  [[nodiscard]] std::uint64_t waiting() const;
+  /// True when nothing is unaccounted for: the identity that a session checks when it ends.
+  [[nodiscard]] bool balanced() const { return waiting() == 0; }
+
+ private:
+  std::uint64_t received_ = 0;
+  std::uint64_t shown_ = 0;
+  std::uint64_t superseded_ = 0;
+  std::map<std::string, std::uint64_t> rejected_;
+};
+
+}  // namespace nav::tracking

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tracking/frame_pairer.hpp"
+
+#include <variant>
+
+namespace nav::tracking {
+namespace {
+
+constexpr std::size_t kPoseCapacity = 1024;
+
+Error refuse(const std::string& what) { return Error{ErrorCode::kUsage, "pairing: " + what}; }
+
+}  // namespace
+
+const char* to_string(PoseAbsence absence) {
+  switch (absence) {
+    case PoseAbsence::kNotYet:
+      return "no_pose_yet";
+    case PoseAbsence::kTooOld:
+      return "before_first_pose";
+    case PoseAbsence::kNotTracked:
+      return "not_tracked";
+    case PoseAbsence::kGap:
+      return "pose_gap";
+  }
+  return "unknown";
+}
+
+Result<void> validate(const PairingOptions& options) {
+  using std::chrono::seconds;
+  if (options.temporal_offset > seconds(10) || options.temporal_offset < -seconds(10)) {
+    return refuse("expected a temporal offset within 10 s, found " +
+                  std::to_string(to_seconds(options.temporal_offset)) + " s");
+  }
+  if (options.max_wait < Duration::zero()) return refuse("expected max_wait >= 0");
+  if (options.max_pose_gap <= Duration::zero()) return refuse("expected max_pose_gap > 0");
+  return validate(options.gate);
+}
+
+FramePairer::FramePairer(
+    const Transform<frames::Probe, frames::Image>& probe_from_image,
+    std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
+    const PairingOptions& options, Diagnostics& diagnostics)
+    : probe_from_image_(probe_from_image),
+      fixed_reference_from_tracker_(std::move(fixed_reference_from_tracker)),
+      options_(options),
+      diagnostics_(diagnostics),
+      probe_gate_(options.gate),
+      reference_gate_(options.gate),
+      probe_poses_(kPoseCapacity, options.max_pose_gap),
+      reference_poses_(kPoseCapacity, options.max_pose_gap) {
+  NAV_CHECK(validate(options).has_value());
+}
+
+template <class Body>
+void FramePairer::admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const RawPose& raw) {
+  const Admission<Body> admission = gate.admit(raw);
+  if (admission.rejection) {
+    ++rejected_poses_[std::string(Body::kName) + "." + to_string(*admission.rejection)];
+    diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
+  }
+  // A pose at a time that is already taken says nothing new; any other absence is kept, so that
+  // nothing is interpolated across it.
+  if (admission.rejection == PoseRejection::kTime) return;
+  buffer.push(admission.pose);
+}
+
+void FramePairer::add_probe_pose(const RawPose& raw) { admit(probe_gate_, probe_poses_, raw); }
+
+void FramePairer::add_reference_pose(const RawPose& raw) {
+  admit(reference_gate_, reference_poses_, raw);
+}
+
+void FramePairer::add_frame(UltrasoundFrame frame) {
+  frame.acquired -= options_.temporal_offset;
+  waiting_.push_back(std::move(frame));
+}
+
+std::optional<PairedFrame> FramePairer::settle(const UltrasoundFrame& frame, Timestamp now,
+                                               bool end_of_stream) {
+  const auto reject = [&](const std::string& cause) {
+    return PairedFrame{frame.sequence, std::nullopt, cause};
+  };
+  if (newest_frame_ && frame.acquired <= *newest_frame_) return reject("time_not_increasing");
+  if (frame.acquired - frame.received > options_.gate.max_future) return reject("time_in_future");
+  if (frame.pixels.empty()) return reject("no_image");
+  if (!validate(frame.grid)) return reject("invalid_pixel_grid");
+
+  const bool given_up = end_of_stream || now > frame.received + options_.max_wait;
+  const auto probe = probe_poses_.at(frame.acquired);
+  if (const auto* absence = std::get_if<PoseAbsence>(&probe)) {
+    if (*absence == PoseAbsence::kNotYet && !given_up) return std::nullopt;
+    return reject(std::string("Probe.") + to_string(*absence));
+  }
+  const auto& tracker_from_probe = std::get<PoseAt<frames::Probe>>(probe);
+  if (fixed_reference_from_tracker_) {
+    return PairedFrame{frame.sequence,
+                       TrackedFrame{frame,
+                                    *fixed_reference_from_tracker_ *
+                                        tracker_from_probe.tracker_from_body * probe_from_image_,
+                                    tracker_from_probe.gap, tracker_from_probe.degraded},
+                       ""};
+  }
+  const auto reference = reference_poses_.at(frame.acquired);
+  if (const auto* absence = std::get_if<PoseAbsence>(&reference)) {
+    if (*absence == PoseAbsence::kNotYet && !given_up) return std::nullopt;
+    return reject(std::string("Reference.") + to_string(*absence));
+  }
+  const auto& tracker_from_reference = std::get<PoseAt<frames::Reference>>(reference);
+  return PairedFrame{frame.sequence,
+                     TrackedFrame{frame,
+                                  tracker_from_reference.tracker_from_body.inverse() *
+                                      tracker_from_probe.tracker_from_body * probe_from_image_,
+                                  std::max(tracker_from_probe.gap, tracker_from_reference.gap),
+                                  tracker_from_probe.degraded || tracker_from_reference.degraded},
+                     ""};
+}
+
+std::vector<PairedFrame> FramePairer::take_ready(Timestamp now, bool end_of_stream) {
+  std::vector<PairedFrame> ready;
+  while (!waiting_.empty()) {
+    auto settled = settle(waiting_.front(), now, end_of_stream);
+    if (!settled) break;  // Order is kept: later pictures wait behind this one.
+    if (settled->tracked) newest_frame_ = waiting_.front().acquired;
+    ready.push_back(std::move(*settled));
+    waiting_.pop_front();
+  }
+  return ready;
+}
+
+}  // namespace nav::tracking

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "nav/pose.hpp"
+
+namespace nav::tracking {
+
+/// Why there is no pose at a time.
+enum class PoseAbsence {
+  kNotYet,      ///< Later than the newest sample: it may still come. Never extrapolated.
+  kTooOld,      ///< Earlier than the oldest sample that is still kept.
+  kNotTracked,  ///< A neighbouring sample has no pose (occluded, rejected).
+  kGap,         ///< The neighbouring samples are too far apart in time.
+};
+const char* to_string(PoseAbsence absence);
+
+/// A pose at a time between two real samples.
+template <class Body>
+struct PoseAt {
+  Transform<frames::Tracker, Body> tracker_from_body;
+  Duration gap;   ///< To the nearer real sample, >= 0; 0: exact.
+  bool degraded;  ///< A contributing sample came without a status.
+};
+
+/// The recent past of one body, in time order. It interpolates and never extrapolates.
+/// Fixed memory: no allocation after construction. Not thread-safe.
+template <class Body>
+class PoseBuffer {
+ public:
+  /// capacity >= 2 samples; max_gap > 0 between neighbours that may be bridged.
+  explicit PoseBuffer(std::size_t capacity = 512, Duration max_gap = std::chrono::milliseconds(200))
+      : max_gap_(max_gap) {
+    NAV_CHECK(capacity >= 2 && max_gap > Duration::zero(), capacity, max_gap.count());
+    samples_.resize(capacity);
+  }
+
+  /// Precondition: later than every sample before it, otherwise a Bug (the gate ensures it).
+  void push(TrackedPose<Body> pose) {
+    NAV_CHECK(size_ == 0 || pose.acquired > sample(size_ - 1).acquired);
+    samples_[(begin_ + size_) % samples_.size()] = std::move(pose);
+    if (size_ < samples_.size()) {
+      ++size_;
+    } else {
+      begin_ = (begin_ + 1) % samples_.size();
+    }
+  }
+
+  /// Pose at a time, or why there is none.
+  [[nodiscard]] std::variant<PoseAt<Body>, PoseAbsence> at(Timestamp time) const {
+    if (size_ == 0 || time > sample(size_ - 1).acquired) return PoseAbsence::kNotYet;
+    if (time < sample(0).acquired) return PoseAbsence::kTooOld;
+    const std::size_t after = first_not_before(time);
+    const TrackedPose<Body>& b = sample(after);
+    if (b.acquired == time) {
+      if (!b.tracker_from_body) return PoseAbsence::kNotTracked;
+      return PoseAt<Body>{*b.tracker_from_body, Duration::zero(), unknown(b)};
+    }
+    const TrackedPose<Body>& a = sample(after - 1);
+    if (!a.tracker_from_body || !b.tracker_from_body) return PoseAbsence::kNotTracked;
+    const Duration span = b.acquired - a.acquired;
+    if (span > max_gap_) return PoseAbsence::kGap;
+    const Duration before = time - a.acquired;
+    const double fraction = static_cast<double>(before.count()) / static_cast<double>(span.count());
+    return PoseAt<Body>{interpolate(*a.tracker_from_body, *b.tracker_from_body, fraction),
+                        std::min(before, span - before), unknown(a) || unknown(b)};
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// The newest sample, if any; with or without a pose.
+  [[nodiscard]] std::optional<TrackedPose<Body>> newest() const {
+    if (size_ == 0) return std::nullopt;
+    return sample(size_ - 1);
+  }
+
+ private:
+  static bool unknown(const TrackedPose<Body>& p) { return p.status != TrackingStatus::kOk; }
+  const TrackedPose<Body>& sample(std::size_t i) const {
+    return *samples_[(begin_ + i) % samples_.size()];
+  }
+  std::size_t first_not_before(Timestamp time) const {
+    std::size_t low = 0;
+    std::size_t high = size_ - 1;
+    while (low < high) {
+      const std::size_t middle = (low + high) / 2;
+      if (sample(middle).acquired < time) {
+        low = middle + 1;
+      } else {
+        high = middle;
+      }
+    }
+    return low;
+  }
+
+  Duration max_gap_;
+  std::vector<std::optional<TrackedPose<Body>>> samples_;
+  std::size_t begin_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace nav::tracking
