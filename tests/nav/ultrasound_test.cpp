@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "nav/sweep.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav {
+namespace {
+
+constexpr double kRounding = 1e-12;
+
+TEST(PixelGridTest, OriginIsMidTransducerFace) {
+  const PixelGrid grid = PixelGrid::centred(101, 0.5, 0.25);
+  EXPECT_NEAR(grid.at(50, 0).mm.norm(), 0, kRounding);
+  EXPECT_NEAR(grid.at(0, 0).mm.x(), -25, kRounding);
+  EXPECT_NEAR(grid.at(100, 40).mm.x(), 25, kRounding);
+  EXPECT_NEAR(grid.at(100, 40).mm.y(), 10, kRounding);
+  EXPECT_EQ(grid.at(3, 7).mm.z(), 0);
+}
+
+TEST(PixelGridTest, KeepsTheShearOfARealCalibration) {
+  PixelGrid grid = PixelGrid::centred(820, 0.0854, 0.079);
+  grid.mm_per_pixel(0, 1) = 0.079 * std::sin(0.048);
+  EXPECT_NEAR(grid.shear_rad(), 0.048, 1e-3);
+  const Eigen::Vector2d pixel(123.25, 456.5);
+  EXPECT_LT((grid.pixel_of(grid.at(pixel.x(), pixel.y())) - pixel).norm(), 1e-9);
+}
+
+TEST(PixelGridTest, RefusesWhatNoProbeCanBe) {
+  PixelGrid grid = PixelGrid::centred(10, 0.1, 0.1);
+  EXPECT_TRUE(test::has_value(validate(grid)));
+  grid.mm_per_pixel(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(test::refuses(validate(grid), ErrorCode::kMalformedData, {"finite"}));
+  EXPECT_TRUE(test::refuses(validate(PixelGrid::centred(10, 0, 0.1)), ErrorCode::kMalformedData,
+                            {"axis 0", "found 0"}));
+  grid = PixelGrid::centred(10, 0.1, 0.1);
+  grid.mm_per_pixel(0, 1) = 0.1;
+  EXPECT_TRUE(test::refuses(validate(grid), ErrorCode::kMalformedData, {"orthogonal", "45"}));
+}
+
+TEST(SectorOutlineTest, ContainsTheRingSegmentOnly) {
+  const SectorOutline sector{{0, -60}, 60, 200, 0.5};
+  EXPECT_TRUE(sector.contains({0, 10}));
+  EXPECT_FALSE(sector.contains({0, -1}));
+  EXPECT_FALSE(sector.contains({0, 141}));
+  EXPECT_TRUE(sector.contains({60 * std::sin(0.49) * 2, -60 + 120 * std::cos(0.49)}));
+  EXPECT_FALSE(sector.contains({120 * std::sin(0.51), -60 + 120 * std::cos(0.51)}));
+  EXPECT_FALSE(sector.contains({0, -130})) << "behind the apex";
+}
+
+TrackedFrame tracked(int ms, int width = 2) {
+  UltrasoundFrame frame{Timestamp(std::chrono::milliseconds(ms)),
+                        Timestamp(std::chrono::milliseconds(ms)),
+                        0,
+                        Image2d<std::uint8_t>(width, 1, std::vector<std::uint8_t>(width)),
+                        PixelGrid::centred(width, 1, 1),
+                        std::nullopt};
+  return {
+      std::move(frame),
+      Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 1.0 * ms}),
+      Duration::zero(), false};
+}
+
+TEST(SweepTest, KeepsOrderedFramesAndKnowsItsCentre) {
+  const auto sweep = Sweep::create({tracked(10), tracked(20)}, "calibration");
+  ASSERT_TRUE(test::has_value(sweep));
+  EXPECT_NEAR(sweep->centroid().mm.z(), 15, kRounding);
+}
+
+TEST(SweepTest, RefusesByFrame) {
+  using Code = ErrorCode;
+  EXPECT_TRUE(test::refuses(Sweep::create({}, ""), Code::kMalformedData, {"at least one"}));
+  EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2), tracked(2)}, ""),
+                            Code::kMalformedData, {"frame 2", "0.002"}));
+  EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2, 3)}, ""), Code::kMalformedData,
+                            {"frame 1", "2 x 1", "3 x 1"}));
+}
+
+}  // namespace
+}  // namespace nav
