@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds, and runs every test. Usage: scripts/test.sh [CTest options]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+tools/install-dependencies.sh test
+cmake --preset release -Wno-dev
+cmake --build --preset release --parallel "$(nproc)"
+ctest --preset release --label-exclude bench "$@"

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fails when an include crosses the floor plan of the house (docs/STYLE.md).
+
+Includes point down only; siblings never see each other (sole exception: sim -> io). No
+third-party type of one folder's trade appears in a header that others include.
+"""
+import pathlib
+import re
+import sys
+
+ALLOWED = {
+    "nav": {"nav"},
+    "shaders": {"shaders"},
+    "io": {"nav", "io"},
+    "tracking": {"nav", "tracking"},
+    "registration": {"nav", "registration"},
+    "render": {"nav", "render", "shaders"},
+    "devices": {"nav", "devices"},
+    "sim": {"nav", "sim", "io"},
+    "bench": {"nav", "io", "tracking", "registration", "render", "shaders", "devices", "sim",
+              "bench"},
+    "app": {"nav", "io", "tracking", "registration", "render", "shaders", "devices", "sim",
+            "bench", "app"},
+    "tests": {"nav", "io", "tracking", "registration", "render", "shaders", "devices", "sim",
+              "bench", "app", "tests"},
+}
+
+# Trade libraries and the folders whose .cpp files may include them.
+TRADES = {
+    "VTK": (re.compile(r"^vtk"), {"render", "io", "bench", "tests"}),
+    "OpenCV": (re.compile(r"^opencv"), {"registration", "devices", "tests"}),
+    "Ceres": (re.compile(r"^ceres/"), {"registration", "tests"}),
+    "GLM": (re.compile(r"^glm/"), {"render", "tests"}),
+    "libusb": (re.compile(r"^libusb"), {"devices", "tests"}),
+    "SocketCAN": (re.compile(r"^linux/can"), {"devices", "tests"}),
+    "pugixml": (re.compile(r"^pugixml"), {"io", "tests"}),
+    "JSON": (re.compile(r"^nlohmann/"), {"app", "tests"}),
+    "TOML": (re.compile(r"^toml\+\+"), {"app", "tests"}),
+    "CLI11": (re.compile(r"^CLI/"), {"app"}),
+    "TBB": (re.compile(r"^(oneapi/)?tbb/"), {"render", "sim", "registration", "tests", "bench"}),
+}
+# Private headers (never included from another folder) may show trade types.
+PRIVATE_HEADER = re.compile(
+    r"^(render/(vtk_|gl_)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def problems_in(root: pathlib.Path) -> list[str]:
+    found = []
+    for folder, allowed in ALLOWED.items():
+        for path in sorted((root / folder).rglob("*")):
+            if path.suffix not in {".hpp", ".cpp", ".h"}:
+                continue
+            name = path.relative_to(root).as_posix()
+            for number, line in enumerate(path.read_text().splitlines(), 1):
+                match = INCLUDE.match(line)
+                if not match:
+                    continue
+                target = match.group(2)
+                top = target.split("/")[0]
+                where = f"{name}:{number}: includes {target}"
+                if match.group(1) == '"':
+                    if top not in ALLOWED:
+                        found.append(f"{where}: expected a path from the root of the project")
+                    elif top not in allowed:
+                        found.append(f"{where}: {folder}/ may see only {', '.join(sorted(allowed))}")
+                    elif top != folder and folder != "tests" and PRIVATE_HEADER.match(target):
+                        found.append(f"{where}: a private header of {top}/")
+                for trade, (pattern, homes) in TRADES.items():
+                    if not pattern.match(target):
+                        continue
+                    if folder not in homes:
+                        found.append(f"{where}: {trade} belongs to {', '.join(sorted(homes))}")
+                    elif (path.suffix == ".hpp" and folder != "tests"
+                          and not PRIVATE_HEADER.match(name)):
+                        found.append(f"{where}: {trade} type in a public header")
+    return found
+
+
+def main() -> int:
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    found = problems_in(root)
+    for problem in found:
+        print(problem)
+    print(f"layers: {len(found)} problem(s)")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

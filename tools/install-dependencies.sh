@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Installs what Sonde needs from Debian 12 packages; the one place where they are listed.
+#   tools/install-dependencies.sh [build] [test] [lint]     default: build
+# build  compile and run the program (headless, and a plain X window when there is a display)
+# test   also what the tests and benchmarks need
+# lint   also the formatter and the shader checker
+# Idempotent: installs only what is missing, without recommended packages; says what it does.
+set -euo pipefail
+
+build=(
+  g++ cmake ninja-build
+  libeigen3-dev libceres-dev libglm-dev libtbb-dev                  # mathematics, threads
+  libvtk9-dev libvtk-dicom-dev libegl-dev libegl-mesa0 libgl1-mesa-dri # pictures
+  libopencv-core-dev libopencv-imgproc-dev
+  libusb-1.0-0-dev                                                  # devices
+  libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libpugixml-dev # text formats
+  zlib1g-dev libwebp-dev libssl-dev libspdlog-dev
+)
+test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
+lint=(clang-format-14 glslang-tools python3)
+
+wanted=()
+for group in "${@:-build}"; do
+  case "$group" in
+    build) wanted+=("${build[@]}") ;;
+    test) wanted+=("${build[@]}" "${test[@]}") ;;
+    lint) wanted+=("${lint[@]}") ;;
+    *)
+      echo "install-dependencies: expected build, test or lint, found '$group'" >&2
+      exit 2
+      ;;
+  esac
+done
+
+missing=()
+for package in $(printf '%s\n' "${wanted[@]}" | sort -u); do
+  if ! dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed'; then
+    missing+=("$package")
+  fi
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  echo "install-dependencies: everything is there."
+  exit 0
+fi
+
+echo "install-dependencies: installing ${missing[*]}"
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "install-dependencies: expected root or sudo to install packages, found neither" >&2
+    exit 4
+  fi
+  as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get -q update
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get -q install -y --no-install-recommends "${missing[@]}"
