@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// How the window behaves; never what it shows.
+struct WindowOptions {
+  std::string title = "Sonde";
+  double refresh_hz = 30;    ///< How often the source is asked, in (0, 1000].
+  double close_after_s = 0;  ///< Closes by itself; 0: when the user closes it.
+};
+
+/// Asked once per refresh on the thread of the window; null: nothing has changed, nothing is drawn.
+/// The camera of the first scene is the starting view; later the user owns the camera.
+using SceneSource = std::function<std::shared_ptr<const Scene>()>;
+
+/// Shows scenes in an X11 window until it is closed: left drag orbits about the look-at point,
+/// middle drag pans, right drag and wheel zoom, q closes. Same picture as the GL engine.
+/// kUnavailable without an X display; an invalid scene closes the window with its error.
+Result<void> show_window(const SceneSource& source, const WindowOptions& options = {});
+/// The same with one scene that never changes.
+Result<void> show_window(const Scene& scene, const WindowOptions& options = {});
+
+/// Draws once in a real X11 window and reads its pixels back, top row first; size of the scene.
+Result<Image2d<Rgba8>> capture_window(const Scene& scene);
+
+/// Camera after turning about the look-at point: yaw about the view's up axis (positive: the eye
+/// moves right), then pitch about its right axis (positive: the eye moves up), rad.
+Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);
+/// Camera after moving eye and look-at point by fractions of the picture height (right, up).
+Camera panned(const Camera& camera, double right, double up);
+/// Camera with the distance to the look-at point, or the orthographic height, divided by a factor
+/// > 0.
+Camera zoomed(const Camera& camera, double factor);
+
+}  // namespace nav::render

@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+namespace nav::shaders {
+
+/// Text of a file of this folder, embedded at build time; name as "include/ct.glsl". Empty when
+/// there is no such file.
+std::string_view source(std::string_view name);
+
+}  // namespace nav::shaders
