@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "nav/result.hpp"
+#include "nav/sweep.hpp"
+#include "nav/transform.hpp"
+#include "nav/volume.hpp"
+#include "registration/pose_uncertainty.hpp"
+#include "registration/shadow_mask.hpp"
+
+namespace nav::registration {
+
+/// One step of the coarse-to-fine ladder.
+struct LevelOptions {
+  double sample_step_mm;  ///< Distance of neighbouring samples of a patch, > 0.
+  int patch_side;         ///< Samples along each side of a square patch, 5 to 21, odd.
+  int patches;            ///< Most patches used, >= 50.
+  double frame_step_mm;   ///< Pictures are thinned to about this distance, > 0.
+};
+
+/// How to register a sweep to a CT. The defaults are meant for an abdominal sweep.
+struct ImageRegistrationOptions {
+  /// Coarse to fine; the first also ranks the starts. At least one.
+  std::vector<LevelOptions> levels = {
+      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {0.8, 13, 1400, 2.0}};
+  ShadowMaskOptions mask;
+  double ridge = 0.02;            ///< λ: noise of the CT channels in units of 100 HU, > 0.
+  int max_iterations = 30;        ///< Of each solve on each level, >= 1.
+  int starts = 150;               ///< Seeded starts tried besides the initial pose, >= 0.
+  double start_range_mm = 15;     ///< Half width of their box of translations, >= 0.
+  double start_range_rad = 0.21;  ///< Half width of their box of rotation vectors, [0, pi].
+  int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
+  double bias_floor_mm = 0.15;    ///< Standard deviation that no sweep can undercut, >= 0.
+  int threads = 2;                ///< 1 to 64; the result does not depend on it.
+  std::uint64_t seed = 1;         ///< Of the starts and the random poses.
+};
+
+/// A refusal that names the first option out of its range.
+Result<void> validate(const ImageRegistrationOptions& options);
+
+/// Why the last solve stopped.
+enum class Termination { kConverged, kIterationLimit, kFailed };
+
+/// Stable lower-case name, for reports.
+const char* to_string(Termination termination);
+
+/// What happened on one level, for the chosen candidate.
+struct LevelReport {
+  double sample_step_mm;
+  int patches;
+  int frames;      ///< Thinned pictures that patches came from.
+  int candidates;  ///< Poses solved on this level.
+  int iterations;
+  double initial_cost;  ///< Mean weighted 1 − LC², [0, 1].
+  double final_cost;
+  double preparation_s;  ///< Wall time of channels and patches.
+  double solve_s;        ///< Wall time of all candidates.
+};
+
+/// The whole story of a solve. Whether to use it is decide()'s business (acceptance.hpp).
+struct ImageRegistrationResult {
+  Transform<frames::Ct, frames::Reference> ct_from_reference;
+  Termination termination;
+  std::string message;     ///< Why the solve stopped, in the solver's words.
+  int iterations;          ///< Of the chosen candidate, all levels.
+  double initial_cost;     ///< Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match.
+  double final_cost;       ///< Finest-level cost at the result, [0, 1].
+  double overlap;          ///< Fraction of the usable ultrasound inside the CT, [0, 1].
+  int patches;             ///< On the finest level.
+  int non_finite_patches;  ///< Patches whose cost was not finite anywhere on the way; 0 is normal.
+
+  PoseUncertainty uncertainty;   ///< About the sweep's centroid; meaningless unless valid.
+  bool covariance_valid;         ///< False: a direction is not determined by the sweep.
+  std::string covariance_fault;  ///< Which and why; empty when valid.
+
+  double z_score;  ///< (mean cost of random poses − cost) / their standard deviation, second level.
+  /// (cost of the best other minimum − cost) / cost, finest level; other: more than 5 mm away.
+  /// Absent when no start ended in another minimum.
+  std::optional<double> margin;
+  double split_disagreement_mm;   ///< RMS over the sweep between solves of odd and even pictures.
+  double halves_disagreement_mm;  ///< The same between the first and the second half.
+
+  std::vector<LevelReport> levels;  ///< Coarse to fine.
+  double total_s;                   ///< Wall time of the whole call.
+
+  /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
+  [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;
+};
+
+/// Refines a start pose by maximising LC² (Wein et al. 2008, 2013): each small in-plane patch of
+/// the sweep is explained by an affine combination of the CT and of its gradient along the beam.
+/// The coefficients are eliminated (variable projection, Kaufman 1975) and Ceres solves for the
+/// pose. A portfolio of seeded starts around the initial pose competes with the plain solve from
+/// it. Same inputs give the same bytes for any thread count.
+/// progress: called from the calling thread with the fraction done in [0, 1]; false cancels.
+/// Errors: kUsage (options), kMalformedData (sweep geometry), kRefused (no usable patch, sweep
+/// outside the CT), kNumerical (cost not finite), kCancelled.
+Result<ImageRegistrationResult> register_sweep(
+    const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options, Diagnostics& diagnostics,
+    const std::function<bool(double fraction)>& progress = {});
+
+}  // namespace nav::registration
