@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/console.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+namespace nav::app {
+namespace {
+
+spdlog::logger& logger() {
+  static const auto instance = [] {
+    auto made = std::make_shared<spdlog::logger>(
+        "sonde", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    made->set_pattern("sonde: %^%l%$: %v");
+    made->set_level(spdlog::level::info);
+    return made;
+  }();
+  return *instance;
+}
+
+}  // namespace
+
+Console::Console(bool verbose)
+    : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1), begun_{} {}
+
+void Console::report(Severity severity, std::string_view source, std::string_view message) {
+  const std::size_t before = collected_.entries().size();
+  collected_.report(severity, source, message);
+  if (collected_.entries().size() == before) return;  // Said already: counted, not repeated.
+  if (severity == Severity::kInfo && !verbose_) return;
+  const auto level = severity == Severity::kError     ? spdlog::level::err
+                     : severity == Severity::kWarning ? spdlog::level::warn
+                                                      : spdlog::level::info;
+  if (terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
+  logger().log(level, "{}: {}", source, message);
+}
+
+void Console::begin(const std::string& stage) {
+  if (!stage_.empty()) end();
+  stage_ = stage;
+  drawn_percent_ = -1;
+  begun_ = std::chrono::steady_clock::now();
+  draw(0);
+}
+
+void Console::progress(double fraction) { draw(std::clamp(fraction, 0.0, 1.0)); }
+
+void Console::end(const std::string& outcome) {
+  if (stage_.empty()) return;
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+  std::fprintf(stderr, "%s%s: %s (%.1f s)\n", terminal_ ? "\r\033[K" : "", stage_.c_str(),
+               outcome.c_str(), seconds);
+  stage_.clear();
+}
+
+void Console::draw(double fraction) {
+  if (!terminal_ || stage_.empty()) return;
+  const int percent = static_cast<int>(fraction * 100);
+  if (percent == drawn_percent_) return;
+  drawn_percent_ = percent;
+  constexpr int kWidth = 30;
+  std::string bar(kWidth, '-');
+  std::fill_n(bar.begin(), percent * kWidth / 100, '#');
+  std::fprintf(stderr, "\r\033[K[%s] %3d %% %s", bar.c_str(), percent, stage_.c_str());
+  std::fflush(stderr);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nav/result.hpp"
+#include "render/transfer_function.hpp"
+
+namespace nav::app {
+
+/// One procedure: what goes in, how it is placed, how it is shown, where it goes. The TOML form is
+/// documented in docs/session-file.md; units stand in the keys, unknown keys are refused, paths are
+/// relative to the file.
+struct SessionConfig {
+  std::filesystem::path file;  ///< Empty when made from the command line.
+
+  struct Ct {
+    std::filesystem::path path;
+    std::string series_uid;  ///< Of a DICOM folder with several; empty: the largest.
+    bool accept_unknown_orientation = false;
+  } ct;
+
+  enum class SourceKind { kSimulated, kRecording };
+  struct Source {
+    SourceKind kind = SourceKind::kRecording;
+    std::filesystem::path recording;    ///< PLUS sequence metafile.
+    std::filesystem::path plus_config;  ///< Calibration (CoordinateDefinitions); may be empty.
+    std::string image_frame = "Image";
+    std::string probe_frame = "Probe";
+    std::string tracker_frame = "Tracker";
+    /// Patient-fixed frame; the name of the tracker frame declares the tracker itself to be it.
+    /// Empty: "Reference" where the recording has it, otherwise the tracker frame, and said so.
+    std::string reference_frame;
+    double temporal_offset_ms = 0;  ///< Picture stamps minus pose stamps.
+    std::uint64_t seed = 1;         ///< Simulated only.
+  } source;
+
+  struct Placement {
+    /// Declared ct_from_reference, 4 x 4, mm; absent: the sweep's centre is put at the CT's centre.
+    std::optional<Eigen::Matrix4d> ct_from_reference;
+    /// Result of 'sonde register' (JSON); replaces the declaration.
+    std::filesystem::path registration;
+  } placement;
+
+  struct Look {
+    std::string preset = "ct-bone";
+    std::vector<render::TransferNode> nodes;  ///< Replaces the preset when not empty.
+    bool shading = true;
+    double plane_opacity = 1.0;
+  } look;
+
+  /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
+  /// patient's left; elevation from above (superior).
+  struct View {
+    double azimuth_deg = -35;
+    double elevation_deg = 20;
+    double distance_mm = 0;  ///< 0: so that the whole CT fits.
+    double fov_deg = 30;
+  } view;
+
+  struct Output {
+    std::filesystem::path folder;
+    std::string engine = "cpu";
+    int threads = 0;
+    int width = 800;   ///< Of the 3D view, pixels.
+    int height = 600;  ///< Of the 3D view, pixels.
+    double step_voxels = 0.5;
+    int frames = 0;  ///< Most pictures written; 0: all.
+    bool window = false;
+  } output;
+};
+
+/// Reads a session file. Errors name file, line, key, what was expected and what was found.
+Result<SessionConfig> read_session_config(const std::filesystem::path& path);
+
+/// Refuses values out of range, by key.
+Result<void> validate(const SessionConfig& config);
+
+/// The resolved form, as TOML: what the program really uses.
+std::string to_toml(const SessionConfig& config);
+
+}  // namespace nav::app
