@@ -225,7 +225,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
 }
 
 /// Readable from any folder; empty stays empty.
-std::string absolute(const std::filesystem::path& path) {
+std::string absolute_text(const std::filesystem::path& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
 }
 
@@ -302,14 +302,14 @@ Result<void> validate(const SessionConfig& config) {
 std::string to_toml(const SessionConfig& config) {
   toml::table root;
   toml::table ct;
-  ct.insert("path", absolute(config.ct.path));
+  ct.insert("path", absolute_text(config.ct.path));
   ct.insert("series_uid", config.ct.series_uid);
   ct.insert("accept_unknown_orientation", config.ct.accept_unknown_orientation);
   toml::table source;
   const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
   source.insert("kind", simulated ? "simulated" : "recording");
-  source.insert("recording", absolute(config.source.recording));
-  source.insert("plus_config", absolute(config.source.plus_config));
+  source.insert("recording", absolute_text(config.source.recording));
+  source.insert("plus_config", absolute_text(config.source.plus_config));
   source.insert("image_frame", config.source.image_frame);
   source.insert("probe_frame", config.source.probe_frame);
   source.insert("tracker_frame", config.source.tracker_frame);
@@ -326,7 +326,7 @@ std::string to_toml(const SessionConfig& config) {
     }
     placement.insert("ct_from_reference_mm", std::move(numbers));
   }
-  placement.insert("registration", absolute(config.placement.registration));
+  placement.insert("registration", absolute_text(config.placement.registration));
   toml::table look;
   look.insert("transfer_function", config.look.preset);
   look.insert("shading", config.look.shading);
@@ -345,11 +345,14 @@ std::string to_toml(const SessionConfig& config) {
                    {"elevation_deg", config.view.elevation_deg},
                    {"distance_mm", config.view.distance_mm},
                    {"fov_deg", config.view.fov_deg}};
-  toml::table output{
-      {"folder", absolute(config.output.folder)}, {"engine", config.output.engine},
-      {"threads", config.output.threads},         {"width_px", config.output.width},
-      {"height_px", config.output.height},        {"step_voxels", config.output.step_voxels},
-      {"frames", config.output.frames},           {"window", config.output.window}};
+  toml::table output{{"folder", absolute_text(config.output.folder)},
+                     {"engine", config.output.engine},
+                     {"threads", config.output.threads},
+                     {"width_px", config.output.width},
+                     {"height_px", config.output.height},
+                     {"step_voxels", config.output.step_voxels},
+                     {"frames", config.output.frames},
+                     {"window", config.output.window}};
   root.insert("ct", std::move(ct));
   root.insert("source", std::move(source));
   root.insert("placement", std::move(placement));

@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/panels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace nav::app {
+namespace {
+
+using render::Canvas;
+using render::rgb8;
+
+constexpr Rgba8 kBackground = rgb8(0x101418);
+constexpr Rgba8 kWords = rgb8(0xd8dee4);
+constexpr Rgba8 kFaint = rgb8(0x7a8590);
+constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
+constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
+
+Rgba8 colour_of(SafetyState state) {
+  switch (state) {
+    case SafetyState::kValid:
+      return rgb8(0x2fd060);
+    case SafetyState::kDegraded:
+      return rgb8(0xffb400);
+    case SafetyState::kStale:
+      return rgb8(0x9a9a9a);
+    case SafetyState::kLost:
+      return rgb8(0xe04040);
+  }
+  return rgb8(0xe04040);
+}
+
+/// A rectangle of the canvas that shows part of the Image plane at one scale.
+struct PlaneView {
+  int x, y, width, height;
+  Eigen::Vector2d origin_mm;  ///< Of its top left pixel, Image frame.
+  double mm_per_px;
+
+  [[nodiscard]] Eigen::Vector2d pixel_of(const Eigen::Vector2d& p_mm) const {
+    return Eigen::Vector2d(x, y) + (p_mm - origin_mm) / mm_per_px;
+  }
+};
+
+/// Fits the whole picture into a rectangle.
+PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
+  Eigen::Vector2d high = -low;
+  for (const double column : {0.0, frame.pixels.width() - 1.0}) {
+    for (const double row : {0.0, frame.pixels.height() - 1.0}) {
+      const Eigen::Vector2d p = frame.grid.at(column, row).mm.head<2>();
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  constexpr double kMargin = 1.04;
+  const Eigen::Vector2d size = (high - low).cwiseMax(1e-3);
+  const double scale = kMargin * std::max(size.x() / width, size.y() / height);
+  const Eigen::Vector2d centre = 0.5 * (low + high);
+  return {x, y, width, height, centre - 0.5 * scale * Eigen::Vector2d(width, height), scale};
+}
+
+/// Grey value of the picture at a point, bilinear; -1 outside.
+double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {
+  if (frame.outline && !frame.outline->contains(p_mm)) return -1;
+  const Eigen::Vector2d pixel = frame.grid.pixel_of({{p_mm.x(), p_mm.y(), 0}});
+  const int w = frame.pixels.width();
+  const int h = frame.pixels.height();
+  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= w - 1 && pixel.y() <= h - 1)) return -1;
+  const int c = std::min(static_cast<int>(pixel.x()), std::max(w - 2, 0));
+  const int r = std::min(static_cast<int>(pixel.y()), std::max(h - 2, 0));
+  const double u = pixel.x() - c;
+  const double v = pixel.y() - r;
+  const int c1 = std::min(c + 1, w - 1);
+  const int r1 = std::min(r + 1, h - 1);
+  return (1 - v) * ((1 - u) * frame.pixels.at(c, r) + u * frame.pixels.at(c1, r)) +
+         v * ((1 - u) * frame.pixels.at(c, r1) + u * frame.pixels.at(c1, r1));
+}
+
+void draw_ultrasound(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
+  for (int y = 0; y < view.height; ++y) {
+    for (int x = 0; x < view.width; ++x) {
+      const Eigen::Vector2d p = view.origin_mm + view.mm_per_px * Eigen::Vector2d(x, y);
+      const double value = intensity(frame, p);
+      if (value < 0) continue;
+      const auto grey = static_cast<std::uint8_t>(std::lround(value));
+      canvas.set(view.x + x, view.y + y, {grey, grey, grey, 255});
+    }
+  }
+}
+
+/// Depth marks every 10 mm at the right edge and the dot that marks the probe's marked side.
+void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
+  const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
+  for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
+    const double y = view.pixel_of({0, depth}).y();
+    const double length = depth % 50 == 0 ? 10 : 5;
+    canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1, kFaint);
+  }
+  const Eigen::Vector2d right_end = frame.grid.at(frame.pixels.width() - 1, 0).mm.head<2>();
+  const Eigen::Vector2d dot = view.pixel_of(right_end);
+  canvas.circle({std::min(dot.x(), view.x + view.width - 18.0), std::max(dot.y(), view.y + 8.0)}, 2,
+                4, kNeedleColour);
+}
+
+/// Needle and target where they meet the plane.
+void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
+  const Epoch& epoch = context.epoch;
+  if (!epoch.ct_from_image) return;
+  const auto image_from_ct = epoch.ct_from_image->inverse();
+  if (context.plan) {
+    const Eigen::Vector3d target = (image_from_ct * context.plan->target_ct).mm;
+    const double r = context.plan->target_radius_mm;
+    const double cut = r * r - target.z() * target.z();
+    if (cut > 0) {
+      canvas.circle(view.pixel_of(target.head<2>()), std::sqrt(cut) / view.mm_per_px, 1.5,
+                    kTargetColour);
+    }
+  }
+  if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;
+  const auto image_from_needle = image_from_ct * *epoch.ct_from_needle;
+  const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
+  const Eigen::Vector3d hub = (image_from_needle * Point<frames::Needle>{{0, 0, -150}}).mm;
+  const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, 150}}).mm;
+  const auto inside = [&](const Eigen::Vector2d& p) {
+    return p.x() >= view.x && p.x() < view.x + view.width && p.y() >= view.y &&
+           p.y() < view.y + view.height;
+  };
+  const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
+                           double dash) {
+    // In short pieces, so that nothing leaves the panel.
+    constexpr int kPieces = 150;
+    for (int i = 0; i < kPieces; ++i) {
+      if (dash > 0 && i / 4 % 2 == 1) continue;
+      const Eigen::Vector2d p = view.pixel_of((a + (b - a) * i / kPieces).head<2>());
+      const Eigen::Vector2d q = view.pixel_of((a + (b - a) * (i + 1) / kPieces).head<2>());
+      if (inside(p) && inside(q)) canvas.line(p, q, width, kNeedleColour);
+    }
+  };
+  segment(hub, tip, 2, 0);
+  segment(tip, ahead, 1, 1);
+}
+
+void draw_label(Canvas& canvas, int x, int y, const std::string& words, Rgba8 colour) {
+  canvas.text(x, y, 15, words, colour);
+}
+
+/// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
+std::string shorten(const Canvas& canvas, int size, std::string words, int width) {
+  if (canvas.text_width(size, words) <= width) return words;
+  while (!words.empty() && canvas.text_width(size, words + "...") > width) words.pop_back();
+  return words + "...";
+}
+
+void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
+  const Epoch& epoch = context.epoch;
+  const int half = height / 2;
+  const bool live = epoch.frame && epoch.ultrasound.state <= SafetyState::kDegraded;
+  if (live) {
+    const PlaneView view = fit(epoch.frame->frame, x, 0, width, half);
+    draw_ultrasound(canvas, view, epoch.frame->frame);
+    draw_scale(canvas, view, epoch.frame->frame);
+    if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
+  }
+  draw_label(canvas, x + 8, 20, "Ultrasound", kWords);
+  if (!live) {
+    draw_label(canvas, x + 8, half / 2,
+               shorten(canvas, 15, "withdrawn: " + epoch.ultrasound.cause, width - 16),
+               colour_of(epoch.ultrasound.state));
+  }
+  const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
+  if (placed) {
+    const PlaneView view = fit(epoch.frame->frame, x, half, width, height - half);
+    canvas.copy(render::reslice(context.ct, *epoch.ct_from_image, view.origin_mm, view.mm_per_px,
+                                view.width, view.height, context.window),
+                view.x, view.y);
+    draw_guidance(canvas, view, context);
+  }
+  draw_label(canvas, x + 8, half + 20, "CT along the ultrasound plane", kWords);
+  if (!placed) {
+    draw_label(canvas, x + 8, half + half / 2,
+               shorten(canvas, 15, "withdrawn: " + epoch.plane.cause, width - 16),
+               colour_of(epoch.plane.state));
+  }
+  canvas.fill(x, 0, 1, height, kFaint);
+  canvas.fill(x, half, width, 1, kFaint);
+}
+
+void draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
+  const Epoch& epoch = context.epoch;
+  canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
+  const int base = y + height / 2 + 6;
+  const Rgba8 colour = colour_of(epoch.plane.state);
+  canvas.fill(10, y + height / 2 - 8, 16, 16, colour);
+  const std::string state = to_string(epoch.plane.state);
+  int x = canvas.text(36, base, 17, state, colour) + 16;
+  if (epoch.guidance) {
+    char numbers[160];
+    std::snprintf(numbers, sizeof numbers,
+                  "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
+                  epoch.guidance->tip_to_target_mm, epoch.guidance->lateral_mm,
+                  epoch.guidance->angle_to_plan_rad * 180 / M_PI);
+    canvas.text(x, base, 17, numbers, kWords);
+  } else {
+    const std::string cause = epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
+    const int room = canvas.width() - x - 16 - canvas.text_width(15, context.banner) - 16;
+    if (room > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, room), kWords);
+  }
+  const int right = canvas.width() - 12 - canvas.text_width(15, context.banner);
+  if (right > 0 && !context.banner.empty()) {
+    canvas.text(right, base, 15, context.banner, kFaint);
+  }
+}
+
+}  // namespace
+
+Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
+  constexpr int kBar = 40;
+  const int side = view_3d.height() * 2 / 3;
+  Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
+  canvas.copy(view_3d, 0, 0);
+  // Small pictures are for tests of the 3D view: words need room.
+  constexpr int kSmallest = 300;
+  if (view_3d.height() >= kSmallest) {
+    draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
+    draw_status(canvas, view_3d.height(), kBar, context);
+  }
+  return canvas.picture();
+}
+
+}  // namespace nav::app

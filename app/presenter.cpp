@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/presenter.hpp"
+
+#include <cmath>
+
+#include "app/panels.hpp"
+
+namespace nav::app {
+
+Result<Presenter> Presenter::create(const PresenterOptions& options,
+                                    std::shared_ptr<const Volume> ct,
+                                    std::unique_ptr<render::Engine> engine) {
+  auto transfer = options.look.nodes.empty()
+                      ? render::preset_transfer_function(options.look.preset)
+                      : render::TransferFunction::create("session file", options.look.nodes);
+  if (!transfer) return transfer.error();
+  return Presenter(options, std::move(*transfer), std::move(ct), std::move(engine));
+}
+
+Presenter::Presenter(const PresenterOptions& options, render::TransferFunction transfer,
+                     std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
+    : options_(options),
+      transfer_(std::move(transfer)),
+      ct_(std::move(ct)),
+      engine_(std::move(engine)),
+      focus_ct_(ct_->grid().centre()) {}
+
+render::Camera Presenter::camera() const {
+  const double azimuth = options_.view.azimuth_deg * M_PI / 180;
+  const double elevation = options_.view.elevation_deg * M_PI / 180;
+  const double fov = options_.view.fov_deg * M_PI / 180;
+  double distance_mm = options_.view.distance_mm;
+  if (distance_mm <= 0) {
+    // The sphere about the CT fits the smaller side of the picture.
+    const double aspect = std::min(1.0, 1.0 * options_.width / options_.height);
+    const double half = std::atan(std::tan(fov / 2) * aspect);
+    distance_mm = 0.5 * ct_->grid().extent_mm().norm() / std::sin(half) * 0.8;
+  }
+  // LPS: anterior is -y, the patient's left +x, superior +z.
+  const Eigen::Vector3d towards_eye(std::cos(elevation) * std::sin(azimuth),
+                                    -std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
+  render::Camera camera;
+  camera.look_at_ct = focus_ct_;
+  camera.eye_ct = {focus_ct_.mm + distance_mm * towards_eye};
+  camera.up_ct = {Eigen::Vector3d::UnitZ()};
+  camera.vertical_fov_rad = fov;
+  return camera;
+}
+
+render::Scene Presenter::scene(const Epoch& epoch) const {
+  render::Scene scene{
+      ct_, transfer_, {}, {}, {}, {}, camera(), {}, {}, options_.width, options_.height};
+  scene.shading.enabled = options_.look.shading;
+  scene.quality.step_voxels = options_.step_voxels;
+  if (epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost) {
+    scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
+                                          options_.look.plane_opacity, epoch.plane};
+  }
+  if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
+    constexpr double kNeedleLengthMm = 150;
+    const auto& needle = *epoch.ct_from_needle;
+    scene.needle = render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
+                                       needle * Point<frames::Needle>{{0, 0, -kNeedleLengthMm}},
+                                       0.9,
+                                       {0.95, 0.95, 1.0},
+                                       epoch.needle};
+  }
+  // The plan lies in the CT, so it is true whatever the tracker does.
+  if (plan_) {
+    scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
+    scene.spheres.push_back({plan_->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
+  }
+  return scene;
+}
+
+Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
+  const render::Scene wanted = scene(epoch);
+  const bool empty = !wanted.plane && !wanted.needle;
+  Image2d<Rgba8> view;
+  if (empty && empty_view_) {
+    view = *empty_view_;
+    ++views_reused_;
+  } else {
+    const auto rendered = engine_->render(wanted);
+    if (!rendered) return rendered.error();
+    view = render::to_8bit(rendered->pixels);
+    ++views_cast_;
+    cast_seconds_ += rendered->statistics.cast_s;
+    if (empty) empty_view_ = view;
+  }
+  PanelContext context{epoch, *ct_, plan_, options_.window, banner_};
+  return compose_panels(view, context);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/navigator.hpp"
+#include "app/session_config.hpp"
+#include "render/canvas.hpp"
+#include "render/engine.hpp"
+#include "render/reslice.hpp"
+
+namespace nav::app {
+
+/// How the refreshes of a session look.
+struct PresenterOptions {
+  SessionConfig::Look look;
+  SessionConfig::View view;
+  int width = 800;   ///< Of the 3D view, pixels.
+  int height = 600;  ///< Of the 3D view, pixels.
+  double step_voxels = 0.5;
+  render::HuWindow window;  ///< Of the CT slice.
+};
+
+/// Turns epochs into pictures: the 3D view at the left, the live ultrasound and the CT along the
+/// same plane at the right, state and numbers below. Draws nothing anew that has not changed.
+/// Not thread-safe.
+class Presenter {
+ public:
+  /// Refuses an unknown preset or a bad transfer function.
+  static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
+                                  std::unique_ptr<render::Engine> engine);
+
+  void set_plan(const NeedlePlan& plan) { plan_ = plan; }
+  /// What the 3D view looks at; the centre of the CT unless told.
+  void set_focus(const Point<frames::Ct>& focus_ct) { focus_ct_ = focus_ct; }
+  /// A word that stands on every picture ("SIMULATED PATIENT").
+  void set_banner(std::string banner) { banner_ = std::move(banner); }
+
+  /// The whole picture of an epoch.
+  Result<Image2d<Rgba8>> present(const Epoch& epoch);
+  /// The 3D scene of an epoch, as every engine draws it.
+  [[nodiscard]] render::Scene scene(const Epoch& epoch) const;
+  [[nodiscard]] render::Engine& engine() { return *engine_; }
+  /// Times that a 3D view was cast, and times that the last one was still right.
+  [[nodiscard]] int views_cast() const { return views_cast_; }
+  [[nodiscard]] int views_reused() const { return views_reused_; }
+  /// Seconds of the casting, all views.
+  [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
+
+ private:
+  Presenter(const PresenterOptions& options, render::TransferFunction transfer,
+            std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
+  [[nodiscard]] render::Camera camera() const;
+
+  PresenterOptions options_;
+  render::TransferFunction transfer_;
+  std::shared_ptr<const Volume> ct_;
+  std::unique_ptr<render::Engine> engine_;
+  std::optional<NeedlePlan> plan_;
+  Point<frames::Ct> focus_ct_;
+  std::string banner_;
+  std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
+  int views_cast_ = 0;
+  int views_reused_ = 0;
+  double cast_seconds_ = 0;
+};
+
+}  // namespace nav::app

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/report.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+#include "io/atomic_file.hpp"
+
+namespace nav::app {
+namespace {
+
+std::string escape(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += c;
+    }
+  }
+  return safe;
+}
+
+constexpr const char* kStyle =
+    "body{font:16px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;"
+    "color:#1b2229;background:#fff}h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2rem}"
+    "p.summary{padding:.8rem 1rem;border-left:6px solid #2a9d4e;background:#eef8f1}"
+    "p.warning{border-color:#d98200;background:#fff6e5}figure{margin:1.5rem 0}"
+    "img{max-width:100%;height:auto;border-radius:4px;background:#101418}"
+    "figcaption{color:#55606b;font-size:.9rem}table{border-collapse:collapse;min-width:30rem}"
+    "td{border-bottom:1px solid #dde3e8;padding:.35rem .8rem .35rem 0;vertical-align:top}"
+    "td:first-child{color:#55606b;white-space:nowrap}td+td{font-variant-numeric:tabular-nums;"
+    "word-break:break-word}footer{margin-top:3rem;color:#55606b;font-size:.85rem}";
+
+}  // namespace
+
+Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json json_of(const Eigen::Matrix4d& matrix) {
+  Json numbers = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) numbers.push_back(matrix(row, column));
+  }
+  return numbers;
+}
+
+Json json_of(const tracking::FrameLedger& ledger) {
+  Json json;
+  json["received"] = ledger.received();
+  json["shown"] = ledger.shown();
+  json["superseded"] = ledger.superseded();
+  json["rejected"] = Json::object();
+  for (const auto& [cause, count] : ledger.rejected()) json["rejected"][cause] = count;
+  json["balanced"] = ledger.balanced();
+  return json;
+}
+
+Json json_of(const registration::ImageRegistrationResult& result,
+             const registration::Decision& decision, const Point<frames::Ct>& target) {
+  Json json;
+  json["accepted"] = decision.accepted;
+  json["reasons"] = decision.reasons;
+  json["iterations"] = result.iterations;
+  json["seconds"] = result.total_s;
+  json["termination"] = registration::to_string(result.termination);
+  json["message"] = result.message;
+  json["initial_cost"] = json_number(result.initial_cost);
+  json["final_cost"] = json_number(result.final_cost);
+  json["overlap"] = json_number(result.overlap);
+  json["patches"] = result.patches;
+  json["z_score"] = json_number(result.z_score);
+  json["margin"] = result.margin ? json_number(*result.margin) : Json(nullptr);
+  json["split_disagreement_mm"] = json_number(result.split_disagreement_mm);
+  json["halves_disagreement_mm"] = json_number(result.halves_disagreement_mm);
+  json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
+  json["covariance_valid"] = result.covariance_valid;
+  json["covariance_fault"] = result.covariance_fault;
+  Json covariance = Json::array();
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      covariance.push_back(json_number(result.uncertainty.covariance(i, k)));
+    }
+  }
+  json["covariance"] = covariance;
+  const Eigen::Vector3d centre = result.uncertainty.centre_ct.mm;
+  json["covariance_centre_ct_mm"] = {json_number(centre.x()), json_number(centre.y()),
+                                     json_number(centre.z())};
+  json["ct_from_reference_mm"] = json_of(result.ct_from_reference.matrix());
+  return json;
+}
+
+Json json_of(const std::vector<DiagnosticEntry>& entries) {
+  Json list = Json::array();
+  for (const DiagnosticEntry& entry : entries) {
+    list.push_back({{"severity", to_string(entry.severity)},
+                    {"source", entry.source},
+                    {"message", entry.message},
+                    {"count", entry.count}});
+  }
+  return list;
+}
+
+Result<void> write_json(const Json& json, const std::string& where) {
+  // Bytes that are not UTF-8 (file names, header fields) must not stop a report.
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (where == "-") {
+    std::cout << text << std::flush;
+    if (!std::cout) return Error{ErrorCode::kIo, "standard output: could not be written"};
+    return {};
+  }
+  return io::write_file(where, std::string_view(text));
+}
+
+std::string quantity(double value, int digits, const std::string& unit) {
+  if (!std::isfinite(value)) return "withdrawn";
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return unit.empty() ? text : std::string(text) + " " + unit;
+}
+
+std::string to_html(const HtmlReport& report) {
+  std::string html =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
+      escape(report.title) + "</title><style>" + kStyle + "</style></head><body>\n";
+  html += "<h1>" + escape(report.title) + "</h1>\n<p class=\"summary" +
+          std::string(report.warning ? " warning" : "") + "\">" + escape(report.summary) + "</p>\n";
+  for (const auto& [file, caption] : report.pictures) {
+    html += "<figure><img src=\"" + escape(file) + "\" alt=\"" + escape(caption) +
+            "\"><figcaption>" + escape(caption) + "</figcaption></figure>\n";
+  }
+  for (const auto& [heading, rows] : report.tables) {
+    html += "<h2>" + escape(heading) + "</h2>\n<table>\n";
+    for (const auto& [key, value] : rows) {
+      html += "<tr><td>" + escape(key) + "</td><td>" + escape(value) + "</td></tr>\n";
+    }
+    html += "</table>\n";
+  }
+  html += "<footer>Sonde " SONDE_VERSION
+          ". Research software, not a medical device.</footer>\n</body></html>\n";
+  return html;
+}
+
+}  // namespace nav::app

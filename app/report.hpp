@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/navigator.hpp"
+#include "app/output_folder.hpp"
+#include "nav/diagnostics.hpp"
+#include "registration/acceptance.hpp"
+#include "registration/image_registration.hpp"
+#include "render/engine.hpp"
+
+namespace nav::app {
+
+/// JSON with keys in the order of writing; keys are stable and documented in docs/json.md.
+using Json = nlohmann::ordered_json;
+
+Json json_of(const tracking::FrameLedger& ledger);
+Json json_of(const registration::ImageRegistrationResult& result,
+             const registration::Decision& decision, const Point<frames::Ct>& target);
+Json json_of(const std::vector<DiagnosticEntry>& entries);
+/// 16 numbers, row-major.
+Json json_of(const Eigen::Matrix4d& matrix);
+/// A number, or null when it is not finite (JSON has no NaN).
+Json json_number(double value);
+
+/// Writes JSON where --json asked: a file, or standard output for "-".
+Result<void> write_json(const Json& json, const std::string& where);
+
+/// The parts of an HTML report.
+struct HtmlReport {
+  std::string title;
+  std::string summary;   ///< One paragraph; plain text.
+  bool warning = false;  ///< The summary stands on a warning colour.
+  std::vector<std::pair<std::string, std::string>> pictures;  ///< File and caption.
+  std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> tables;
+};
+
+/// Self-contained page beside its pictures. All text is escaped.
+std::string to_html(const HtmlReport& report);
+
+/// "12.3 mm": digits after the point, unit; "withdrawn" when not finite.
+std::string quantity(double value, int digits, const std::string& unit);
+
+}  // namespace nav::app
