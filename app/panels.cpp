@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/plane_view.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -30,64 +32,6 @@ Rgba8 colour_of(SafetyState state) {
       return rgb8(0xe04040);
   }
   return rgb8(0xe04040);
-}
-
-/// A rectangle of the canvas that shows part of the Image plane at one scale.
-struct PlaneView {
-  int x, y, width, height;
-  Eigen::Vector2d origin_mm;  ///< Of its top left pixel, Image frame.
-  double mm_per_px;
-
-  [[nodiscard]] Eigen::Vector2d pixel_of(const Eigen::Vector2d& p_mm) const {
-    return Eigen::Vector2d(x, y) + (p_mm - origin_mm) / mm_per_px;
-  }
-};
-
-/// Fits the whole picture into a rectangle.
-PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height) {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
-  Eigen::Vector2d high = -low;
-  for (const double column : {0.0, frame.pixels.width() - 1.0}) {
-    for (const double row : {0.0, frame.pixels.height() - 1.0}) {
-      const Eigen::Vector2d p = frame.grid.at(column, row).mm.head<2>();
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  constexpr double kMargin = 1.04;
-  const Eigen::Vector2d size = (high - low).cwiseMax(1e-3);
-  const double scale = kMargin * std::max(size.x() / width, size.y() / height);
-  const Eigen::Vector2d centre = 0.5 * (low + high);
-  return {x, y, width, height, centre - 0.5 * scale * Eigen::Vector2d(width, height), scale};
-}
-
-/// Grey value of the picture at a point, bilinear; -1 outside.
-double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {
-  if (frame.outline && !frame.outline->contains(p_mm)) return -1;
-  const Eigen::Vector2d pixel = frame.grid.pixel_of({{p_mm.x(), p_mm.y(), 0}});
-  const int w = frame.pixels.width();
-  const int h = frame.pixels.height();
-  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= w - 1 && pixel.y() <= h - 1)) return -1;
-  const int c = std::min(static_cast<int>(pixel.x()), std::max(w - 2, 0));
-  const int r = std::min(static_cast<int>(pixel.y()), std::max(h - 2, 0));
-  const double u = pixel.x() - c;
-  const double v = pixel.y() - r;
-  const int c1 = std::min(c + 1, w - 1);
-  const int r1 = std::min(r + 1, h - 1);
-  return (1 - v) * ((1 - u) * frame.pixels.at(c, r) + u * frame.pixels.at(c1, r)) +
-         v * ((1 - u) * frame.pixels.at(c, r1) + u * frame.pixels.at(c1, r1));
-}
-
-void draw_ultrasound(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
-  for (int y = 0; y < view.height; ++y) {
-    for (int x = 0; x < view.width; ++x) {
-      const Eigen::Vector2d p = view.origin_mm + view.mm_per_px * Eigen::Vector2d(x, y);
-      const double value = intensity(frame, p);
-      if (value < 0) continue;
-      const auto grey = static_cast<std::uint8_t>(std::lround(value));
-      canvas.set(view.x + x, view.y + y, {grey, grey, grey, 255});
-    }
-  }
 }
 
 /// Depth marks every 10 mm at the right edge and the dot that marks the probe's marked side.
@@ -123,10 +67,6 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
   const Eigen::Vector3d hub = (image_from_needle * Point<frames::Needle>{{0, 0, -150}}).mm;
   const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, 150}}).mm;
-  const auto inside = [&](const Eigen::Vector2d& p) {
-    return p.x() >= view.x && p.x() < view.x + view.width && p.y() >= view.y &&
-           p.y() < view.y + view.height;
-  };
   const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
                            double dash) {
     // In short pieces, so that nothing leaves the panel.
@@ -135,7 +75,7 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
       if (dash > 0 && i / 4 % 2 == 1) continue;
       const Eigen::Vector2d p = view.pixel_of((a + (b - a) * i / kPieces).head<2>());
       const Eigen::Vector2d q = view.pixel_of((a + (b - a) * (i + 1) / kPieces).head<2>());
-      if (inside(p) && inside(q)) canvas.line(p, q, width, kNeedleColour);
+      if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, kNeedleColour);
     }
   };
   segment(hub, tip, 2, 0);

@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "nav/sweep.hpp"
+#include "nav/volume.hpp"
+#include "render/canvas.hpp"
+#include "render/reslice.hpp"
+
+namespace nav::app {
+
+/// One ultrasound picture of a sweep beside checkerboards of it with the CT, before and after
+/// registration: structures that run on across the squares are aligned.
+Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
+                                    const Transform<frames::Ct, frames::Reference>& before,
+                                    const Transform<frames::Ct, frames::Reference>& after,
+                                    const render::HuWindow& window);
+
+}  // namespace nav::app
