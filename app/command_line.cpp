@@ -1,0 +1,305 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+#include "app/bench.hpp"
+#include "app/demo.hpp"
+#include "app/devices.hpp"
+#include "app/exit_code.hpp"
+#include "app/info.hpp"
+#include "app/replay.hpp"
+
+namespace nav::app {
+namespace {
+
+using Verb = std::function<Result<void>(Console&)>;
+
+/// Options that several verbs share, bound to one configuration.
+void add_output_options(CLI::App& verb, SessionConfig& config) {
+  auto& out = config.output;
+  verb.add_option("--engine", out.engine, "cpu, gl or reference")->capture_default_str();
+  verb.add_option("--threads", out.threads, "threads of the engine; 0: all cores")
+      ->capture_default_str();
+  verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
+  verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
+  verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
+  verb.add_option("--transfer-function", config.look.preset,
+                  "ct-bone, ct-soft-tissue or cta-vessels")
+      ->capture_default_str();
+  verb.add_option("--azimuth", config.view.azimuth_deg,
+                  "of the camera, degrees: 0 from the front, 90 from the patient's left")
+      ->capture_default_str();
+  verb.add_option("--elevation", config.view.elevation_deg, "of the camera, degrees from above")
+      ->capture_default_str();
+  verb.add_option("--distance", config.view.distance_mm, "of the camera, mm; 0: the CT fits")
+      ->capture_default_str();
+}
+
+void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matrix) {
+  verb.add_option("--ct", config.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD");
+  verb.add_option("--series", config.ct.series_uid, "SeriesInstanceUID in a DICOM folder");
+  verb.add_flag("--accept-unknown-orientation", config.ct.accept_unknown_orientation,
+                "take a CT without orientation as LPS");
+  verb.add_option("--config", config.source.plus_config,
+                  "PLUS configuration with the probe's calibration");
+  verb.add_option("--image-frame", config.source.image_frame)->capture_default_str();
+  verb.add_option("--probe-frame", config.source.probe_frame)->capture_default_str();
+  verb.add_option("--tracker-frame", config.source.tracker_frame)->capture_default_str();
+  verb.add_option("--reference-frame", config.source.reference_frame,
+                  "patient-fixed frame; the tracker frame's name declares the tracker to be it");
+  verb.add_option("--temporal-offset-ms", config.source.temporal_offset_ms,
+                  "picture stamps minus pose stamps")
+      ->capture_default_str();
+  verb.add_option("--ct-from-reference", matrix,
+                  "declared placement of the CT: 16 numbers, row-major, mm");
+}
+
+Result<void> apply_matrix(const std::string& text, SessionConfig& config) {
+  if (text.empty()) return {};
+  std::string spaced = text;
+  for (char& c : spaced) c = c == ',' ? ' ' : c;
+  std::istringstream stream(spaced);
+  stream.imbue(std::locale::classic());
+  std::vector<double> numbers;
+  for (double number = 0; stream >> number;) numbers.push_back(number);
+  if (numbers.size() != 16 || !stream.eof()) {
+    return Error{ErrorCode::kUsage,
+                 "--ct-from-reference: expected 16 numbers, found '" + text + "'"};
+  }
+  config.placement.ct_from_reference =
+      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  return {};
+}
+
+/// The session file first, then what the command line says on top: parsing twice keeps one list of
+/// options.
+class CommandLine {
+ public:
+  CommandLine()
+      : app_(
+            "Sonde: live ultrasound inside the CT. Research software, not a medical "
+            "device.") {
+    app_.set_version_flag("--version", "sonde " SONDE_VERSION);
+    app_.require_subcommand(1);
+    app_.add_flag("-v,--verbose", verbose_, "also show information of the libraries");
+    app_.fallthrough();
+    add_demo();
+    add_replay();
+    add_register();
+    add_info();
+    add_bench();
+    add_devices();
+  }
+
+  int run(int argc, const char* const* argv);
+
+ private:
+  void add_demo();
+  void add_replay();
+  void add_register();
+  void add_info();
+  void add_bench();
+  void add_devices();
+  void add_json(CLI::App& verb) {
+    verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
+  }
+  [[nodiscard]] std::optional<std::string> json() const {
+    return json_.empty() ? std::nullopt : std::optional(json_);
+  }
+  int fail(const Error& error) const;
+
+  CLI::App app_;
+  bool verbose_ = false;
+  std::string json_;
+  std::string session_;
+  std::string matrix_;
+  std::string path_;
+  SessionConfig config_;
+  SessionConfig demo_config_;
+  DemoOptions demo_;
+  RegisterOptions register_;
+  std::vector<double> target_;
+  BenchRenderOptions bench_;
+  bool accept_unknown_orientation_ = false;
+  bool print_session_ = false;
+  Verb verb_;
+};
+
+void CommandLine::add_demo() {
+  CLI::App* demo = app_.add_subcommand(
+      "demo",
+      "Simulated procedure: sweep, registration, needle approach with the live plane in CT");
+  SessionConfig& config = demo_config_;
+  config.look.preset = "cta-vessels";
+  demo->add_option("--out", config.output.folder, "folder to write to")->required();
+  add_output_options(*demo, config);
+  demo->add_option("--seed", demo_.seed, "which simulated patient")->capture_default_str();
+  demo->add_option("--frames", config.output.frames,
+                   "pictures of the needle approach; 0: the default of 30")
+      ->capture_default_str();
+  demo->add_option("--start-error-mm", demo_.start_error_mm)->capture_default_str();
+  demo->add_option("--start-error-deg", demo_.start_error_deg)->capture_default_str();
+  add_json(*demo);
+  demo->callback([this] {
+    verb_ = [this](Console& console) -> Result<void> {
+      if (const auto ok = validate(demo_config_); !ok) return ok;
+      demo_.output = demo_config_.output;
+      demo_.look = demo_config_.look;
+      demo_.view = demo_config_.view;
+      demo_.json = json();
+      return run_demo(demo_, console);
+    };
+  });
+}
+
+void CommandLine::add_replay() {
+  CLI::App* replay =
+      app_.add_subcommand("replay", "Replay a recorded PLUS sweep and show its plane in a CT");
+  replay->add_option("sweep", config_.source.recording, "PLUS sequence: .igs.mha, .mhd, .nrrd");
+  replay->add_option("--session", session_, "session file (TOML); options here win over it");
+  add_source_options(*replay, config_, matrix_);
+  replay->add_option("--registration", config_.placement.registration,
+                     "result of 'sonde register'");
+  replay->add_option("--out", config_.output.folder, "folder to write to");
+  add_output_options(*replay, config_);
+  replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
+      ->capture_default_str();
+  replay->add_flag("--window", config_.output.window, "also show them in a window");
+  replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
+  add_json(*replay);
+  replay->callback([this] {
+    verb_ = [this](Console& console) -> Result<void> {
+      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+      if (const auto ok = validate(config_); !ok) return ok;
+      if (print_session_) {
+        std::cout << to_toml(config_);
+        return {};
+      }
+      if (config_.source.kind == SessionConfig::SourceKind::kSimulated) {
+        demo_.seed = config_.source.seed;
+        demo_.output = config_.output;
+        demo_.look = config_.look;
+        demo_.view = config_.view;
+        demo_.json = json();
+        return run_demo(demo_, console);
+      }
+      return run_replay(config_, json(), console);
+    };
+  });
+}
+
+void CommandLine::add_register() {
+  CLI::App* verb =
+      app_.add_subcommand("register", "Register a CT to a recorded sweep, or by landmarks");
+  verb->add_option("sweep", config_.source.recording, "PLUS sequence; none: landmarks alone");
+  add_source_options(*verb, config_, matrix_);
+  verb->add_option("--landmarks", register_.landmarks,
+                   "comma-separated pairs; the start pose, or the whole registration");
+  verb->add_option("--target", target_, "x y z in the CT, LPS mm: where the error is judged")
+      ->expected(3);
+  verb->add_option("--threads", config_.output.threads)->capture_default_str();
+  verb->add_option("--out", config_.output.folder, "folder for pictures and report");
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](Console& console) -> Result<void> {
+      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+      if (const auto ok = validate(config_); !ok) return ok;
+      if (!target_.empty()) {
+        register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
+      }
+      return run_register(config_, register_, json(), console);
+    };
+  });
+}
+
+void CommandLine::add_info() {
+  CLI::App* info =
+      app_.add_subcommand("info", "Say what a file is: sequence, CT or PLUS configuration");
+  info->add_option("file", path_, "file, or DICOM folder")->required();
+  info->add_flag("--accept-unknown-orientation", accept_unknown_orientation_,
+                 "take a CT without orientation as LPS");
+  add_json(*info);
+  info->callback([this] {
+    verb_ = [this](Console& console) {
+      return run_info(path_, json(), accept_unknown_orientation_, console);
+    };
+  });
+}
+
+void CommandLine::add_bench() {
+  CLI::App* bench = app_.add_subcommand("bench", "Measure run time against error");
+  bench->require_subcommand(1);
+  CLI::App* render = bench->add_subcommand(
+      "render", "Sonde's engines beside VTK's volume mappers, and their agreement");
+  render->add_option("--ct", bench_.ct, "CT to draw; none: the simulated patient");
+  render->add_option("--scene", bench_.scene, "only this scene");
+  render->add_flag("--quick", bench_.quick, "small pictures and few steps");
+  add_json(*render);
+  render->callback([this] {
+    verb_ = [this](Console& console) {
+      bench_.json = json();
+      return run_bench_render(bench_, console);
+    };
+  });
+}
+
+void CommandLine::add_devices() {
+  CLI::App* list = app_.add_subcommand("devices", "List USB devices and CAN interfaces");
+  add_json(*list);
+  list->callback(
+      [this] { verb_ = [this](Console& console) { return run_devices(json(), console); }; });
+}
+
+int CommandLine::fail(const Error& error) const {
+  std::string message = error.message;
+  for (char& c : message) c = c == '\n' ? ' ' : c;
+  std::fprintf(stderr, "sonde: error: %s\n", message.c_str());
+  return exit_code(error);
+}
+
+int CommandLine::run(int argc, const char* const* argv) {
+  // The session file is the ground that the options stand on: it must be read before they are.
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    std::string file;
+    if (argument == "--session" && i + 1 < argc) file = argv[i + 1];
+    if (argument.starts_with("--session=")) file = argument.substr(10);
+    if (file.empty()) continue;
+    auto config = read_session_config(file);
+    if (!config) return fail(config.error());
+    config_ = std::move(*config);
+  }
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app_.exit(success);
+  } catch (const CLI::ParseError& problem) {
+    return fail({ErrorCode::kUsage, std::string(problem.what()) + " (see sonde --help)"});
+  }
+  Console console(verbose_);
+  const auto outcome = verb_(console);
+  if (outcome) return kExitOk;
+  console.end("stopped");
+  return fail(outcome.error());
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  try {
+    return CommandLine().run(argc, argv);
+  } catch (const std::exception& bug) {
+    std::string what = bug.what();
+    for (char& c : what) c = c == '\n' ? ' ' : c;
+    std::fprintf(stderr, "sonde: bug: %s\n", what.c_str());
+    return kExitBug;
+  }
+}
+
+}  // namespace nav::app

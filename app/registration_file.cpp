@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/registration_file.hpp"
+
+#include "io/atomic_file.hpp"
+
+namespace nav::app {
+
+std::string ct_digest(const Volume& ct) {
+  const VoxelGrid& grid = ct.grid();
+  Json geometry;
+  geometry["size"] = {grid.size[0], grid.size[1], grid.size[2]};
+  for (int i = 0; i < 3; ++i) {
+    geometry["numbers"].push_back(grid.spacing_mm[i]);
+    geometry["numbers"].push_back(grid.origin_mm[i]);
+    for (int k = 0; k < 3; ++k) geometry["numbers"].push_back(grid.directions(i, k));
+  }
+  return digest_of(geometry.dump() + io::sha256_hex(std::as_bytes(ct.hu())));
+}
+
+Result<Transform<frames::Ct, frames::Reference>> read_registration(
+    const std::filesystem::path& path, const Volume& ct) {
+  constexpr std::uint64_t kMaxBytes = 64 << 20;
+  const auto refuse = [&](const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kMalformedData,
+                 path.string() + ": expected " + expected + ", found " + found};
+  };
+  const auto text = io::read_file(path, kMaxBytes);
+  if (!text) return text.error();
+  const Json json = Json::parse(*text, nullptr, false);
+  if (json.is_discarded() || !json.is_object()) {
+    return refuse("the JSON of 'sonde register'", "something that is not JSON");
+  }
+  const auto found = json.find("registration");
+  if (found == json.end() || !found->is_object()) {
+    return refuse("a key 'registration'", "none");
+  }
+  const Json& registration = *found;
+  const Json accepted = registration.value("accepted", Json());
+  if (!accepted.is_boolean())
+    return refuse("registration.accepted to be true or false", accepted.dump());
+  if (!accepted.get<bool>()) {
+    return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
+  }
+  const Json digest = json.value("ct_sha256", Json());
+  if (digest != ct_digest(ct)) {
+    return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +
+                                                ct.name() +
+                                                ", found one of another CT (ct_sha256 differs)"};
+  }
+  const Json numbers = registration.value("ct_from_reference_mm", Json());
+  if (!numbers.is_array() || numbers.size() != 16) {
+    return refuse("16 numbers in registration.ct_from_reference_mm", numbers.dump());
+  }
+  Eigen::Matrix4d matrix;
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!numbers[i].is_number()) {
+      return refuse("16 numbers in registration.ct_from_reference_mm", numbers[i].dump());
+    }
+    matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
+  }
+  auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
+  if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
+  return *rigid;
+}
+
+}  // namespace nav::app

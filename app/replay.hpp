@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/console.hpp"
+#include "app/session_config.hpp"
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+/// Replays a recorded sweep through the live pipeline on the virtual clock and shows its plane in a
+/// CT. Writes pictures, pose log, HTML report, session file and report.json into the output folder.
+Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
+                        Console& console);
+
+struct RegisterOptions {
+  std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
+  std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre
+                                             ///< of the sweep or of the landmarks.
+};
+
+/// Registers a CT to a recorded sweep (from a declared pose or landmarks), or by landmarks alone
+/// when the configuration names no recording. Writes the result as JSON; kRefused, after writing,
+/// when it was not accepted.
+Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
+                          const std::optional<std::string>& json, Console& console);
+
+}  // namespace nav::app
