@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/landmark_file.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr const char* kHeader =
+    "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm";
+
+class LandmarkFileTest : public ::testing::Test {
+ protected:
+  auto read(const std::string& text) {
+    const auto path = folder_ / "points.csv";
+    std::ofstream(path) << text;
+    return read_landmarks(path);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
+  const auto pairs =
+      read(std::string(kHeader) +
+           ",sigma_mm\r\n# tip first\nTip , 1,2,3, -4,5.5,1e1,0.5\nBase,0,0,0,0,0,0,2\n");
+  ASSERT_TRUE(test::has_value(pairs));
+  ASSERT_EQ(pairs->size(), 2u);
+  EXPECT_EQ((*pairs)[0].name, "Tip");
+  EXPECT_EQ((*pairs)[0].reference.mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ((*pairs)[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
+  EXPECT_EQ((*pairs)[1].sigma_mm, 2);
+}
+
+TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
+  using Code = ErrorCode;
+  const std::string header = std::string(kHeader) + "\n";
+  EXPECT_TRUE(test::refuses(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5\n"), Code::kMalformedData,
+                            {":2:", "7 values", "found 6"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,nan,4,5,6\n"), Code::kMalformedData,
+                            {":2:", "reference_z_mm", "nan"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5,6mm\n"), Code::kMalformedData,
+                            {"ct_z_mm", "6mm"}));
+  EXPECT_TRUE(test::refuses(read(header), Code::kMalformedData, {"found none"}));
+  EXPECT_TRUE(
+      test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
+}
+
+}  // namespace
+}  // namespace nav::app

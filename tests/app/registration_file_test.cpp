@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/registration_file.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+using Code = ErrorCode;
+
+Volume volume(std::int16_t value) {
+  VoxelGrid grid;
+  grid.size = {2, 2, 2};
+  return *Volume::create(grid, std::vector<std::int16_t>(8, value), "ct");
+}
+
+class RegistrationFileTest : public ::testing::Test {
+ protected:
+  auto read(const Json& json) {
+    const auto path = folder_ / "registration.json";
+    std::ofstream(path) << json.dump();
+    return read_registration(path, ct_);
+  }
+  Json good() const {
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    matrix(1, 3) = -7.25;
+    Json json;
+    json["ct_sha256"] = ct_digest(ct_);
+    json["registration"]["accepted"] = true;
+    json["registration"]["ct_from_reference_mm"] = json_of(matrix);
+    return json;
+  }
+  test::TemporaryFolder folder_;
+  Volume ct_ = volume(40);
+};
+
+TEST_F(RegistrationFileTest, ReadsWhatRegisterWrites) {
+  const auto found = read(good());
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_EQ(found->translation_mm().y(), -7.25);
+}
+
+TEST_F(RegistrationFileTest, BelongsToItsCt) {
+  Json json = good();
+  json["ct_sha256"] = ct_digest(volume(41));
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"another CT"}));
+  EXPECT_NE(ct_digest(volume(40)), ct_digest(volume(41)));
+}
+
+TEST_F(RegistrationFileTest, RefusesWhatWasNotAccepted) {
+  Json json = good();
+  json["registration"]["accepted"] = false;
+  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
+}
+
+TEST_F(RegistrationFileTest, RefusesDamage) {
+  Json json = good();
+  json["registration"]["ct_from_reference_mm"][0] = 2;
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"scaled"}));
+  json = good();
+  json["registration"]["ct_from_reference_mm"].erase(3);
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"16 numbers"}));
+  json = good();
+  json["registration"]["ct_from_reference_mm"][3] = nullptr;
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"16 numbers", "null"}));
+  json = good();
+  json["registration"].erase("accepted");
+  EXPECT_FALSE(read(json));
+  EXPECT_TRUE(test::refuses(read(Json(3)), Code::kMalformedData, {"not JSON"}));
+}
+
+}  // namespace
+}  // namespace nav::app

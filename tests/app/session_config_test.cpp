@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/session_config.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+using Code = ErrorCode;
+
+class SessionConfigTest : public ::testing::Test {
+ protected:
+  auto read(const std::string& text) {
+    const auto path = folder_ / "session.toml";
+    std::ofstream(path) << text;
+    return read_session_config(path);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(SessionConfigTest, ReadsEverySectionAndResolvesPaths) {
+  const auto config = read(R"(
+[ct]
+path = "scan"
+[source]
+kind = "recording"
+recording = "sweep.igs.mha"
+plus_config = "/abs/plus.xml"
+temporal_offset_ms = 12
+[placement]
+ct_from_reference_mm = [1,0,0,5, 0,1,0,6, 0,0,1,7, 0,0,0,1]
+[look]
+transfer_function = "cta-vessels"
+nodes = [{hu = 0, rgb = [1,0,0], opacity_per_mm = 0, importance = 0},
+         {hu = 100, rgb = [1,1,1], opacity_per_mm = 0.5, importance = 1}]
+[view]
+azimuth_deg = -10.5
+[output]
+folder = "out"
+engine = "reference"
+width_px = 320
+)");
+  ASSERT_TRUE(test::has_value(config));
+  EXPECT_EQ(config->ct.path, folder_ / "scan");
+  EXPECT_EQ(config->source.plus_config, "/abs/plus.xml");
+  EXPECT_EQ(config->source.temporal_offset_ms, 12);
+  EXPECT_EQ((*config->placement.ct_from_reference)(1, 3), 6);
+  EXPECT_EQ(config->look.nodes.at(1).opacity, 0.5);
+  EXPECT_EQ(config->view.azimuth_deg, -10.5);
+  EXPECT_EQ(config->output.width, 320);
+}
+
+TEST_F(SessionConfigTest, TheResolvedFormReadsBackToTheSame) {
+  const auto first = read(
+      "[ct]\npath = \"a\"\n[output]\nwidth_px = 123\n[look]\nnodes = "
+      "[{hu=0,opacity_per_mm=0.0},{hu=1,opacity_per_mm=0.1}]\n");
+  ASSERT_TRUE(test::has_value(first));
+  const auto second = read(to_toml(*first));
+  ASSERT_TRUE(test::has_value(second));
+  EXPECT_EQ(to_toml(*first), to_toml(*second));
+  EXPECT_EQ(second->output.width, 123);
+}
+
+TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
+  EXPECT_TRUE(test::refuses(read("[ct]\n\npth = \"a\"\n"), Code::kMalformedData,
+                            {"session.toml:3", "ct.pth", "path"}));
+  EXPECT_TRUE(test::refuses(read("[cutaway]\nangle_deg = 1\n"), Code::kMalformedData, {"cutaway"}));
+  EXPECT_TRUE(test::refuses(read("ct = 3\n"), Code::kMalformedData, {"ct"}));
+  EXPECT_TRUE(test::refuses(read("[view]\nfov = 3\n"), Code::kMalformedData, {"view.fov"}));
+  EXPECT_TRUE(test::refuses(read("[look]\nnodes=[{hu=1,alpha=2}]\n"), Code::kMalformedData,
+                            {"look.nodes.alpha"}));
+}
+
+TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
+  EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
+                            {":2", "output.width_px", "whole number", "wide"}));
+  EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = -3\n"), Code::kMalformedData, {"-3"}));
+  EXPECT_TRUE(test::refuses(read("[view]\nfov_deg = nan\n"), Code::kMalformedData,
+                            {"view.fov_deg", "finite", "nan"}));
+  EXPECT_TRUE(test::refuses(read("[output]\nengine = \"vulkan\"\n"), Code::kMalformedData,
+                            {"output.engine", "vulkan"}));
+  EXPECT_TRUE(
+      test::refuses(read("[output]\nstep_voxels = 0\n"), Code::kMalformedData, {"step_voxels"}));
+  EXPECT_TRUE(test::refuses(read("[placement]\nct_from_reference_mm = [1,2,3]\n"),
+                            Code::kMalformedData, {"16 finite numbers"}));
+  EXPECT_TRUE(test::refuses(read("[source]\nkind = \"telepathy\"\n"), Code::kMalformedData,
+                            {"source.kind", "telepathy"}));
+  EXPECT_TRUE(test::refuses(read("[source]\nkind = \"device\"\n"), Code::kUnavailable,
+                            {"source.kind", "device"}));
+}
+
+TEST_F(SessionConfigTest, RefusesWhatIsNotToml) {
+  EXPECT_TRUE(test::refuses(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
+  EXPECT_TRUE(
+      test::refuses(read_session_config(folder_ / "none.toml"), Code::kNotFound, {"none.toml"}));
+  EXPECT_TRUE(test::refuses(read_session_config(folder_.path()), Code::kNotFound, {"not a file"}));
+}
+
+}  // namespace
+}  // namespace nav::app

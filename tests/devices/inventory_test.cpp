@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/inventory.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::devices {
+namespace {
+
+void add_interface(const std::filesystem::path& net, const std::string& name, int type,
+                   const std::string& flags) {
+  std::filesystem::create_directories(net / name);
+  std::ofstream(net / name / "type") << type << '\n';
+  std::ofstream(net / name / "flags") << flags << '\n';
+}
+
+TEST(InventoryTest, FindsOnlyCanInterfacesAndTheirState) {
+  const test::TemporaryFolder net;
+  add_interface(net.path(), "vcan1", 280, "0x40080");
+  add_interface(net.path(), "can0", 280, "0x40081");
+  add_interface(net.path(), "eth0", 1, "0x1003");
+  add_interface(net.path(), "lo", 772, "0x9");
+  const auto found = list_can(net.path());
+  ASSERT_TRUE(test::has_value(found));
+  ASSERT_EQ(found->size(), 2u);
+  EXPECT_EQ((*found)[0].name, "can0");
+  EXPECT_TRUE((*found)[0].up);
+  EXPECT_EQ((*found)[1].name, "vcan1");
+  EXPECT_FALSE((*found)[1].up);
+}
+
+TEST(InventoryTest, NamesAMissingNetworkFolder) {
+  EXPECT_TRUE(
+      test::refuses(list_can("/nonexistent/net"), ErrorCode::kUnavailable, {"/nonexistent/net"}));
+}
+
+TEST(InventoryTest, AsksTheRealKernel) {
+  const auto can = list_can();
+  EXPECT_TRUE(test::has_value(can));
+  const auto usb = list_usb();  // A machine without USB says so instead of crashing.
+  if (!usb) {
+    EXPECT_EQ(usb.error().code, ErrorCode::kUnavailable);
+    EXPECT_FALSE(usb.error().message.empty());
+  }
+}
+
+}  // namespace
+}  // namespace nav::devices
