@@ -24,7 +24,7 @@ constexpr std::array<Properties, static_cast<std::size_t>(Tissue::kCount)> kTabl
     {"skin", 30, 40, 50, {1.72F, 0.70F, 1.6F}},
     {"fat", -105, -105, -100, {1.38F, 0.50F, 0.45F}},
     {"muscle", 55, 60, 65, {1.67F, 0.70F, 0.6F}},
-    {"peritoneal_fat", -100, -100, -95, {1.40F, 0.50F, 1.5F}},
+    {"peritoneal_fat", -100, -100, -95, {1.40F, 0.50F, 1.9F}},
     {"bone", 900, 900, 900, {6.00F, 15.0F, 1.0F}},
     {"marrow", 180, 185, 200, {2.2F, 8.0F, 0.8F}},
     {"disc", 80, 80, 85, {1.75F, 1.0F, 0.5F}},
