@@ -15,10 +15,11 @@ enum class TrackedBody { kProbe, kReference, kNeedle };
 /// Poses of one body of a procedure on the virtual clock: no threads, no sleeping. next(deadline)
 /// returns the next pose whose arrival is not after the deadline, else kTimeout; kEndOfStream after
 /// the last. Occluded samples carry a status and NaN, never an old pose or identity. The stream
-/// begins half a second before the first picture and ends as long after the last. Not thread-safe.
+/// begins half a second before the first picture and ends as long after the last; kCancelled after
+/// stop(). Not thread-safe.
 class SimulatedTracker final : public PoseSource {
  public:
-  /// The procedure must outlive the source. Noise, latency and seed come from its options.
+  /// Noise, latency and seed come from the procedure's options.
   SimulatedTracker(const Procedure& procedure, TrackedBody body);
   Result<RawPose> next(Deadline deadline) override;
   void stop() noexcept override { stopped_ = true; }
@@ -26,8 +27,6 @@ class SimulatedTracker final : public PoseSource {
   [[nodiscard]] Timestamp next_arrival() const;
 
  private:
-  const Procedure* procedure_;
-  TrackedBody body_;
   std::vector<RawPose> poses_;  ///< In order of arrival.
   std::size_t position_ = 0;
   bool stopped_ = false;

@@ -23,19 +23,19 @@ struct ProbeModel {
   double depth_mm = 140;        ///< From the face.
   double frequency_mhz = 3.5;
   int columns = 400;  ///< Of the picture.
-  int rows = 320;     ///< Of the picture.
+  int rows = 280;     ///< Of the picture.
   int lines = 192;    ///< Scan lines.
   double focus_mm = 80;
   double lateral_fwhm_mm = 1.6;     ///< Beam width at the focus.
   double elevation_fwhm_mm = 3.0;   ///< Slice thickness at the focus.
   double dynamic_range_db = 60;     ///< Black to white.
   double liver_level_db = -33;      ///< Mean liver, relative to white.
-  double noise_level_db = -98;      ///< Electronic noise before depth gain, relative to white.
+  double noise_level_db = -104;     ///< Electronic noise before depth gain, relative to white.
   double tgc_db_per_cm_mhz = 0.55;  ///< Attenuation that the depth gain assumes, one way.
   double tgc_error_db = 2.0;        ///< How far the operator's sliders are off, peak.
 };
 
-/// 66 degrees, 60 mm radius, 140 mm deep, 3.5 MHz, 400 x 320 pixels.
+/// 66 degrees, 60 mm radius, 140 mm deep, 3.5 MHz, 400 x 280 pixels.
 ProbeModel convex_abdominal();
 /// 38 mm wide, 60 mm deep, 9 MHz.
 ProbeModel linear_l14();
@@ -43,7 +43,7 @@ ProbeModel linear_l14();
 /// A refusal that names the first setting that cannot be.
 Result<void> validate(const ProbeModel& probe);
 
-/// Signal before depth gain compression: scan lines x samples, one line after the other.
+/// Envelope signal: scan lines x samples, one line after the other.
 struct ScanLineImage {
   int lines = 0;
   int samples = 0;
