@@ -4,10 +4,10 @@
 
 #include <array>
 #include <vector>
-#include <vtkAutoInit.h>
 #include <vtkFreeTypeTools.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkStdString.h>
 #include <vtkTextProperty.h>
 
 namespace nav::render {
