@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/placement.hpp"
+
+#include <Eigen/Geometry>
+
+#include "app/registration_file.hpp"
+
+namespace nav::app {
+namespace {
+
+/// Reference to CT by the mean axes of the pictures. Where they cancel out, the axes stay.
+Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSurvey& sweep) {
+  Eigen::Matrix3d reference_axes = Eigen::Matrix3d::Identity();
+  constexpr double kClear = 1e-3;
+  const Eigen::Vector3d lateral = sweep.lateral / static_cast<double>(sweep.paired);
+  const Eigen::Vector3d normal = lateral.cross(sweep.deep / static_cast<double>(sweep.paired));
+  if (lateral.norm() > kClear && normal.norm() > kClear) {
+    reference_axes.col(0) = lateral.normalized();
+    reference_axes.col(2) = normal.normalized();
+    reference_axes.col(1) = reference_axes.col(2).cross(reference_axes.col(0));
+  }
+  // LPS: +x left, +y posterior, +z superior.
+  const Eigen::Quaterniond turn(Eigen::Matrix3d(reference_axes.transpose()));
+  return {turn.normalized(), ct.grid().centre().mm - turn * sweep.centroid.mm};
+}
+
+}  // namespace
+
+Result<Placement> place_ct(const SessionConfig& config, const Volume& ct,
+                           const SweepSurvey& sweep) {
+  if (!config.placement.registration.empty()) {
+    auto registered = read_registration(config.placement.registration, ct);
+    if (!registered) return registered.error();
+    return Placement{{*registered, {SafetyState::kValid, ""}},
+                     "registered",
+                     "The CT was registered: " + config.placement.registration.string() + "."};
+  }
+  const Safety doubt{SafetyState::kDegraded, "the CT is placed by declaration, not registered"};
+  if (config.placement.ct_from_reference) {
+    auto declared =
+        rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
+    if (!declared) return declared.error();
+    return Placement{{*declared, doubt},
+                     "declared",
+                     "The CT is not registered: it lies where the user declared it to lie."};
+  }
+  return Placement{{centred(ct, sweep), doubt},
+                   "centred",
+                   "The CT is not registered: for want of a placement, the sweep's centre lies at "
+                   "the CT's centre, the depth of the pictures points to posterior and their "
+                   "lateral axis to the patient's left."};
+}
+
+}  // namespace nav::app

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "app/navigator.hpp"
+#include "app/recorded_session.hpp"
+#include "app/session_config.hpp"
+#include "nav/volume.hpp"
+
+namespace nav::app {
+
+/// Where a recording's CT lies and why it is believed to.
+struct Placement {
+  CtPlacement placement;
+  std::string kind;       ///< "registered", "declared", "centred".
+  std::string statement;  ///< One sentence for the report.
+};
+
+/// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the
+/// sweep's centre at the CT's centre, the pictures' depth towards posterior and their lateral axis
+/// towards the patient's left. Only a registration is valid; the others are degraded.
+Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep);
+
+}  // namespace nav::app

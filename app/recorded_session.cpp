@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/recorded_session.hpp"
+
+#include <algorithm>
+
+#include "io/plus_config.hpp"
+#include "io/sequence.hpp"
+
+namespace nav::app {
+namespace {
+
+/// Median time between frames; 50 ms where the recording does not tell.
+Result<Duration> frame_period(const std::filesystem::path& path) {
+  const auto reader = io::SequenceReader::open(path);
+  if (!reader) return reader.error();
+  std::vector<double> gaps;
+  std::optional<double> last;
+  for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
+    const auto frame = reader->frame_fields(i);
+    if (!frame || !frame->timestamp_s) continue;
+    if (last && *frame->timestamp_s > *last) gaps.push_back(*frame->timestamp_s - *last);
+    last = frame->timestamp_s;
+  }
+  constexpr double kDefaultS = 0.05;
+  if (gaps.empty()) return from_seconds(kDefaultS);
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return from_seconds(std::clamp(*middle, 1e-3, 10.0));
+}
+
+NavigatorOptions options_for(const SessionConfig& config, Duration period) {
+  NavigatorOptions options;
+  options.frame_period = period;
+  options.pairing.temporal_offset = from_seconds(config.source.temporal_offset_ms * 1e-3);
+  // A recording holds one pose per picture, so its poses are as far apart as its pictures.
+  options.pairing.max_pose_gap = std::max<Duration>(options.pairing.max_pose_gap, 2 * period);
+  options.pairing.max_wait = std::max<Duration>(options.pairing.max_wait, 3 * period);
+  return options;
+}
+
+}  // namespace
+
+Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
+                                              Diagnostics& diagnostics) {
+  const auto& source = config.source;
+  const auto period = frame_period(source.recording);
+  if (!period) return period.error();
+  std::optional<io::PlusConfig> plus;
+  if (!source.plus_config.empty()) {
+    auto read = io::read_plus_config(source.plus_config);
+    if (!read) return read.error();
+    plus = std::move(*read);
+  }
+  sim::ReplayOptions options{source.image_frame, source.probe_frame, source.tracker_frame,
+                             source.reference_frame};
+  const bool choose = source.reference_frame.empty();
+  if (choose) options.reference_frame = "Reference";
+  const auto open_with = [&] {
+    return sim::ReplaySession::open(source.recording, plus ? &*plus : nullptr, options,
+                                    diagnostics);
+  };
+  auto replay = open_with();
+  std::string statement = options.reference_frame + " is the patient's frame";
+  if (!replay && choose && replay.error().code == ErrorCode::kNotFound) {
+    options.reference_frame = source.tracker_frame;
+    statement = "nothing tracks the patient: the tracker itself (" + source.tracker_frame +
+                ") is taken as the patient's frame";
+    auto again = open_with();
+    // The first error is the better one when neither way exists.
+    if (again) {
+      replay = std::move(again);
+      diagnostics.report(Severity::kWarning, "replay", statement);
+    }
+  }
+  if (!replay) return replay.error();
+  if (!replay->calibration()) {
+    return Error{ErrorCode::kUnsupportedData,
+                 source.recording.string() +
+                     ": expected ultrasound pictures, found a recording without any"};
+  }
+  const bool fixed = replay->form() != sim::ReplayForm::kTracked ||
+                     options.reference_frame == source.tracker_frame;
+  return RecordedSession(std::move(*replay), options_for(config, *period), diagnostics, fixed,
+                         statement);
+}
+
+RecordedSession::RecordedSession(sim::ReplaySession replay, NavigatorOptions options,
+                                 Diagnostics& diagnostics, bool fixed_reference,
+                                 std::string reference_statement)
+    : replay_(std::move(replay)),
+      options_(options),
+      diagnostics_(&diagnostics),
+      fixed_reference_(fixed_reference),
+      reference_statement_(std::move(reference_statement)) {
+  rewind();
+}
+
+void RecordedSession::rewind() {
+  replay_.rewind();
+  std::optional<Transform<frames::Reference, frames::Tracker>> fixed;
+  if (fixed_reference_) {
+    fixed.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
+  }
+  clock_ = VirtualClock();
+  navigator_ = std::make_unique<Navigator>(replay_.calibration()->probe_from_image, fixed, options_,
+                                           *diagnostics_);
+  if (placement_) navigator_->set_placement(*placement_);
+  log_ = PoseLog();
+  frames_read_ = 0;
+  first_refusal_.clear();
+  ended_ = false;
+}
+
+void RecordedSession::set_placement(const CtPlacement& placement) {
+  placement_ = placement;
+  navigator_->set_placement(placement);
+}
+
+void RecordedSession::feed(sim::ReplayEvent event) {
+  const auto sequence = static_cast<std::uint64_t>(event.index);
+  const auto missing = [&](const std::string& cause, const std::string& message) {
+    if (first_refusal_.empty()) first_refusal_ = message;
+    log_.add_missing(sequence, cause);
+    navigator_->on_event({clock_.now(), MissingFrame{sequence, cause, message}});
+  };
+  if (!event.acquired) {
+    missing("no_timestamp",
+            "frame " + std::to_string(event.index) + ": expected a Timestamp, found none");
+    return;
+  }
+  // Stamps that run backwards are refused below, by the pairing; the clock never runs backwards.
+  if (*event.acquired > clock_.now()) clock_.advance_to(*event.acquired);
+  navigator_->on_event({clock_.now(), ProbePose{event.probe}});
+  if (event.reference) navigator_->on_event({clock_.now(), ReferencePose{*event.reference}});
+  if (!event.picture) {
+    missing("unusable_picture", event.picture.error().message);
+    return;
+  }
+  navigator_->on_event({clock_.now(), std::move(*event.picture)});
+}
+
+Result<bool> RecordedSession::step(const Listener& listener) {
+  if (ended_) return false;
+  const auto settle = [&](bool end) {
+    navigator_->settle(clock_.now(), end, [&](const tracking::PairedFrame& paired) {
+      if (!paired.tracked && first_refusal_.empty()) {
+        first_refusal_ = "frame " + std::to_string(paired.sequence) + ": " + paired.cause;
+      }
+      log_.add(paired);
+      listener(paired);
+    });
+  };
+  auto event = replay_.next();
+  if (!event) {
+    if (event.error().code != ErrorCode::kEndOfStream) return event.error();
+    ended_ = true;
+    settle(true);
+    return false;
+  }
+  ++frames_read_;
+  feed(std::move(*event));
+  settle(false);
+  return true;
+}
+
+Result<SweepSurvey> survey(RecordedSession& session) {
+  SweepSurvey found;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const auto add = [&](const tracking::PairedFrame& paired) {
+    if (!paired.tracked) return;
+    const TrackedFrame& tracked = *paired.tracked;
+    const auto& pixels = tracked.frame.pixels;
+    const auto centre =
+        tracked.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
+    const Eigen::Matrix3d axes = tracked.reference_from_image.rotation().toRotationMatrix();
+    sum += (tracked.reference_from_image * centre).mm;
+    found.lateral += axes.col(0);
+    found.deep += axes.col(1);
+    ++found.paired;
+  };
+  for (;;) {
+    const auto more = session.step(add);
+    if (!more) return more.error();
+    if (!*more) break;
+  }
+  if (found.paired == 0) {
+    return Error{
+        ErrorCode::kMalformedData,
+        "recording: expected at least one picture with a pose, found none of " +
+            std::to_string(session.total_frames()) + " frames usable; the first: " +
+            (session.first_refusal().empty() ? "there are no frames" : session.first_refusal())};
+  }
+  found.centroid.mm = sum / static_cast<double>(found.paired);
+  session.rewind();
+  return found;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/navigator.hpp"
+#include "app/pose_log.hpp"
+#include "app/session_config.hpp"
+#include "sim/replay.hpp"
+
+namespace nav::app {
+
+/// A recording played through the live pipeline, one frame at a time, on the virtual clock.
+/// Not thread-safe.
+class RecordedSession {
+ public:
+  using Listener = std::function<void(const tracking::PairedFrame&)>;
+
+  /// Opens recording and calibration. Without a named reference frame, "Reference" is taken where
+  /// the recording has it; otherwise the tracker, which is reported. diagnostics must outlive it.
+  static Result<RecordedSession> open(const SessionConfig& config, Diagnostics& diagnostics);
+
+  /// Feeds one frame and settles what can be paired; false at the end, when everything is settled.
+  Result<bool> step(const Listener& listener);
+  /// Back to the first frame, with a fresh clock, ledger and log; the placement is kept.
+  void rewind();
+
+  [[nodiscard]] Epoch refresh() { return navigator_->refresh(clock_.now()); }
+  [[nodiscard]] Navigator& navigator() { return *navigator_; }
+  [[nodiscard]] const PoseLog& log() const { return log_; }
+  void set_placement(const CtPlacement& placement);
+
+  [[nodiscard]] std::int64_t total_frames() const { return replay_.total_frames(); }
+  /// Frames that went in so far.
+  [[nodiscard]] std::int64_t frames_read() const { return frames_read_; }
+  /// Which frames and transforms are in use, for the report.
+  [[nodiscard]] const std::string& description() const { return replay_.description(); }
+  /// What is taken as the patient's frame, and why.
+  [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
+  /// Why the first picture that could not be used was refused; empty while there is none.
+  [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
+
+ private:
+  RecordedSession(sim::ReplaySession replay, NavigatorOptions options, Diagnostics& diagnostics,
+                  bool fixed_reference, std::string reference_statement);
+  void feed(sim::ReplayEvent event);
+
+  sim::ReplaySession replay_;
+  NavigatorOptions options_;
+  Diagnostics* diagnostics_;
+  bool fixed_reference_;
+  std::string reference_statement_;
+  std::optional<CtPlacement> placement_;
+  VirtualClock clock_;
+  std::unique_ptr<Navigator> navigator_;
+  PoseLog log_;
+  std::int64_t frames_read_ = 0;
+  std::string first_refusal_;
+  bool ended_ = false;
+};
+
+/// Mean pose of the pictures of a recording, without keeping them.
+struct SweepSurvey {
+  std::size_t paired = 0;
+  Point<frames::Reference> centroid{{0, 0, 0}};
+  Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.
+  Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
+};
+/// Plays the whole recording once and rewinds it. kMalformedData when no picture could be paired;
+/// the message gives the causes.
+Result<SweepSurvey> survey(RecordedSession& session);
+
+}  // namespace nav::app

@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/landmark_file.hpp"
+#include "app/placement.hpp"
+#include "app/recorded_session.hpp"
+#include "app/registration_file.hpp"
+#include "app/registration_picture.hpp"
+#include "app/replay.hpp"
+#include "io/ct.hpp"
+
+namespace nav::app {
+namespace {
+
+std::string joined(const std::vector<std::string>& reasons) {
+  std::string text;
+  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
+  return text;
+}
+
+Json json_of(const registration::LandmarkRegistration& fit, const Point<frames::Ct>& target) {
+  Json json;
+  json["accepted"] = true;
+  json["fre_rms_mm"] = fit.fre_rms_mm;
+  json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
+  json["target_error_rms_mm"] = json_number(fit.tre_rms_mm(target));
+  json["landmarks"] = Json::array();
+  for (const auto& residual : fit.residuals) {
+    json["landmarks"].push_back({{"name", residual.name},
+                                 {"residual_mm", residual.distance_mm},
+                                 {"leave_one_out_mm", json_number(residual.leave_one_out_mm)}});
+  }
+  json["ct_from_reference_mm"] = app::json_of(fit.ct_from_reference.matrix());
+  return json;
+}
+
+Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
+
+Result<void> deliver(const Json& json, const SessionConfig& config,
+                     const std::optional<std::string>& json_file) {
+  if (!config.output.folder.empty()) {
+    auto out = OutputFolder::create(config.output.folder);
+    if (!out) return out.error();
+    if (auto written = write_json(json, (*out / "report.json").string()); !written) {
+      return written;
+    }
+  }
+  return write_json(json, json_file.value_or("-"));
+}
+
+struct Ground {
+  std::shared_ptr<const Volume> ct;  ///< Absent for landmarks alone.
+  std::optional<registration::LandmarkRegistration> landmarks;
+};
+
+Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& options,
+                           Console& console) {
+  Ground ground;
+  if (!config.ct.path.empty()) {
+    auto ct = io::read_ct(config.ct.path, console,
+                          {.series_uid = config.ct.series_uid,
+                           .accept_unknown_orientation = config.ct.accept_unknown_orientation});
+    if (!ct) return ct.error();
+    ground.ct = std::make_shared<const Volume>(std::move(*ct));
+  }
+  if (!options.landmarks.empty()) {
+    const auto pairs = read_landmarks(options.landmarks);
+    if (!pairs) return pairs.error();
+    auto fit = registration::register_landmarks(*pairs);
+    if (!fit) {
+      return Error{fit.error().code, options.landmarks.string() + ": " + fit.error().message};
+    }
+    ground.landmarks = std::move(*fit);
+  }
+  return ground;
+}
+
+Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
+                                   const Ground& ground,
+                                   const std::optional<std::string>& json_file) {
+  const auto& fit = *ground.landmarks;
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
+  Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = "landmarks";
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
+  json["target_ct_mm"] = json_of(target);
+  json["registration"] = json_of(fit, target);
+  return deliver(json, config, json_file);
+}
+
+Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
+  std::vector<TrackedFrame> frames;
+  for (;;) {
+    const auto more = session.step([&](const tracking::PairedFrame& paired) {
+      if (paired.tracked) frames.push_back(*paired.tracked);
+    });
+    if (!more) return more.error();
+    if (!*more) break;
+  }
+  return Sweep::create(std::move(frames), calibration_id);
+}
+
+}  // namespace
+
+Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
+                          const std::optional<std::string>& json_file, Console& console) {
+  const auto ground = read_ground(config, options, console);
+  if (!ground) return ground.error();
+  if (config.source.recording.empty()) {
+    if (!ground->landmarks) {
+      return Error{ErrorCode::kUsage, "register: expected a sweep or --landmarks, found neither"};
+    }
+    return register_by_landmarks(config, options, *ground, json_file);
+  }
+  if (!ground->ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
+
+  auto session = RecordedSession::open(config, console);
+  if (!session) return session.error();
+  const auto surveyed = survey(*session);
+  if (!surveyed) return surveyed.error();
+  auto start = place_ct(config, *ground->ct, *surveyed);
+  if (!start) return start.error();
+  if (ground->landmarks) {
+    start->placement.ct_from_reference = ground->landmarks->ct_from_reference;
+    start->kind = "landmarks";
+  } else if (start->kind == "centred") {
+    console.report(Severity::kWarning, "register",
+                   "no start pose was given; the search begins from: " + start->statement);
+  }
+  const auto sweep = read_sweep(*session, config.source.plus_config.string());
+  if (!sweep) return sweep.error();
+
+  console.begin("registration");
+  registration::ImageRegistrationOptions solver;
+  if (config.output.threads > 0) solver.threads = std::min(config.output.threads, 64);
+  const auto& initial = start->placement.ct_from_reference;
+  const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
+                                                   [&](double fraction) {
+                                                     console.progress(fraction);
+                                                     return true;
+                                                   });
+  if (!result) return result.error();
+  const Point<frames::Ct> target = options.target_ct
+                                       ? Point<frames::Ct>{*options.target_ct}
+                                       : result->ct_from_reference * sweep->centroid();
+  const auto decision = registration::decide(*result, {}, target);
+  console.end(decision.accepted ? "accepted" : "refused");
+
+  Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = "image";
+  json["sweep"] = config.source.recording.string();
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ct_digest(*ground->ct);
+  json["reference"] = session->reference_statement();
+  json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
+  json["target_ct_mm"] = json_of(target);
+  json["registration"] = app::json_of(*result, decision, target);
+  json["ledger"] = app::json_of(session->navigator().ledger());
+  json["diagnostics"] = app::json_of(console.entries());
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!config.output.folder.empty()) {
+    auto out = OutputFolder::create(config.output.folder);
+    if (!out) return out.error();
+    const auto& middle = sweep->frames()[sweep->frames().size() / 2];
+    if (auto written = out->write_picture(
+            "registration.png",
+            registration_picture(*ground->ct, middle, initial, result->ct_from_reference, {}));
+        !written) {
+      return written;
+    }
+  }
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
+}  // namespace nav::app

@@ -1,0 +1,253 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/replay.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/engines.hpp"
+#include "app/placement.hpp"
+#include "app/presenter.hpp"
+#include "app/recorded_session.hpp"
+#include "app/report.hpp"
+#include "io/ct.hpp"
+#include "io/picture.hpp"
+#include "render/window.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr std::size_t kMostAnimated = 60;
+constexpr int kAnimationMs = 150;
+
+Result<void> require(const std::filesystem::path& path, const char* option, const char* what) {
+  if (!path.empty()) return {};
+  return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
+}
+
+class Replay {
+ public:
+  Replay(const SessionConfig& config, Console& console, OutputFolder out,
+         std::shared_ptr<const Volume> ct, RecordedSession session, Placement placement,
+         Presenter presenter)
+      : config_(config),
+        console_(console),
+        out_(std::move(out)),
+        ct_(std::move(ct)),
+        session_(std::move(session)),
+        placement_(std::move(placement)),
+        presenter_(std::move(presenter)) {
+    session_.set_placement(placement_.placement);
+  }
+
+  Result<void> run(const std::optional<std::string>& json) {
+    // Every n-th paired picture is shown when fewer are wanted than there are.
+    const std::int64_t most = config_.output.frames;
+    const std::int64_t total = session_.total_frames();
+    stride_ = most > 0 ? std::max<std::int64_t>(1, (total + most - 1) / most) : 1;
+    console_.begin("replay");
+    if (auto played = config_.output.window ? play_in_window() : play(); !played) return played;
+    console_.end(std::to_string(out_.files().size()) + " pictures");
+    session_.navigator().finish();
+    if (!animation_.empty()) {
+      if (auto written = io::write_animation(animation_, kAnimationMs, out_ / "replay.webp");
+          !written) {
+        return written;
+      }
+      out_.list("replay.webp");
+    }
+    return write_report(json);
+  }
+
+ private:
+  /// Plays on until a refresh is due; nothing at the end.
+  Result<std::optional<Epoch>> advance() {
+    for (;;) {
+      bool due = false;
+      const auto more = session_.step([&](const tracking::PairedFrame& paired) {
+        if (paired.tracked && paired_++ % stride_ == 0) due = true;
+      });
+      if (!more) return more.error();
+      console_.progress(static_cast<double>(session_.frames_read()) /
+                        static_cast<double>(std::max<std::int64_t>(session_.total_frames(), 1)));
+      if (due) return std::optional<Epoch>(session_.refresh());
+      if (!*more) return std::optional<Epoch>();
+    }
+  }
+
+  Result<void> show(const Epoch& epoch) {
+    auto picture = presenter_.present(epoch);
+    if (!picture) return picture.error();
+    char name[64];
+    std::snprintf(name, sizeof name, "replay_%05d.png", shown_++);
+    if (auto written = out_.write_picture(name, *picture); !written) return written;
+    if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*picture));
+    return {};
+  }
+
+  Result<void> play() {
+    for (;;) {
+      const auto epoch = advance();
+      if (!epoch) return epoch.error();
+      if (!*epoch) return {};
+      if (auto shown = show(**epoch); !shown) return shown;
+    }
+  }
+
+  Result<void> play_in_window() {
+    std::optional<Error> failure;
+    bool ended = false;
+    const auto source = [&]() -> std::shared_ptr<const render::Scene> {
+      if (failure || ended) return nullptr;
+      const auto epoch = advance();
+      if (!epoch) {
+        failure = epoch.error();
+        return nullptr;
+      }
+      if (!*epoch) {
+        ended = true;
+        return nullptr;
+      }
+      if (const auto shown = show(**epoch); !shown) failure = shown.error();
+      return std::make_shared<const render::Scene>(presenter_.scene(**epoch));
+    };
+    const auto window = render::show_window(source, {});
+    if (failure) return *failure;
+    if (!window) return window;
+    return play();  // What the window did not live to see.
+  }
+
+  Result<void> write_report(const std::optional<std::string>& json_file);
+
+  const SessionConfig& config_;
+  Console& console_;
+  OutputFolder out_;
+  std::shared_ptr<const Volume> ct_;
+  RecordedSession session_;
+  Placement placement_;
+  Presenter presenter_;
+  std::int64_t stride_ = 1;
+  std::int64_t paired_ = 0;
+  int shown_ = 0;
+  std::vector<Image2d<Rgba8>> animation_;
+};
+
+Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
+  const auto& ledger = session_.navigator().ledger();
+  Json json;
+  json["verb"] = "replay";
+  json["version"] = SONDE_VERSION;
+  json["simulated"] = false;
+  json["sweep"] = config_.source.recording.string();
+  json["ct"] = config_.ct.path.string();
+  json["engine"] = presenter_.engine().name();
+  json["device"] = presenter_.engine().device();
+  json["placement"] = {
+      {"kind", placement_.kind},
+      {"statement", placement_.statement},
+      {"ct_from_reference_mm", json_of(placement_.placement.ct_from_reference.matrix())}};
+  json["reference"] = session_.reference_statement();
+  json["transforms"] = session_.description();
+  json["ledger"] = json_of(ledger);
+  json["rejected_poses"] = session_.navigator().rejected_poses();
+  json["views_cast"] = presenter_.views_cast();
+  json["cast_seconds"] = presenter_.cast_seconds();
+  json["frames"] = out_.files();
+  json["pose_log_sha256"] = digest_of(session_.log().text());
+  json["image_sha256"] = out_.image_digest();
+  json["diagnostics"] = json_of(console_.entries());
+  if (auto written = out_.write_text("pose_log.csv", session_.log().text()); !written) {
+    return written;
+  }
+  if (auto written = out_.write_text("session.toml", to_toml(config_)); !written) return written;
+  if (auto written = write_json(json, (out_ / "report.json").string()); !written) return written;
+  if (json_file) {
+    if (auto written = write_json(json, *json_file); !written) return written;
+  }
+
+  HtmlReport html;
+  html.title = "Sonde: replay of " + config_.source.recording.filename().string();
+  html.warning = placement_.kind != "registered";
+  html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
+  const auto& files = out_.files();
+  if (!animation_.empty()) {
+    html.pictures.emplace_back("replay.webp",
+                               "The replay. Left: the ultrasound plane inside the CT. Right: the "
+                               "ultrasound picture and the CT along the same plane.");
+  }
+  const std::size_t count = animation_.empty() ? files.size() : files.size() - 1;
+  for (std::size_t i = 0; i < count; i += std::max<std::size_t>(1, count / 4)) {
+    html.pictures.emplace_back(files[i], files[i]);
+  }
+  html.tables.push_back({"Pictures",
+                         {{"received", std::to_string(ledger.received())},
+                          {"shown", std::to_string(ledger.shown())},
+                          {"superseded", std::to_string(ledger.superseded())},
+                          {"rejected", std::to_string(ledger.rejected_total())}}});
+  for (const auto& [cause, number] : ledger.rejected()) {
+    html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(number));
+  }
+  html.tables.push_back({"Input",
+                         {{"sweep", config_.source.recording.string()},
+                          {"calibration", config_.source.plus_config.string()},
+                          {"transforms", session_.description()},
+                          {"CT", config_.ct.path.string()}}});
+  html.tables.push_back(
+      {"Rendering",
+       {{"engine", presenter_.engine().name() + ", " + presenter_.engine().device()},
+        {"mean time per view",
+         quantity(1e3 * presenter_.cast_seconds() / std::max(presenter_.views_cast(), 1), 1,
+                  "ms")}}});
+  html.tables.push_back({"Reported", {}});
+  for (const DiagnosticEntry& entry : console_.entries()) {
+    html.tables.back().second.emplace_back(
+        std::string(to_string(entry.severity)) + ", " + std::to_string(entry.count) + " times",
+        entry.source + ": " + entry.message);
+  }
+  return out_.write_text("report.html", to_html(html));
+}
+
+}  // namespace
+
+Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
+                        Console& console) {
+  if (auto ok = require(config.source.recording, "sweep", "a recording"); !ok) return ok;
+  if (auto ok = require(config.ct.path, "--ct", "a CT"); !ok) return ok;
+  if (auto ok = require(config.output.folder, "--out", "a folder"); !ok) return ok;
+  auto session = RecordedSession::open(config, console);
+  if (!session) return session.error();
+  console.begin("reading the CT");
+  auto ct = io::read_ct(config.ct.path, console,
+                        {.series_uid = config.ct.series_uid,
+                         .accept_unknown_orientation = config.ct.accept_unknown_orientation});
+  if (!ct) return ct.error();
+  const auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
+  console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
+  console.begin("surveying the sweep");
+  const auto sweep = survey(*session);
+  if (!sweep) return sweep.error();
+  console.end(std::to_string(sweep->paired) + " pictures with a pose");
+  auto placement = place_ct(config, *shared_ct, *sweep);
+  if (!placement) return placement.error();
+
+  auto engine = make_engine(config.output.engine, config.output.threads, console);
+  if (!engine) return engine.error();
+  auto presenter = Presenter::create({config.look,
+                                      config.view,
+                                      config.output.width,
+                                      config.output.height,
+                                      config.output.step_voxels,
+                                      {}},
+                                     shared_ct, std::move(*engine));
+  if (!presenter) return presenter.error();
+  presenter->set_focus(placement->placement.ct_from_reference * sweep->centroid);
+  presenter->set_banner(placement->kind == "registered" ? "recording"
+                                                        : "recording, CT NOT REGISTERED");
+  auto out = OutputFolder::create(config.output.folder);
+  if (!out) return out.error();
+  Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
+                std::move(*placement), std::move(*presenter));
+  return replay.run(json);
+}
+
+}  // namespace nav::app
