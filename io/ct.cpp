@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <memory>
-#include <zlib.h>
 
 #include "io/atomic_file.hpp"
 #include "io/detail/ct_readers.hpp"
 #include "io/detail/input_file.hpp"
+#include "io/detail/scratch_file.hpp"
 #include "io/detail/text.hpp"
 
 namespace nav::io {
@@ -113,32 +112,16 @@ std::string meta_header(const VoxelGrid& grid, const std::string& compressed_siz
 }
 
 /// The whole volume as one zlib stream.
-Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes,
-                                           const std::string& name) {
-  z_stream stream{};
-  constexpr int kFastLevel = 3;
-  if (deflateInit(&stream, kFastLevel) != Z_OK) {
-    return Error{ErrorCode::kIo, name + ": zlib cannot start"};
-  }
-  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
+Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
+  auto deflater = detail::Deflater::create(detail::DeflateFormat::kZlib);
+  if (!deflater) return deflater.error();
   std::vector<std::byte> out;
-  std::vector<std::byte> chunk(1 << 20);
-  int code = Z_OK;
-  while (code != Z_STREAM_END) {
-    constexpr std::size_t kMaxInput = 1 << 30;
-    if (stream.avail_in == 0 && !bytes.empty()) {
-      const std::size_t now = std::min(bytes.size(), kMaxInput);
-      stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
-      stream.avail_in = static_cast<uInt>(now);
-      bytes = bytes.subspan(now);
-    }
-    stream.next_out = reinterpret_cast<Bytef*>(chunk.data());
-    stream.avail_out = static_cast<uInt>(chunk.size());
-    code = deflate(&stream, bytes.empty() ? Z_FINISH : Z_NO_FLUSH);
-    if (code == Z_STREAM_ERROR) return Error{ErrorCode::kIo, name + ": zlib failed"};
-    out.insert(out.end(), chunk.begin(),
-               chunk.end() - static_cast<std::ptrdiff_t>(stream.avail_out));
-  }
+  const auto collect = [&](std::span<const std::byte> piece) -> Result<void> {
+    out.insert(out.end(), piece.begin(), piece.end());
+    return {};
+  };
+  if (const auto ok = deflater->write(bytes, collect); !ok) return ok.error();
+  if (const auto ok = deflater->finish(collect); !ok) return ok.error();
   return out;
 }
 
@@ -150,7 +133,7 @@ Result<void> write_ct_mha(const Volume& volume, const std::filesystem::path& pat
   std::span<const std::byte> bytes = std::as_bytes(volume.hu());
   std::vector<std::byte> compressed;
   if (compress) {
-    auto deflated = deflate_all(bytes, path.string());
+    auto deflated = deflate_all(bytes);
     if (!deflated) return deflated.error();
     compressed = std::move(*deflated);
     bytes = compressed;

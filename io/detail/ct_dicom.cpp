@@ -61,7 +61,7 @@ Result<DecodedFile> decode_file(const DicomSlice& slice) {
   };
   if (!errors.first().empty()) return fail(errors.first());
   if (reader->GetErrorCode() != vtkErrorCode::NoError) {
-    return fail(vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+    return fail("VTK error code " + std::to_string(reader->GetErrorCode()));
   }
   vtkImageData* image = reader->GetOutput();
   const int* size = image->GetDimensions();

@@ -114,6 +114,7 @@ Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
     grid.spacing_mm[axis] = length;
     grid.directions.col(axis) = ct_from_index.col(axis) / length;
   }
+  grid.directions.array() += 0.0;  // No negative zeros in reports.
   const Eigen::Matrix3d& d = grid.directions;
   const double shear = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(shear <= kMaxShear)) {
