@@ -268,7 +268,7 @@ TEST(ReplayTest, ReplaysARealRecording) {
     ASSERT_TRUE(e.acquired.has_value());
     ASSERT_TRUE(e.reference.has_value());
   }
-  // An N-wire phantom was scanned by hand: minutes of pictures, millimetre-sized pixels.
+  // A scanner picture of 820 columns covers some centimetres.
   EXPECT_LT(*events.front().acquired, *events.back().acquired);
   const double spacing_mm = session->calibration()->grid.mm_per_pixel.col(0).norm();
   EXPECT_GT(spacing_mm, 0.05);
