@@ -41,7 +41,8 @@ struct Chain {
 /// of a configuration, each usable both ways. Where both know a transform, the frames win.
 class TransformTree {
  public:
-  /// Splits "ProbeToTracker" at its "To"; refuses names that cannot be split.
+  /// Names of frame transforms are split at their "To"; those that cannot be split link nothing and
+  /// are left out. Refuses definitions that are not finite and invertible.
   static Result<TransformTree> create(const std::vector<std::string>& frame_transforms,
                                       const std::vector<CoordinateDefinition>& definitions);
 

@@ -21,7 +21,7 @@ using frames::Tracker;
 using Vec = Eigen::Vector3d;
 
 constexpr double kStartSeconds = 1.0;
-constexpr double kPauseSeconds = 1.0;  // Between the sweep and the approach.
+constexpr double kPauseSeconds = 2.0;  // Between the sweep and the approach.
 constexpr double kPressMm = 8;         // A curved face is pushed into the soft skin.
 constexpr double kCameraMm = 1500;
 constexpr double kParkedMm = 120;   // Needle tip before the entry while it waits.
