@@ -21,7 +21,8 @@ constexpr int kSweepFrames = 60;
 constexpr int kDefaultApproachPictures = 30;
 constexpr double kFrameRateHz = 20;
 constexpr Duration kRefreshPeriod = std::chrono::milliseconds(100);
-constexpr Duration kStampOffset = std::chrono::milliseconds(40);
+constexpr Duration kStampOffset = std::chrono::milliseconds(30);
+constexpr Duration kImageLatency = std::chrono::milliseconds(45);
 constexpr int kAnimationMs = 120;
 
 /// The truth turned and moved by a planted error about a centre, in a seeded direction.
@@ -297,7 +298,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   procedure_options.frame_rate_hz = kFrameRateHz;
   const int pictures = options.output.frames > 0 ? options.output.frames : kDefaultApproachPictures;
   procedure_options.approach_frames = std::max(2, 2 * pictures);
-  procedure_options.image_timing.stamp_offset = kStampOffset;
+  procedure_options.image_timing = {kStampOffset, kImageLatency};
   const sim::Procedure procedure(procedure_options);
   sim::CtOptions ct_options;
   ct_options.seed = options.seed;
