@@ -33,10 +33,9 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
                   "ct-bone, ct-soft-tissue or cta-vessels")
       ->capture_default_str();
   verb.add_option("--azimuth", config.view.azimuth_deg,
-                  "of the camera, degrees: 0 from the front, 90 from the patient's left")
-      ->capture_default_str();
-  verb.add_option("--elevation", config.view.elevation_deg, "of the camera, degrees from above")
-      ->capture_default_str();
+                  "of the camera, degrees: 0 from the front, 90 from the patient's left; neither "
+                  "angle given: so that the plane is well seen");
+  verb.add_option("--elevation", config.view.elevation_deg, "of the camera, degrees from above");
   verb.add_option("--distance", config.view.distance_mm, "of the camera, mm; 0: the CT fits")
       ->capture_default_str();
 }

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/placement.hpp"
 
-#include <Eigen/Geometry>
-
 #include "app/registration_file.hpp"
 
 namespace nav::app {
@@ -11,17 +9,9 @@ namespace {
 
 /// Reference to CT by the mean axes of the pictures. Where they cancel out, the axes stay.
 Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSurvey& sweep) {
-  Eigen::Matrix3d reference_axes = Eigen::Matrix3d::Identity();
-  constexpr double kClear = 1e-3;
-  const Eigen::Vector3d lateral = sweep.lateral / static_cast<double>(sweep.paired);
-  const Eigen::Vector3d normal = lateral.cross(sweep.deep / static_cast<double>(sweep.paired));
-  if (lateral.norm() > kClear && normal.norm() > kClear) {
-    reference_axes.col(0) = lateral.normalized();
-    reference_axes.col(2) = normal.normalized();
-    reference_axes.col(1) = reference_axes.col(2).cross(reference_axes.col(0));
-  }
+  const Eigen::Matrix3d axes = mean_axes(sweep).value_or(Eigen::Matrix3d::Identity());
   // LPS: +x left, +y posterior, +z superior.
-  const Eigen::Quaterniond turn(Eigen::Matrix3d(reference_axes.transpose()));
+  const Eigen::Quaterniond turn(Eigen::Matrix3d(axes.transpose()));
   return {turn.normalized(), ct.grid().centre().mm - turn * sweep.centroid.mm};
 }
 

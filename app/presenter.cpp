@@ -26,9 +26,24 @@ Presenter::Presenter(const PresenterOptions& options, render::TransferFunction t
       engine_(std::move(engine)),
       focus_ct_(ct_->grid().centre()) {}
 
+Eigen::Vector3d Presenter::direction_to_eye() const {
+  // LPS: anterior is -y, the patient's left +x, superior +z.
+  const auto& view = options_.view;
+  if (typical_plane_ && !view.azimuth_deg && !view.elevation_deg) {
+    constexpr double kOffNormalRad = 0.6;
+    const Eigen::Vector3d front_and_feet(0, -0.8, -0.6);
+    Eigen::Vector3d normal = (*typical_plane_ * Direction<frames::Image>{{0, 0, 1}}).v;
+    if (normal.dot(front_and_feet) < 0) normal = -normal;
+    const Eigen::Vector3d deep = (*typical_plane_ * Direction<frames::Image>{{0, 1, 0}}).v;
+    return std::cos(kOffNormalRad) * normal - std::sin(kOffNormalRad) * deep;
+  }
+  const double azimuth = view.azimuth_deg.value_or(-35) * M_PI / 180;
+  const double elevation = view.elevation_deg.value_or(20) * M_PI / 180;
+  return {std::cos(elevation) * std::sin(azimuth), -std::cos(elevation) * std::cos(azimuth),
+          std::sin(elevation)};
+}
+
 render::Camera Presenter::camera() const {
-  const double azimuth = options_.view.azimuth_deg * M_PI / 180;
-  const double elevation = options_.view.elevation_deg * M_PI / 180;
   const double fov = options_.view.fov_deg * M_PI / 180;
   double distance_mm = options_.view.distance_mm;
   if (distance_mm <= 0) {
@@ -37,13 +52,15 @@ render::Camera Presenter::camera() const {
     const double half = std::atan(std::tan(fov / 2) * aspect);
     distance_mm = 0.5 * ct_->grid().extent_mm().norm() / std::sin(half) * 0.8;
   }
-  // LPS: anterior is -y, the patient's left +x, superior +z.
-  const Eigen::Vector3d towards_eye(std::cos(elevation) * std::sin(azimuth),
-                                    -std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
+  const Eigen::Vector3d towards_eye = direction_to_eye();
   render::Camera camera;
   camera.look_at_ct = focus_ct_;
   camera.eye_ct = {focus_ct_.mm + distance_mm * towards_eye};
-  camera.up_ct = {Eigen::Vector3d::UnitZ()};
+  // Superior is up, unless one looks along the body: then anterior is.
+  constexpr double kAlongBody = 0.8;
+  const bool along_body = std::abs(towards_eye.z()) > kAlongBody;
+  camera.up_ct = {along_body ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
+                             : Eigen::Vector3d(Eigen::Vector3d::UnitZ())};
   camera.vertical_fov_rad = fov;
   return camera;
 }

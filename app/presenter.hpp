@@ -36,6 +36,11 @@ class Presenter {
   void set_plan(const NeedlePlan& plan) { plan_ = plan; }
   /// What the 3D view looks at; the centre of the CT unless told.
   void set_focus(const Point<frames::Ct>& focus_ct) { focus_ct_ = focus_ct; }
+  /// The plane that the view is chosen for, where the user chose none: seen from the side that is
+  /// nearer to the patient's front and feet, off its normal, so that it shows its picture.
+  void set_typical_plane(const Transform<frames::Ct, frames::Image>& ct_from_image) {
+    typical_plane_ = ct_from_image;
+  }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 
@@ -54,6 +59,7 @@ class Presenter {
   Presenter(const PresenterOptions& options, render::TransferFunction transfer,
             std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
   [[nodiscard]] render::Camera camera() const;
+  [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
 
   PresenterOptions options_;
   render::TransferFunction transfer_;
@@ -61,6 +67,7 @@ class Presenter {
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
   Point<frames::Ct> focus_ct_;
+  std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
   std::string banner_;
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   int views_cast_ = 0;

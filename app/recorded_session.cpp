@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/recorded_session.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "io/plus_config.hpp"
@@ -162,6 +163,19 @@ Result<bool> RecordedSession::step(const Listener& listener) {
   feed(std::move(*event));
   settle(false);
   return true;
+}
+
+std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep) {
+  constexpr double kClear = 1e-3;
+  const auto count = static_cast<double>(sweep.paired);
+  const Eigen::Vector3d lateral = sweep.lateral / count;
+  const Eigen::Vector3d normal = lateral.cross(sweep.deep / count);
+  if (!(lateral.norm() > kClear && normal.norm() > kClear)) return std::nullopt;
+  Eigen::Matrix3d axes;
+  axes.col(0) = lateral.normalized();
+  axes.col(2) = normal.normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
 }
 
 Result<SweepSurvey> survey(RecordedSession& session) {

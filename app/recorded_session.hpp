@@ -70,6 +70,9 @@ struct SweepSurvey {
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
 };
+/// Orthonormal mean axes of the pictures (columns x, y, z of Image in Reference); absent where the
+/// pictures look every way and their axes cancel out.
+std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);
 /// Plays the whole recording once and rewinds it. kMalformedData when no picture could be paired;
 /// the message gives the causes.
 Result<SweepSurvey> survey(RecordedSession& session);

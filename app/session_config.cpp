@@ -3,6 +3,7 @@
 #include "app/session_config.hpp"
 
 #include <cmath>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <toml++/toml.h>
@@ -29,6 +30,11 @@ class Section {
     std::string text_value;
     text(key, text_value);
     if (!text_value.empty()) value = std::filesystem::path(file_).parent_path() / text_value;
+  }
+  void number(const char* key, std::optional<double>& value) {
+    double found = std::numeric_limits<double>::quiet_NaN();
+    number(key, found);
+    if (std::isfinite(found)) value = found;
   }
   void number(const char* key, double& value) {
     take<double>(key, "a finite number", [&](const toml::node& node) {
@@ -284,8 +290,11 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(config.view.fov_deg, 1, 120)) {
     return refuse("view.fov_deg", "1 to 120", config.view.fov_deg);
   }
-  if (!within(config.view.elevation_deg, -89, 89)) {
-    return refuse("view.elevation_deg", "-89 to 89", config.view.elevation_deg);
+  if (!within(config.view.elevation_deg.value_or(0), -89, 89)) {
+    return refuse("view.elevation_deg", "-89 to 89", *config.view.elevation_deg);
+  }
+  if (!within(config.view.azimuth_deg.value_or(0), -360, 360)) {
+    return refuse("view.azimuth_deg", "-360 to 360", *config.view.azimuth_deg);
   }
   if (!within(config.view.distance_mm, 0, 1e5)) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
@@ -341,10 +350,9 @@ std::string to_toml(const SessionConfig& config) {
     }
     look.insert("nodes", std::move(nodes));
   }
-  toml::table view{{"azimuth_deg", config.view.azimuth_deg},
-                   {"elevation_deg", config.view.elevation_deg},
-                   {"distance_mm", config.view.distance_mm},
-                   {"fov_deg", config.view.fov_deg}};
+  toml::table view{{"distance_mm", config.view.distance_mm}, {"fov_deg", config.view.fov_deg}};
+  if (config.view.azimuth_deg) view.insert("azimuth_deg", *config.view.azimuth_deg);
+  if (config.view.elevation_deg) view.insert("elevation_deg", *config.view.elevation_deg);
   toml::table output{{"folder", absolute_text(config.output.folder)},
                      {"engine", config.output.engine},
                      {"threads", config.output.threads},

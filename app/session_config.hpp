@@ -55,10 +55,10 @@ struct SessionConfig {
   } look;
 
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
-  /// patient's left; elevation from above (superior).
+  /// patient's left; elevation from above (superior). Both absent: so that the plane is well seen.
   struct View {
-    double azimuth_deg = -35;
-    double elevation_deg = 20;
+    std::optional<double> azimuth_deg;
+    std::optional<double> elevation_deg;
     double distance_mm = 0;  ///< 0: so that the whole CT fits.
     double fov_deg = 30;
   } view;
