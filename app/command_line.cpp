@@ -135,7 +135,8 @@ void CommandLine::add_demo() {
       "demo",
       "Simulated procedure: sweep, registration, needle approach with the live plane in CT");
   SessionConfig& config = demo_config_;
-  config.look.preset = "cta-vessels";
+  config.look = demo_.look;
+  config.view = demo_.view;
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
   demo->add_option("--seed", demo_.seed, "which simulated patient")->capture_default_str();

@@ -75,6 +75,7 @@ class Demo {
     return options;
   }
   Result<void> play(const std::string& name, Timestamp until, bool end_of_stream);
+  void pass_time(Timestamp until);
   Result<void> register_ct();
   Result<void> write_report();
   [[nodiscard]] double target_error_mm(
@@ -101,6 +102,16 @@ class Demo {
 double Demo::target_error_mm(const Transform<frames::Ct, frames::Reference>& estimate) const {
   const auto target = procedure_.plan().target_ct;
   return (estimate * (procedure_.ct_from_reference().inverse() * target) - target).v.norm();
+}
+
+/// Takes in what arrives without showing it: nobody looks while the probe changes hands.
+void Demo::pass_time(Timestamp until) {
+  while (clock_.now() < until) {
+    clock_.advance_to(std::min(clock_.now() + kRefreshPeriod, until));
+    while (auto event = events_.next(clock_.now())) navigator_.on_event(*event);
+    navigator_.settle(clock_.now(), false,
+                      [&](const tracking::PairedFrame& paired) { log_.add(paired); });
+  }
 }
 
 Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream) {
@@ -168,6 +179,7 @@ Result<void> Demo::run() {
   if (auto played = play("sweep", sweep_end, false); !played) return played;
   if (auto registered = register_ct(); !registered) return registered;
   if (decision_.accepted) {
+    pass_time(phases.back().begin);
     const Timestamp end = phases.back().end + std::chrono::milliseconds(100);
     if (auto played = play("approach", end, true); !played) return played;
   } else {

@@ -16,7 +16,7 @@ namespace nav::app {
 struct DemoOptions {
   SessionConfig::Output output;  ///< frames: pictures of the approach; 0: the default of 30.
   SessionConfig::Look look{.preset = "cta-vessels", .nodes = {}};
-  SessionConfig::View view;
+  SessionConfig::View view{.distance_mm = 560};
   std::uint64_t seed = 1;
   double start_error_mm = 10;
   double start_error_deg = 8;

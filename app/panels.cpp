@@ -83,7 +83,7 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
 }
 
 void draw_label(Canvas& canvas, int x, int y, const std::string& words, Rgba8 colour) {
-  canvas.text(x, y, 15, words, colour);
+  canvas.text(x, y, words.starts_with("withdrawn") ? 13 : 15, words, colour);
 }
 
 /// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
@@ -106,7 +106,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
   draw_label(canvas, x + 8, 20, "Ultrasound", kWords);
   if (!live) {
     draw_label(canvas, x + 8, half / 2,
-               shorten(canvas, 15, "withdrawn: " + epoch.ultrasound.cause, width - 16),
+               shorten(canvas, 13, "withdrawn: " + epoch.ultrasound.cause, width - 16),
                colour_of(epoch.ultrasound.state));
   }
   const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
@@ -120,37 +120,43 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
   draw_label(canvas, x + 8, half + 20, "CT along the ultrasound plane", kWords);
   if (!placed) {
     draw_label(canvas, x + 8, half + half / 2,
-               shorten(canvas, 15, "withdrawn: " + epoch.plane.cause, width - 16),
+               shorten(canvas, 13, "withdrawn: " + epoch.plane.cause, width - 16),
                colour_of(epoch.plane.state));
   }
   canvas.fill(x, 0, 1, height, kFaint);
   canvas.fill(x, half, width, 1, kFaint);
 }
 
+/// A lamp with the name of an input and its state. Returns where it ends.
+int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safety& safety) {
+  const Rgba8 colour = colour_of(safety.state);
+  canvas.fill(x, y - 12, 14, 14, colour);
+  x = canvas.text(x + 22, y, 15, input, kFaint) + 6;
+  return canvas.text(x, y, 15, to_string(safety.state), colour) + 18;
+}
+
 void draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
   const Epoch& epoch = context.epoch;
   canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
   const int base = y + height / 2 + 6;
-  const Rgba8 colour = colour_of(epoch.plane.state);
-  canvas.fill(10, y + height / 2 - 8, 16, 16, colour);
-  const std::string state = to_string(epoch.plane.state);
-  int x = canvas.text(36, base, 17, state, colour) + 16;
+  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.plane);
+  const bool has_needle = context.plan.has_value();
+  if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
+  const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
   if (epoch.guidance) {
     char numbers[160];
     std::snprintf(numbers, sizeof numbers,
                   "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
                   epoch.guidance->tip_to_target_mm, epoch.guidance->lateral_mm,
                   epoch.guidance->angle_to_plan_rad * 180 / M_PI);
-    canvas.text(x, base, 17, numbers, kWords);
+    // A number is drawn whole or not at all.
+    if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kWords);
   } else {
-    const std::string cause = epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
-    const int room = canvas.width() - x - 16 - canvas.text_width(15, context.banner) - 16;
-    if (room > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, room), kWords);
+    const std::string& cause =
+        has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
+    if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kWords);
   }
-  const int right = canvas.width() - 12 - canvas.text_width(15, context.banner);
-  if (right > 0 && !context.banner.empty()) {
-    canvas.text(right, base, 15, context.banner, kFaint);
-  }
+  if (end > 0 && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
 }
 
 }  // namespace

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/presenter.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kWidth = 480;
+constexpr int kHeight = 360;
+constexpr int kSide = kHeight * 2 / 3;
+
+std::shared_ptr<const Volume> cube() {
+  VoxelGrid grid;
+  grid.size = {40, 40, 40};
+  grid.spacing_mm = {2, 2, 2};
+  grid.origin_mm = {-39, -39, -39};
+  std::vector<std::int16_t> hu(grid.voxel_count(), 40);
+  return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "cube"));
+}
+
+/// An epoch whose ultrasound is a bright picture in the middle of the cube.
+Epoch epoch(SafetyState state, const std::string& cause) {
+  UltrasoundFrame frame{Timestamp{},
+                        Timestamp{},
+                        0,
+                        Image2d<std::uint8_t>(20, 20, std::vector<std::uint8_t>(400, 250)),
+                        PixelGrid::centred(20, 2, 2),
+                        std::nullopt};
+  Epoch made;
+  made.ct_from_image =
+      Transform<frames::Ct, frames::Image>(Eigen::Quaterniond::Identity(), {0, -20, 0});
+  made.frame = TrackedFrame{frame,
+                            Transform<frames::Reference, frames::Image>(
+                                Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
+                            Duration::zero(), false};
+  made.ultrasound = made.plane = {state, cause};
+  made.placement = {SafetyState::kValid, ""};
+  return made;
+}
+
+class PresenterTest : public ::testing::Test {
+ protected:
+  PresenterTest()
+      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}))) {}
+  Image2d<Rgba8> present(const Epoch& shown) {
+    auto picture = presenter_.present(shown);
+    EXPECT_TRUE(test::has_value(picture));
+    return *picture;
+  }
+  /// Bright grey pixels inside the ultrasound panel, away from its words and scale.
+  static int bright_pixels(const Image2d<Rgba8>& picture) {
+    int count = 0;
+    for (int y = 40; y < kHeight / 2 - 10; ++y) {
+      for (int x = kWidth + 20; x < kWidth + kSide - 20; ++x) {
+        const Rgba8& p = picture.at(x, y);
+        count += p.r > 240 && p.g > 240 && p.b > 240 ? 1 : 0;
+      }
+    }
+    return count;
+  }
+  Presenter presenter_;
+};
+
+TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
+  const auto picture = present(epoch(SafetyState::kValid, ""));
+  EXPECT_EQ(picture.width(), kWidth + kSide);
+  EXPECT_GT(bright_pixels(picture), 1000);
+}
+
+TEST_F(PresenterTest, WithdrawsAStaleOrLostPicture) {
+  EXPECT_LT(bright_pixels(present(epoch(SafetyState::kStale, "the picture is 300 ms old"))), 50);
+  EXPECT_LT(bright_pixels(present(epoch(SafetyState::kLost, "no picture"))), 50);
+}
+
+TEST_F(PresenterTest, NeverPutsALostPlaneOrNeedleIntoTheScene) {
+  Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
+  lost.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                              Eigen::Vector3d::Zero());
+  lost.needle = {SafetyState::kLost, "occluded"};
+  EXPECT_FALSE(presenter_.scene(lost).plane);
+  EXPECT_FALSE(presenter_.scene(lost).needle);
+  lost.plane = lost.needle = {SafetyState::kValid, ""};
+  EXPECT_TRUE(presenter_.scene(lost).plane);
+  EXPECT_TRUE(presenter_.scene(lost).needle);
+}
+
+TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
+  for (int i = 0; i < 5; ++i) present(epoch(SafetyState::kLost, "the CT is not registered"));
+  EXPECT_EQ(presenter_.views_cast(), 1);
+  EXPECT_EQ(presenter_.views_reused(), 4);
+}
+
+TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
+  PresenterOptions options;
+  options.look.preset = "ct-magic";
+  const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
+  EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
+}
+
+}  // namespace
+}  // namespace nav::app
