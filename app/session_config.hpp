@@ -57,8 +57,8 @@ struct SessionConfig {
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
   /// patient's left; elevation from above (superior). Both absent: so that the plane is well seen.
   struct View {
-    std::optional<double> azimuth_deg;
-    std::optional<double> elevation_deg;
+    std::optional<double> azimuth_deg = std::nullopt;
+    std::optional<double> elevation_deg = std::nullopt;
     double distance_mm = 0;  ///< 0: so that the whole CT fits.
     double fov_deg = 30;
   } view;

@@ -1,0 +1,322 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Runs the built program as a user does.
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <sstream>
+#include <sys/wait.h>
+
+#include "app/report.hpp"
+#include "io/ct.hpp"
+#include "io/sequence_writer.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+struct Outcome {
+  int code;
+  std::string output;  ///< Standard output.
+  std::string errors;  ///< Standard error.
+};
+
+class CommandLineTest : public ::testing::Test {
+ protected:
+  Outcome sonde(const std::string& arguments) {
+    const auto errors = folder_ / "stderr.txt";
+    const std::string command =
+        std::string(SONDE_PROGRAM) + " " + arguments + " 2>" + errors.string() + " </dev/null";
+    Outcome outcome;
+    FILE* pipe = ::popen(command.c_str(), "r");
+    std::array<char, 4096> buffer{};
+    for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+      outcome.output.append(buffer.data(), n);
+    }
+    const int status = ::pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    std::ifstream file(errors);
+    outcome.errors.assign(std::istreambuf_iterator<char>(file), {});
+    return outcome;
+  }
+  /// The program stops with a code and one line of error that holds every piece.
+  void expect_refusal(const std::string& arguments, int code,
+                      std::initializer_list<std::string> pieces) {
+    const Outcome outcome = sonde(arguments);
+    EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.errors;
+    std::istringstream lines(outcome.errors);
+    int errors = 0;
+    std::string error;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("sonde: error: ")) {
+        ++errors;
+        error = line;
+      }
+      EXPECT_FALSE(line.starts_with("sonde: bug: ")) << line;
+    }
+    EXPECT_EQ(errors, 1) << arguments << "\n" << outcome.errors;
+    for (const std::string& piece : pieces) {
+      EXPECT_NE(error.find(piece), std::string::npos) << "expected '" << piece << "' in: " << error;
+    }
+  }
+
+  std::string write_ct() {
+    VoxelGrid grid;
+    grid.size = {30, 30, 30};
+    grid.spacing_mm = {4, 4, 4};
+    grid.origin_mm = {-60, -60, -60};
+    std::vector<std::int16_t> hu(grid.voxel_count(), -1000);
+    for (std::size_t i = 0; i < hu.size(); ++i) {
+      if (i % 30 > 8 && i % 30 < 20 && i / 30 % 30 > 8 && i / 30 % 30 < 20) hu[i] = 700;
+    }
+    const auto path = folder_ / "ct.mha";
+    EXPECT_TRUE(
+        test::has_value(io::write_ct_mha(*Volume::create(grid, std::move(hu), "ct"), path)));
+    return path.string();
+  }
+
+  /// A small tracked sweep; change makes it wrong.
+  std::string write_sweep(const std::function<void(io::SequenceHeader&)>& change_header = {},
+                          const std::function<void(io::SequenceFrame&)>& change_frame = {},
+                          int frames = 6) {
+    io::SequenceHeader header;
+    header.width = 32;
+    header.height = 24;
+    header.orientation = "MF";
+    header.image_type = "BRIGHTNESS";
+    if (change_header) change_header(header);
+    const auto path = folder_ / "sweep.igs.mha";
+    auto writer = io::SequenceWriter::create(path, header);
+    EXPECT_TRUE(test::has_value(writer));
+    for (int i = 0; i < frames; ++i) {
+      io::SequenceFrame frame;
+      frame.index = i;
+      frame.timestamp_s = 10 + 0.1 * i;
+      frame.image_valid = true;
+      frame.pixels.assign(header.frame_bytes(), static_cast<std::byte>(40 + 30 * i));
+      Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+      pose(2, 3) = 2 * i;
+      io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOk});
+      if (change_frame) change_frame(frame);
+      EXPECT_TRUE(test::has_value(writer->append(frame)));
+    }
+    EXPECT_TRUE(test::has_value(writer->finish()));
+    return path.string();
+  }
+  std::string write_config(const std::string& matrix = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1") {
+    const auto path = folder_ / "plus.xml";
+    std::ofstream(path) << "<PlusConfiguration version=\"2.3\"><CoordinateDefinitions>"
+                        << "<Transform From=\"Image\" To=\"Probe\" Matrix=\"" << matrix
+                        << "\"/></CoordinateDefinitions></PlusConfiguration>";
+    return path.string();
+  }
+  std::string replay_arguments(const std::string& sweep, const std::string& out = "out") {
+    return "replay " + sweep + " --ct " + write_ct() + " --config " + write_config() + " --out " +
+           (folder_ / out).string() + " --width 96 --height 64 --step 2 --json " +
+           (folder_ / "replay.json").string();
+  }
+  Json read_json(const std::string& name) {
+    std::ifstream file(folder_ / name);
+    return Json::parse(file, nullptr, false);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(CommandLineTest, HelpAndVersionSucceedEverywhere) {
+  EXPECT_EQ(sonde("--version").code, 0);
+  EXPECT_NE(sonde("--version").output.find("sonde "), std::string::npos);
+  for (const char* verb :
+       {"", "demo", "replay", "register", "info", "bench", "bench render", "devices"}) {
+    const Outcome help = sonde(std::string(verb) + " --help");
+    EXPECT_EQ(help.code, 0) << verb;
+    EXPECT_NE(help.output.find("Usage"), std::string::npos) << verb;
+  }
+}
+
+TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
+  expect_refusal("", 2, {});
+  expect_refusal("levitate", 2, {"levitate"});
+  expect_refusal("demo", 2, {"--out"});
+  expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
+  expect_refusal("demo --out x --width 1", 2, {"width_px", "1"});
+  expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
+  expect_refusal("replay", 2, {"sweep"});
+  expect_refusal("register", 2, {"landmarks"});
+  const std::string sweep = write_sweep();
+  expect_refusal("replay " + sweep + " --out x", 2, {"--ct"});
+  expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
+}
+
+TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()));
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = read_json("replay.json");
+  EXPECT_EQ(report["ledger"]["received"], 6);
+  EXPECT_EQ(report["ledger"]["shown"], 6);
+  EXPECT_EQ(report["placement"]["kind"], "centred");
+  EXPECT_NE(report["placement"]["statement"].get<std::string>().find("not registered"),
+            std::string::npos);
+  EXPECT_NE(report["reference"].get<std::string>().find("nothing tracks the patient"),
+            std::string::npos);
+  for (const char* file : {"report.json", "report.html", "pose_log.csv", "session.toml",
+                           "replay_00000.png", "replay_00005.png", "replay.webp"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / file)) << file;
+  }
+}
+
+TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile) {
+  const std::string sweep = write_sweep();
+  const std::string arguments = replay_arguments(sweep);
+  ASSERT_EQ(sonde(arguments + " --threads 1").code, 0);
+  const Json one = read_json("replay.json");
+  ASSERT_EQ(sonde(arguments + " --threads 2").code, 0);
+  const Json two = read_json("replay.json");
+  EXPECT_EQ(one["image_sha256"], two["image_sha256"]);
+  EXPECT_EQ(one["pose_log_sha256"], two["pose_log_sha256"]);
+  const Outcome again = sonde("replay --session " + (folder_ / "out/session.toml").string() +
+                              " --json " + (folder_ / "again.json").string());
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(read_json("again.json")["image_sha256"], one["image_sha256"]);
+}
+
+TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
+  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    if (frame.index == 1) {
+      pose(0, 0) = -1;  // A reflection.
+      io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOk});
+    }
+    if (frame.index == 2) frame.timestamp_s = 10.0;  // Backwards.
+    if (frame.index == 3) {
+      io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOutOfVolume});
+    }
+  });
+  const Outcome outcome = sonde(replay_arguments(sweep));
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = read_json("replay.json");
+  EXPECT_EQ(report["ledger"]["received"], 6);
+  EXPECT_EQ(report["ledger"]["shown"], 3);
+  EXPECT_TRUE(report["ledger"]["balanced"]);
+  EXPECT_EQ(report["ledger"]["rejected"]["Probe.not_tracked"], 2);
+  EXPECT_EQ(report["rejected_poses"]["Probe.not_rigid"], 1);
+  EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
+}
+
+TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
+  const auto refuse = [&](const std::string& sweep, std::initializer_list<std::string> pieces) {
+    expect_refusal(replay_arguments(sweep), 3, pieces);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  };
+  refuse(write_sweep([](auto& h) {
+           h.components = 3;
+           h.image_type = "RGB_COLOR";
+         }),
+         {"frame 0"});
+  refuse(write_sweep([](auto& h) { h.pixel_type = io::PixelType::kUint16; }), {"frame 0", "8-bit"});
+  refuse(write_sweep([](auto& h) { h.orientation = "XX"; }), {"orientation", "XX"});
+  refuse(write_sweep({},
+                     [](auto& f) {
+                       io::set_transform(f,
+                                         {"ProbeToTracker", Eigen::Matrix4d::Constant(std::nan("")),
+                                          TrackingStatus::kInvalid});
+                     }),
+         {"Probe"});
+  refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
+}
+
+TEST_F(CommandLineTest, BadFilesExitWithThreeAndNameThemselves) {
+  const std::string sweep = write_sweep();
+  const std::string ct = write_ct();
+  expect_refusal("info /nonexistent/file.mha", 3, {"/nonexistent/file.mha"});
+  expect_refusal("replay /nonexistent.igs.mha --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+                 {"/nonexistent.igs.mha"});
+  expect_refusal(
+      "replay " + folder_.path().string() + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+      {folder_.path().string()});
+  expect_refusal("replay " + sweep + " --ct /nonexistent.nii --config " + write_config() +
+                     " --out " + (folder_ / "o").string(),
+                 3, {"/nonexistent.nii"});
+  expect_refusal("replay " + sweep + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+                 {"Image", "Probe"});
+  const auto truncated = folder_ / "truncated.mha";
+  std::ofstream(truncated) << "ObjectType = Image\nNDims = 3\nDimSi";
+  expect_refusal("info " + truncated.string(), 3, {"truncated.mha"});
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[output]\ncolour = \"red\"\n";
+  expect_refusal("replay --session " + session.string(), 3, {"output.colour", ":2"});
+  std::ofstream(session) << "[source]\nkind = \"device\"\n";
+  expect_refusal("replay --session " + session.string(), 4, {"device"});
+}
+
+TEST_F(CommandLineTest, RefusesACalibrationThatCannotBe) {
+  const std::string sweep = write_sweep();
+  const std::string base = "replay " + sweep + " --ct " + write_ct() + " --out " +
+                           (folder_ / "o").string() + " --config ";
+  expect_refusal(base + write_config("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {"plus.xml"});
+  expect_refusal(base + write_config("0 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {});
+  expect_refusal(base + write_config("1 2 3"), 3, {"16"});
+}
+
+TEST_F(CommandLineTest, AnOutputThatCannotBeWrittenLeavesNothing) {
+  const std::string sweep = write_sweep();
+  const auto file = folder_ / "file";
+  std::ofstream(file) << "x";
+  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --config " + write_config() +
+                     " --out " + file.string(),
+                 3, {"file", "folder"});
+  expect_refusal("info " + sweep + " --json /dev/full", 3, {"/dev/full"});
+  expect_refusal("info " + sweep + " --json /nonexistent/x.json", 3, {"/nonexistent"});
+}
+
+TEST_F(CommandLineTest, InfoDescribesASequence) {
+  const Outcome outcome = sonde("info " + write_sweep() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = Json::parse(outcome.output);
+  EXPECT_EQ(report["kind"], "sequence");
+  EXPECT_EQ(report["dimensions"], (Json{32, 24}));
+  EXPECT_EQ(report["frames"], 6);
+  EXPECT_EQ(report["transforms"]["ProbeToTracker"]["ok"], 6);
+  EXPECT_DOUBLE_EQ(report["first_timestamp_s"].get<double>(), 10.0);
+  EXPECT_DOUBLE_EQ(report["last_timestamp_s"].get<double>(), 10.5);
+}
+
+TEST_F(CommandLineTest, InfoDescribesACt) {
+  const Outcome outcome = sonde("info " + write_ct() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = Json::parse(outcome.output);
+  EXPECT_EQ(report["kind"], "ct");
+  EXPECT_EQ(report["dimensions"], (Json{30, 30, 30}));
+  EXPECT_EQ(report["hu_max"], 700);
+}
+
+TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm\nA,0,0,0,10,0,0\nB,50,0,0,60,0,0\nC,0,40,0,10,40,0\nD,0,0,30,"
+                           "10,0,30\n";
+  const std::string sweep = write_sweep();
+  const std::string ct = write_ct();
+  const auto result = folder_ / "registration.json";
+  const Outcome outcome = sonde("register --landmarks " + points.string() + " --ct " + ct +
+                                " --json " + result.string());
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = read_json("registration.json");
+  EXPECT_NEAR(report["registration"]["fre_rms_mm"].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(report["registration"]["ct_from_reference_mm"][3].get<double>(), 10, 1e-9);
+  const Outcome replay = sonde(replay_arguments(sweep) + " --registration " + result.string());
+  ASSERT_EQ(replay.code, 0) << replay.errors;
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
+}
+
+TEST_F(CommandLineTest, NoColourOutsideATerminal) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()));
+  EXPECT_EQ(outcome.errors.find('\033'), std::string::npos);
+  EXPECT_EQ(outcome.errors.find('\r'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nav::app
