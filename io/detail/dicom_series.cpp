@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/dicom_series.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <vtkCommand.h>
 #include <vtkDICOMDictionary.h>
@@ -76,12 +77,26 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   return {};
 }
 
-void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, bool has_pixels,
+/// What is wrong with the length of the pixel data, or nothing: it is checked before any decoder
+/// allocates what Rows, Columns and NumberOfFrames claim.
+std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples) {
+  constexpr unsigned kEncapsulated = 0xffffffffU;
+  constexpr double kMaxExpansion = 1e5;  // Of a blank picture in a modern code.
+  const double claimed = samples * meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8;
+  auto found = static_cast<double>(parser.GetFileSize() - parser.GetFileOffset());
+  const bool encapsulated = parser.GetPixelDataVL() == kEncapsulated;
+  if (!encapsulated) found = std::min(found, static_cast<double>(parser.GetPixelDataVL()));
+  if (claimed > 0 && claimed <= found * (encapsulated ? kMaxExpansion : 1)) return {};
+  return "pixel data cut short: expected " + to_text(claimed) + " bytes, found " + to_text(found) +
+         (encapsulated ? " compressed" : "");
+}
+
+void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICOMParser& parser,
               DicomSeries& series) {
   const auto defect = [&](const std::string& what) {
     if (series.defect.empty()) series.defect = file.filename().string() + ": " + what;
   };
-  if (!has_pixels) return defect("expected pixel data, found none");
+  if (!parser.GetPixelDataFound()) return defect("expected pixel data, found none");
   if (text(meta, DC::ImageType).find("LOCALIZER") != std::string::npos) {
     ++series.localizers;
     return;
@@ -104,6 +119,8 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, bool ha
   if (frames < 1 || frames > kMaxFrames) {
     return defect("NumberOfFrames: expected 1 to 100000, found " + std::to_string(frames));
   }
+  const std::string length = length_defect(meta, parser, 1.0 * rows * columns * frames);
+  if (!length.empty()) return defect(length);
   for (int frame = 0; frame < frames; ++frame) {
     DicomSlice slice;
     slice.file = file;
@@ -174,7 +191,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
       all.back().description = text(*meta, DC::SeriesDescription);
       all.back().tilt_tag = text(*meta, DC::GantryDetectorTilt);
     }
-    add_file(file, *meta, has_pixels, all[place->second]);
+    add_file(file, *meta, *parser, all[place->second]);
   }
   if (all.empty()) {
     return Error{ErrorCode::kNotFound, name + ": expected DICOM pictures, found none in " +
