@@ -175,7 +175,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     errors.watch(parser);
     parser->SetMetaData(meta);
     parser->SetFileName(file.c_str());
-    parser->Update();
+    errors.run([&] { parser->Update(); });
     const std::string uid = text(*meta, DC::SeriesInstanceUID);
     if (!errors.first().empty()) {
       return Error{ErrorCode::kMalformedData, file.string() + ": " + errors.first()};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <cstdlib>
 #include <gtest/gtest.h>
 
 #include "io/ct.hpp"
@@ -86,7 +87,9 @@ void read_volume(const std::filesystem::path& path) {
   CtOptions options;
   options.accept_unknown_orientation = true;
   const auto volume = read_ct(path, diagnostics, options);
-  if (volume) EXPECT_EQ(volume->hu().size(), volume->grid().voxel_count());
+  if (volume) {
+    EXPECT_EQ(volume->hu().size(), volume->grid().voxel_count());
+  }
 }
 
 void read_config(const std::filesystem::path& path) {
@@ -100,9 +103,14 @@ void read_config(const std::filesystem::path& path) {
 using Reader = void (*)(const std::filesystem::path&);
 
 /// A parser may refuse or accept, but neither crash, nor throw, nor allocate without limit.
-void fuzz(const std::string& name, const std::string& golden, int times, Reader reader) {
+void fuzz(const std::string& name, const std::string& golden, int times, Reader reader,
+          const std::vector<std::pair<std::string, std::string>>& beside = {}) {
+  // Thousands of small files: memory is kinder to them than a disk.
+  if (std::filesystem::is_directory("/dev/shm")) ::setenv("TMPDIR", "/dev/shm", 0);
   const test::TemporaryFolder folder;
-  Random random(std::hash<std::string>{}(name) % 1000 + 1);
+  for (const auto& [other, bytes] : beside) test::put(folder / other, bytes);
+  constexpr std::uint64_t kSeed = 20260101;
+  Random random(kSeed);
   ::testing::internal::CaptureStderr();
   for (int i = 0; i < times; ++i) {
     test::put(folder / name, mutated(golden, random));
@@ -112,7 +120,7 @@ void fuzz(const std::string& name, const std::string& golden, int times, Reader 
 }
 
 const std::string kPixels(3 * 2 * 2, 'p');
-constexpr int kTimes = 1500;
+constexpr int kTimes = 1000;
 
 std::string meta(const std::string& extra) {
   return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" +
@@ -163,10 +171,22 @@ TEST(FuzzTest, Nifti) {
   fuzz("a.nii.gz", test::deflated(h + kPixels, kGzip), kTimes, read_volume);
 }
 
+void read_folder(const std::filesystem::path& path) { read_volume(path.parent_path()); }
+
 TEST(FuzzTest, Dicom) {
-  const auto slice = test::ct_slice("1\\2\\3", [](int i, int j) { return 10 * i + j; });
+  const auto slice = [](const char* position) {
+    return test::ct_slice(position, [](int i, int j) { return 10 * i + j; });
+  };
   constexpr int kDicomTimes = 800;
-  fuzz("a.dcm", slice.bytes(), kDicomTimes, read_volume);
+  fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_volume);
+  // Beside two sound slices, so that pixels are decoded too; in run-length code, too.
+  const std::vector<std::pair<std::string, std::string>> sound = {
+      {"b.dcm", slice("1\\2\\5").bytes()}, {"c.dcm", slice("1\\2\\7").bytes()}};
+  fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_folder, sound);
+  auto coded = slice("1\\2\\3");
+  coded.encapsulated({test::run_length_code(std::vector<std::int16_t>(20, 1000))},
+                     "1.2.840.10008.1.2.5");
+  fuzz("a.dcm", coded.bytes(), kDicomTimes, read_folder, sound);
 }
 
 TEST(FuzzTest, Configuration) {
