@@ -15,6 +15,7 @@
 #include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
+#include "io/detail/dicom_structure.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/text.hpp"
 #include "io/detail/vtk_errors.hpp"
@@ -169,6 +170,10 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
   std::map<std::string, std::size_t> index;
   for (const std::filesystem::path& file : files) {
     if (file.filename() == "DICOMDIR" || !looks_like_dicom(file)) continue;
+    const auto input = InputFile::open(file);
+    if (!input) return input.error();
+    const std::string broken = dicom_structure_defect(*input);
+    if (!broken.empty()) return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
     vtkNew<vtkDICOMMetaData> meta;
     vtkNew<vtkDICOMParser> parser;
     VtkErrors errors;
