@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <vtkCommand.h>
 #include <vtkDICOMDictionary.h>
@@ -148,20 +149,25 @@ std::string describe(const std::vector<DicomSeries>& all) {
   return text;
 }
 
+/// "DICM" after 128 bytes: surely a DICOM file.
+bool has_preamble(const InputFile& file) {
+  constexpr std::int64_t kPreamble = 128;
+  std::array<std::byte, 4> magic{};
+  const auto got = file.read_at(kPreamble, magic);
+  return got && *got == magic.size() && std::memcmp(magic.data(), "DICM", magic.size()) == 0;
+}
+
 }  // namespace
 
 bool looks_like_dicom(const std::filesystem::path& path) {
   const auto file = InputFile::open(path);
   if (!file) return false;
-  std::array<std::byte, 132> head{};
-  const auto got = file->read_at(0, head);
-  if (!got || *got < 16) return false;
-  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
-  if (*got == head.size() && is(128, 'D') && is(129, 'I') && is(130, 'C') && is(131, 'M')) {
-    return true;
-  }
+  if (has_preamble(*file)) return true;
   // Before part 10: the stream begins with group 2 or 8, little-endian, low element.
-  return (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
+  std::array<std::byte, 8> head{};
+  const auto got = file->read_at(0, head);
+  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
+  return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
 }
 
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
@@ -173,7 +179,10 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     const auto input = InputFile::open(file);
     if (!input) return input.error();
     const std::string broken = dicom_structure_defect(*input);
-    if (!broken.empty()) return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
+    if (!broken.empty()) {
+      if (!has_preamble(*input)) continue;  // Something else that happened to begin alike.
+      return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
+    }
     vtkNew<vtkDICOMMetaData> meta;
     vtkNew<vtkDICOMParser> parser;
     VtkErrors errors;

@@ -348,6 +348,32 @@ TEST_F(CtDicomTest, LeavesOverviewPicturesOut) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"1 overview"}));
 }
 
+TEST_F(CtDicomTest, PassesOverOtherFilesButNotOverBrokenOnes) {
+  put_stack(3);
+  test::put(folder_ / "note.txt", "nothing to see");
+  test::put(folder_ / "alike.bin", std::string("\x08\0\x05\0garbage that is no element", 30));
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+  test::put(folder_ / "half.dcm", test::get(folder_ / "s9.dcm").substr(0, 300));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
+}
+
+TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
+  put_stack(3);
+  for (const char* name : {"s7.dcm", "s8.dcm", "s9.dcm"}) {
+    test::put(folder_ / name, test::get(folder_ / name).substr(132));
+  }
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+}
+
+TEST_F(CtDicomTest, RefusesDeflatedFiles) {
+  put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
+}
+
 TEST_F(CtDicomTest, RefusesFoldersWithoutAStack) {
   EXPECT_TRUE(refuses(read(), Code::kNotFound, {"DICOM", "0 files"}));
   test::put(folder_ / "note.txt", "hello, this is no picture at all");
