@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/picture.hpp"
 
+#include <limits>
 #include <memory>
 #include <png.h>
 #include <webp/encode.h>
@@ -80,6 +81,11 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
   if (frame_duration_ms < 1 || frame_duration_ms > kMaxDurationMs) {
     return refuse(
         path, "expected a duration of 1 to 60000 ms, found " + std::to_string(frame_duration_ms));
+  }
+  const std::int64_t total_ms =
+      static_cast<std::int64_t>(frames.size()) * static_cast<std::int64_t>(frame_duration_ms);
+  if (total_ms > std::numeric_limits<int>::max()) {
+    return refuse(path, "expected less than 2^31 ms in all, found " + std::to_string(total_ms));
   }
   if (!(options.quality >= 0 && options.quality <= 100)) {
     return refuse(path, "expected a quality of 0 to 100, found " + std::to_string(options.quality));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vtkDICOMReader.h>
 #include <vtkErrorCode.h>
+#include <vtkExecutive.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 
@@ -51,11 +52,13 @@ Result<DecodedFile> decode_file(const DicomSlice& slice) {
   vtkNew<vtkDICOMReader> reader;
   VtkErrors errors;
   errors.watch(reader);
+  errors.watch(reader->GetExecutive());
+  silence_gdcm();
   reader->SetFileName(slice.file.c_str());
   reader->SetSorting(0);
   reader->SetAutoRescale(0);
   reader->SetMemoryRowOrderToFileNative();
-  reader->Update();
+  errors.run([&] { reader->Update(); });
   const auto fail = [&](const std::string& what) {
     return Error{ErrorCode::kMalformedData, slice.file.string() + ": cannot decode: " + what};
   };

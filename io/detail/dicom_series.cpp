@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/dicom_series.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstring>
 #include <map>
 #include <vtkCommand.h>
 #include <vtkDICOMDictionary.h>
@@ -14,6 +16,7 @@
 #include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
+#include "io/detail/dicom_structure.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/text.hpp"
 #include "io/detail/vtk_errors.hpp"
@@ -76,12 +79,26 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   return {};
 }
 
-void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, bool has_pixels,
+/// What is wrong with the length of the pixel data, or nothing: it is checked before any decoder
+/// allocates what Rows, Columns and NumberOfFrames claim.
+std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples) {
+  constexpr unsigned kEncapsulated = 0xffffffffU;
+  constexpr double kMaxExpansion = 1e5;  // Of a blank picture in a modern code.
+  const double claimed = samples * meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8;
+  auto found = static_cast<double>(parser.GetFileSize() - parser.GetFileOffset());
+  const bool encapsulated = parser.GetPixelDataVL() == kEncapsulated;
+  if (!encapsulated) found = std::min(found, static_cast<double>(parser.GetPixelDataVL()));
+  if (claimed > 0 && claimed <= found * (encapsulated ? kMaxExpansion : 1)) return {};
+  return "pixel data cut short: expected " + to_text(claimed) + " bytes, found " + to_text(found) +
+         (encapsulated ? " compressed" : "");
+}
+
+void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICOMParser& parser,
               DicomSeries& series) {
   const auto defect = [&](const std::string& what) {
     if (series.defect.empty()) series.defect = file.filename().string() + ": " + what;
   };
-  if (!has_pixels) return defect("expected pixel data, found none");
+  if (!parser.GetPixelDataFound()) return defect("expected pixel data, found none");
   if (text(meta, DC::ImageType).find("LOCALIZER") != std::string::npos) {
     ++series.localizers;
     return;
@@ -104,6 +121,8 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, bool ha
   if (frames < 1 || frames > kMaxFrames) {
     return defect("NumberOfFrames: expected 1 to 100000, found " + std::to_string(frames));
   }
+  const std::string length = length_defect(meta, parser, 1.0 * rows * columns * frames);
+  if (!length.empty()) return defect(length);
   for (int frame = 0; frame < frames; ++frame) {
     DicomSlice slice;
     slice.file = file;
@@ -130,20 +149,25 @@ std::string describe(const std::vector<DicomSeries>& all) {
   return text;
 }
 
+/// "DICM" after 128 bytes: surely a DICOM file.
+bool has_preamble(const InputFile& file) {
+  constexpr std::int64_t kPreamble = 128;
+  std::array<std::byte, 4> magic{};
+  const auto got = file.read_at(kPreamble, magic);
+  return got && *got == magic.size() && std::memcmp(magic.data(), "DICM", magic.size()) == 0;
+}
+
 }  // namespace
 
 bool looks_like_dicom(const std::filesystem::path& path) {
   const auto file = InputFile::open(path);
   if (!file) return false;
-  std::array<std::byte, 132> head{};
-  const auto got = file->read_at(0, head);
-  if (!got || *got < 16) return false;
-  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
-  if (*got == head.size() && is(128, 'D') && is(129, 'I') && is(130, 'C') && is(131, 'M')) {
-    return true;
-  }
+  if (has_preamble(*file)) return true;
   // Before part 10: the stream begins with group 2 or 8, little-endian, low element.
-  return (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
+  std::array<std::byte, 8> head{};
+  const auto got = file->read_at(0, head);
+  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
+  return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
 }
 
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
@@ -152,13 +176,20 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
   std::map<std::string, std::size_t> index;
   for (const std::filesystem::path& file : files) {
     if (file.filename() == "DICOMDIR" || !looks_like_dicom(file)) continue;
+    const auto input = InputFile::open(file);
+    if (!input) return input.error();
+    const std::string broken = dicom_structure_defect(*input);
+    if (!broken.empty()) {
+      if (!has_preamble(*input)) continue;  // Something else that happened to begin alike.
+      return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
+    }
     vtkNew<vtkDICOMMetaData> meta;
     vtkNew<vtkDICOMParser> parser;
     VtkErrors errors;
     errors.watch(parser);
     parser->SetMetaData(meta);
     parser->SetFileName(file.c_str());
-    parser->Update();
+    errors.run([&] { parser->Update(); });
     const std::string uid = text(*meta, DC::SeriesInstanceUID);
     if (!errors.first().empty()) {
       return Error{ErrorCode::kMalformedData, file.string() + ": " + errors.first()};
@@ -174,7 +205,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
       all.back().description = text(*meta, DC::SeriesDescription);
       all.back().tilt_tag = text(*meta, DC::GantryDetectorTilt);
     }
-    add_file(file, *meta, has_pixels, all[place->second]);
+    add_file(file, *meta, *parser, all[place->second]);
   }
   if (all.empty()) {
     return Error{ErrorCode::kNotFound, name + ": expected DICOM pictures, found none in " +

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "io/detail/text.hpp"
 
@@ -46,9 +48,12 @@ Result<void> check_alike(const DicomSlice& first, const DicomSlice& other,
       std::max((first.row_direction - other.row_direction).cwiseAbs().maxCoeff(),
                (first.column_direction - other.column_direction).cwiseAbs().maxCoeff());
   if (!(turned <= kDirectionTolerance)) {
-    return refuse(name, "expected slices of one orientation, found row direction " +
-                            vector_text(first.row_direction) + " in " + first.name() + " and " +
-                            vector_text(other.row_direction) + " in " + other.name());
+    const auto directions = [](const DicomSlice& slice) {
+      return vector_text(slice.row_direction) + " " + vector_text(slice.column_direction) + " in " +
+             slice.name();
+    };
+    return refuse(name, "expected slices of one orientation, found " + directions(first) + " and " +
+                            directions(other));
   }
   return {};
 }
@@ -82,7 +87,8 @@ Result<void> measure_gaps(DicomStack& stack, const std::string& name) {
                               " mm of each other");
     }
     stack.min_gap_mm = std::min(stack.min_gap_mm, gap);
-    if (gap > stack.max_gap_mm) {
+    constexpr double kRoundingMm = 1e-6;  // The first of equal gaps is named.
+    if (gap > stack.max_gap_mm + kRoundingMm) {
       stack.max_gap_mm = gap;
       stack.max_gap_at = i;
     }
@@ -188,12 +194,14 @@ class SliceSampler {
         at_(stack.at_mm[k].head<2>()),
         hu_(hu.data() + k * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
-  /// Bilinear value at a place in mm from the first slice's first pixel; air outside the pixels.
-  [[nodiscard]] double operator()(const Eigen::Vector2d& p_mm) const {
+  /// Bilinear value at a place in mm from the first slice's first pixel; absent beyond the centres
+  /// of its pixels.
+  [[nodiscard]] std::optional<double> operator()(const Eigen::Vector2d& p_mm) const {
+    constexpr double kBorderPixels = 1e-6;  // Rounding must not push the border out.
     const Eigen::Vector2d index = (p_mm - at_).cwiseQuotient(spacing_);
-    if (!(index.x() >= -0.5 && index.x() <= width_ - 0.5 && index.y() >= -0.5 &&
-          index.y() <= height_ - 0.5)) {
-      return kAirHu;
+    if (!(index.x() >= -kBorderPixels && index.x() <= width_ - 1 + kBorderPixels &&
+          index.y() >= -kBorderPixels && index.y() <= height_ - 1 + kBorderPixels)) {
+      return {};
     }
     const double x = std::clamp(index.x(), 0.0, width_ - 1.0);
     const double y = std::clamp(index.y(), 0.0, height_ - 1.0);
@@ -236,7 +244,10 @@ std::vector<std::int16_t> resample(const DicomStack& stack, const std::vector<st
       for (int i = 0; i < grid.size[0]; ++i) {
         const Eigen::Vector2d p =
             corner + Eigen::Vector2d(grid.spacing_mm.x() * i, grid.spacing_mm.y() * j);
-        const double value = (1 - weight) * lower(p) + weight * upper(p);
+        // A slice of no weight is not asked, so that the first and the last stay whole.
+        const auto a = weight < 1 ? lower(p) : std::optional<double>(0);
+        const auto b = weight > 0 ? upper(p) : std::optional<double>(0);
+        const double value = a && b ? (1 - weight) * *a + weight * *b : kAirHu;
         out.push_back(static_cast<std::int16_t>(std::nearbyint(value)));
       }
     }

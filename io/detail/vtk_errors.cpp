@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/vtk_errors.hpp"
 
+#include <dlfcn.h>
+#include <exception>
 #include <vtkCommand.h>
 
 #include "io/detail/text.hpp"
@@ -29,6 +31,26 @@ VtkErrors::VtkErrors() {
 void VtkErrors::watch(vtkObject* object) {
   object->AddObserver(vtkCommand::ErrorEvent, callback_);
   object->AddObserver(vtkCommand::WarningEvent, callback_);  // Kept off the terminal only.
+}
+
+void VtkErrors::run(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::exception& thrown) {
+    if (first_.empty()) first_ = std::string("exception: ") + thrown.what();
+  }
+}
+
+void silence_gdcm() {
+  // Debian's vtk-dicom links GDCM, but its headers are not a dependency; these two functions have
+  // no arguments, and where they do not exist there is nothing to silence.
+  static const bool done = [] {
+    for (const char* name : {"_ZN4gdcm5Trace10WarningOffEv", "_ZN4gdcm5Trace8ErrorOffEv"}) {
+      if (void* symbol = ::dlsym(RTLD_DEFAULT, name)) reinterpret_cast<void (*)()>(symbol)();
+    }
+    return true;
+  }();
+  (void)done;
 }
 
 }  // namespace nav::io::detail

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vtkCallbackCommand.h>
 #include <vtkNew.h>
@@ -15,6 +16,8 @@ class VtkErrors {
  public:
   VtkErrors();
   void watch(vtkObject* object);
+  /// Runs something of these libraries; an exception becomes the first error.
+  void run(const std::function<void()>& call);
   /// One line; empty when nothing went wrong.
   [[nodiscard]] const std::string& first() const { return first_; }
 
@@ -22,5 +25,9 @@ class VtkErrors {
   vtkNew<vtkCallbackCommand> callback_;
   std::string first_;
 };
+
+/// Turns off what GDCM, the decoder beneath vtkDICOMReader, prints on its own; its failures reach
+/// us through VTK. For the whole process, once.
+void silence_gdcm();
 
 }  // namespace nav::io::detail

@@ -1,0 +1,391 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <gtest/gtest.h>
+#include <sstream>
+
+#include "io/ct.hpp"
+#include "tests/io/dicom_file.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::ct_slice;
+using test::DicomFile;
+using test::refuses;
+using test::says;
+using Code = ErrorCode;
+
+constexpr double kTextMm = 1e-9;  // Positions go through decimal text.
+
+/// Differs in every direction: a flip or transpose changes it.
+int stored(int i, int j, int k) { return 1000 + 100 * k + 10 * j + i; }
+
+class CtDicomTest : public ::testing::Test {
+ protected:
+  void put(const std::string& name, const DicomFile& file) {
+    test::put(folder_ / name, file.bytes());
+  }
+  /// n slices 2 mm apart, k = 0 lowest.
+  void put_stack(int n, const std::function<void(int, DicomFile&)>& change = {}) {
+    for (int k = 0; k < n; ++k) {
+      auto slice = ct_slice("10\\20\\" + std::to_string(30 + 2 * k),
+                            [k](int i, int j) { return stored(i, j, k); });
+      if (change) change(k, slice);
+      // Names in the order opposite to the positions.
+      put("s" + std::to_string(9 - k) + ".dcm", slice);
+    }
+  }
+  Result<Volume> read(const CtOptions& options = {}) {
+    return read_ct(folder_.path(), diagnostics_, options);
+  }
+  test::TemporaryFolder folder_;
+  CollectingDiagnostics diagnostics_;
+};
+
+void expect_stack(const Volume& volume, int n) {
+  const VoxelGrid& g = volume.grid();
+  ASSERT_EQ(g.size, (std::array<int, 3>{5, 4, n}));
+  EXPECT_LT((g.spacing_mm - Eigen::Vector3d(0.5, 0.75, 2)).norm(), kTextMm);
+  EXPECT_LT((g.origin_mm - Eigen::Vector3d(10, 20, 30)).norm(), kTextMm);
+  EXPECT_LT((g.directions - Eigen::Matrix3d::Identity()).norm(), kTextMm);
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < 4; ++j) {
+      for (int i = 0; i < 5; ++i) ASSERT_EQ(volume.at(i, j, k), stored(i, j, k) - 1000);
+    }
+  }
+}
+
+TEST_F(CtDicomTest, SortsSlicesByPositionNotByName) {
+  put_stack(4);
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 4);
+  EXPECT_TRUE(diagnostics_.entries().empty()) << diagnostics_.entries()[0].message;
+}
+
+TEST_F(CtDicomTest, PlacesObliqueSlices) {
+  // Columns grow towards -x, rows towards +z: the normal is (-1,0,0) × (0,0,1) = +y.
+  for (int k = 0; k < 3; ++k) {
+    put("o" + std::to_string(k),
+        ct_slice(
+            "7\\" + std::to_string(5 + 3 * k) + "\\-4",
+            [k](int i, int j) { return stored(i, j, k); }, "-1\\0\\0\\0\\0\\1"));
+  }
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  const Eigen::Vector3d p = volume->grid().at({4, 3, 2}).mm;
+  EXPECT_LT((p - Eigen::Vector3d(7 - 4 * 0.5, 5 + 2 * 3, -4 + 3 * 0.75)).norm(), kTextMm);
+  EXPECT_EQ(volume->at(4, 3, 2), stored(4, 3, 2) - 1000);
+  EXPECT_NEAR(volume->grid().directions.determinant(), 1, kTextMm);
+}
+
+TEST_F(CtDicomTest, AppliesTheRescaleOfEachSlice) {
+  put_stack(3, [](int k, DicomFile& d) {
+    d.text(0x00281053, "DS", k == 1 ? "10" : "0.5").text(0x00281052, "DS", "-10240");
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(3, 2, 1), 10 * stored(3, 2, 1) - 10240);
+  EXPECT_EQ(volume->at(3, 2, 0), -1024);  // -9728.5 HU is no tissue.
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"40 voxels", "below -1024"}));
+}
+
+TEST_F(CtDicomTest, TakesPaddingAndUnsignedPixels) {
+  put_stack(2, [](int k, DicomFile& d) {
+    std::vector<std::uint16_t> pixels(20, 60000);
+    pixels[0] = 50;
+    pixels[1] = 63536;  // -2000 as unsigned: padding.
+    pixels[2] = static_cast<std::uint16_t>(500 + k);
+    d.us(0x00280103, 0).us(0x00280120, 63536).raw(0x7fe00010, "OW", test::bytes_of(pixels));
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(0, 0, 0), -950);
+  EXPECT_EQ(volume->at(1, 0, 0), -1024);
+  EXPECT_EQ(volume->at(2, 0, 1), -499);
+  EXPECT_EQ(volume->at(3, 0, 0), 32767);
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"2 voxels", "padding"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"34 voxels", "above 32767"}));
+}
+
+TEST_F(CtDicomTest, TakesSignedPaddingWrittenAsUnsigned) {
+  put_stack(2, [](int, DicomFile& d) {
+    std::vector<std::int16_t> pixels(20, 1500);
+    pixels[7] = -2000;
+    d.us(0x00280120, 63536).raw(0x7fe00010, "OW", test::bytes_of(pixels));
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(2, 1, 0), -1024);
+  EXPECT_EQ(volume->at(0, 0, 0), 500);
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"2 voxels", "padding"}));
+}
+
+TEST_F(CtDicomTest, DecodesRunLengthCode) {
+  put_stack(3, [](int k, DicomFile& d) {
+    std::vector<std::int16_t> pixels;
+    for (int i = 0; i < 20; ++i)
+      pixels.push_back(static_cast<std::int16_t>(stored(i % 5, i / 5, k)));
+    d.encapsulated({test::run_length_code(pixels)}, "1.2.840.10008.1.2.5");
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+}
+
+TEST_F(CtDicomTest, ReadsEnhancedMultiFrameInOrderOfPosition) {
+  // Frames stored from top to bottom.
+  std::vector<DicomFile> per_frame;
+  std::vector<std::int16_t> pixels;
+  for (const int k : {2, 1, 0}) {
+    DicomFile position;
+    position.text(0x00200032, "DS", "10\\20\\" + std::to_string(30 + 2 * k));
+    DicomFile item;
+    item.sequence(0x00209113, {position});
+    per_frame.push_back(item);
+    for (int i = 0; i < 20; ++i)
+      pixels.push_back(static_cast<std::int16_t>(stored(i % 5, i / 5, k)));
+  }
+  DicomFile orientation;
+  orientation.text(0x00200037, "DS", "1\\0\\0\\0\\1\\0");
+  DicomFile measures;
+  measures.text(0x00280030, "DS", "0.75\\0.5").text(0x00180050, "DS", "2");
+  DicomFile rescale;
+  rescale.text(0x00281052, "DS", "-1000").text(0x00281053, "DS", "1");
+  DicomFile shared;
+  shared.sequence(0x00209116, {orientation}).sequence(0x00289110, {measures});
+  shared.sequence(0x00289145, {rescale});
+  auto file = ct_slice("0\\0\\0", [](int, int) { return 0; });
+  for (const std::uint32_t tag :
+       {0x00200032U, 0x00200037U, 0x00280030U, 0x00281052U, 0x00281053U}) {
+    file.erase(tag);
+  }
+  file.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2.1").text(0x00280008, "IS", "3");
+  file.sequence(0x52009229, {shared}).sequence(0x52009230, per_frame);
+  file.raw(0x7fe00010, "OW", test::bytes_of(pixels));
+  put("multi.dcm", file);
+  const auto volume = read_ct(folder_ / "multi.dcm", diagnostics_);
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+}
+
+// A linear field in the patient survives linear interpolation exactly: whatever the grid, each
+// voxel must show the field at its own place.
+double field(const Eigen::Vector3d& p) { return 6 * p.x() - 4 * p.y() + 5 * p.z() + 300; }
+// Half a HU of rounding in the slices, half in the result.
+constexpr double kFieldHu = 1.0;
+
+std::string text(const Eigen::Vector3d& v) {
+  std::ostringstream out;
+  out.precision(10);
+  out << v.x() << "\\" << v.y() << "\\" << v.z();
+  return out.str();
+}
+
+TEST_F(CtDicomTest, StraightensATiltedUnevenStack) {
+  constexpr double kTilt = 18.5 * M_PI / 180;
+  constexpr int kColumns = 24;
+  constexpr int kRows = 30;
+  const Eigen::Vector3d x(1, 0, 0);
+  const Eigen::Vector3d y(0, std::cos(kTilt), -std::sin(kTilt));
+  const Eigen::Vector3d normal = x.cross(y);
+  double table = 0;
+  double last = 0;
+  for (int k = 0; k < 9; ++k) {
+    const Eigen::Vector3d position(-8, -12, -20 + table);  // The table moves along z.
+    last = table;
+    put("t" + std::to_string(k), ct_slice(
+                                     text(position),
+                                     [&](int i, int j) {
+                                       const Eigen::Vector3d p =
+                                           position + 0.5 * i * x + 0.75 * j * y;
+                                       return static_cast<int>(std::lround(field(p))) + 1000;
+                                     },
+                                     text(x) + "\\" + text(y), kColumns, kRows)
+                                     .text(0x00181120, "DS", "18.5"));
+    table += k == 4 ? 4.2 : 1.5 + 0.1 * k;
+  }
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"18.5 degrees", "resampled", "t5", "3.98"}));
+  const VoxelGrid& g = volume->grid();
+  EXPECT_LT((g.directions.col(2) - normal).norm(), 1e-6);
+  EXPECT_NEAR(g.spacing_mm.z() * (g.size[2] - 1), last * std::cos(kTilt), 1e-6);
+  std::size_t inside = 0;
+  for (int k = 0; k < g.size[2]; ++k) {
+    for (int j = 0; j < g.size[1]; ++j) {
+      for (int i = 0; i < g.size[0]; ++i) {
+        if (volume->at(i, j, k) == kAirHu) continue;
+        ++inside;
+        const Eigen::Vector3d p = g.at(Eigen::Vector3d(i, j, k)).mm;
+        ASSERT_NEAR(volume->at(i, j, k), field(p), kFieldHu) << p.transpose();
+      }
+    }
+  }
+  // The scanned slab is a sheared box of columns × rows × length.
+  const double slab = kColumns * kRows * static_cast<double>(g.size[2]);
+  EXPECT_GT(static_cast<double>(inside), 0.9 * slab);
+}
+
+TEST_F(CtDicomTest, FillsAMissingSliceAndSaysWhichGap) {
+  put_stack(6);
+  std::filesystem::remove(folder_ / "s6.dcm");  // k = 3
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"4 mm before s5.dcm", "from 2 mm"}));
+  expect_stack(*volume, 6);  // Values are linear in k, so the missing slice is restored.
+}
+
+TEST_F(CtDicomTest, RefusesGapsTooWideToInvent) {
+  put_stack(3);
+  put("far.dcm", ct_slice("10\\20\\50.5", [](int, int) { return 0; }));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"far.dcm", "16.5 mm", "at most 10 mm"}));
+}
+
+TEST_F(CtDicomTest, RefusesStacksThatCannotBeTrue) {
+  const auto zero = [](int, int) { return 0; };
+  put_stack(3);
+  put("x.dcm", ct_slice("10\\20\\32.001", zero));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "s8.dcm", "one slice per position"}));
+  put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\0\\0\\1"));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData,
+                      {"one orientation", "1 0 0 0 0 1 in x.dcm", "1 0 0 0 1 0 in s7.dcm"}));
+  put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\0\\1\\0", 6, 4));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "6 x 4", "one size"}));
+  put("x.dcm", ct_slice("10\\20\\38", zero).text(0x00280030, "DS", "0.75\\0.6"));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "0.6 mm", "one pixel spacing"}));
+  put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\1\\0\\0"));
+  EXPECT_FALSE(read());
+}
+
+TEST_F(CtDicomTest, NamesTheFileThatLacksSomething) {
+  const auto broken = [&](const std::function<void(DicomFile&)>& change) {
+    put_stack(3, [&](int k, DicomFile& d) {
+      if (k == 1) change(d);
+    });
+    return read();
+  };
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x7fe00010); }), Code::kMalformedData,
+                      {"s8.dcm", "pixel data"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x00200032); }), Code::kMalformedData,
+                      {"s8.dcm", "ImagePositionPatient"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00200032, "DS", "10\\20\\nan"); }),
+                      Code::kMalformedData, {"s8.dcm", "ImagePositionPatient"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x00200037); }), Code::kMalformedData,
+                      {"s8.dcm", "ImageOrientationPatient"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00280030, "DS", "0\\0.5"); }),
+                      Code::kMalformedData, {"s8.dcm", "PixelSpacing"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00280030, "DS", "-1\\0.5"); }),
+                      Code::kMalformedData, {"s8.dcm", "PixelSpacing"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00281053, "DS", "0"); }), Code::kMalformedData,
+                      {"s8.dcm", "RescaleSlope"}));
+  EXPECT_TRUE(refuses(broken([](auto& d) { d.us(0x00280002, 3); }), Code::kMalformedData,
+                      {"s8.dcm", "SamplesPerPixel", "3"}));
+}
+
+TEST_F(CtDicomTest, RefusesCutFilesWithoutPrinting) {
+  put_stack(3);
+  const std::string whole = test::get(folder_ / "s8.dcm");
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  for (const std::size_t size : {whole.size() - 10, whole.size() - 40, whole.size() / 2}) {
+    test::put(folder_ / "s8.dcm", whole.substr(0, size));
+    const auto volume = read();
+    EXPECT_FALSE(volume.has_value()) << size;
+    if (!volume) {
+      EXPECT_NE(volume.error().message.find("s8.dcm"), std::string::npos) << volume.error().message;
+    }
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+TEST_F(CtDicomTest, WarnsOfOtherModalitiesAndMissingUnits) {
+  put_stack(2, [](int, DicomFile& d) { d.text(0x00080060, "CS", "MR"); });
+  ASSERT_TRUE(test::has_value(read()));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"modality CT", "'MR'"}));
+  put_stack(2, [](int, DicomFile& d) { d.erase(0x00281052).erase(0x00281053); });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(1, 0, 0), stored(1, 0, 0));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"2 slices without RescaleSlope"}));
+}
+
+TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheOneAskedFor) {
+  put_stack(3);
+  for (int k = 0; k < 5; ++k) {
+    const std::string n = std::to_string(k);
+    const auto low = [](int, int) { return 1; };
+    put("mr" + n,
+        ct_slice("0\\0\\" + n, low).text(0x0020000e, "UI", "9.9.1").text(0x00080060, "CS", "MR"));
+    if (k < 2) put("small" + n, ct_slice("0\\0\\" + n, low).text(0x0020000e, "UI", "9.9.2"));
+  }
+  auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"several series, 1.2.3.1 is used", "9.9.1 (MR, 5 slices", "9.9.2 (CT, 2"}));
+  CtOptions options;
+  options.series_uid = "9.9.2";
+  volume = read(options);
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->grid().size[2], 2);
+  options.series_uid = "5.5";
+  EXPECT_TRUE(refuses(read(options), Code::kNotFound, {"5.5", "9.9.1", "9.9.2", "1.2.3.1"}));
+}
+
+TEST_F(CtDicomTest, LeavesOverviewPicturesOut) {
+  put_stack(3);
+  put("scout", ct_slice(
+                   "0\\0\\0", [](int, int) { return 0; }, "1\\0\\0\\0\\0\\-1")
+                   .text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"));
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"1 overview"}));
+}
+
+TEST_F(CtDicomTest, PassesOverOtherFilesButNotOverBrokenOnes) {
+  put_stack(3);
+  test::put(folder_ / "note.txt", "nothing to see");
+  test::put(folder_ / "alike.bin", std::string("\x08\0\x05\0garbage that is no element", 30));
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+  test::put(folder_ / "half.dcm", test::get(folder_ / "s9.dcm").substr(0, 300));
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
+}
+
+TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
+  put_stack(3);
+  for (const char* name : {"s7.dcm", "s8.dcm", "s9.dcm"}) {
+    test::put(folder_ / name, test::get(folder_ / name).substr(132));
+  }
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+}
+
+TEST_F(CtDicomTest, RefusesDeflatedFiles) {
+  put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
+}
+
+TEST_F(CtDicomTest, RefusesFoldersWithoutAStack) {
+  EXPECT_TRUE(refuses(read(), Code::kNotFound, {"DICOM", "0 files"}));
+  test::put(folder_ / "note.txt", "hello, this is no picture at all");
+  EXPECT_TRUE(refuses(read(), Code::kNotFound, {"1 files"}));
+  put_stack(1);
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"at least 2 slices", "found 1"}));
+  EXPECT_TRUE(refuses(read_ct(folder_ / "s9.dcm", diagnostics_), Code::kMalformedData,
+                      {"s9.dcm", "at least 2 slices"}));
+  EXPECT_TRUE(refuses(read_ct(folder_ / "gone", diagnostics_), Code::kNotFound, {"gone"}));
+  EXPECT_TRUE(refuses(read_ct(folder_ / "note.txt", diagnostics_), Code::kUnsupportedData,
+                      {"note.txt", "another kind"}));
+}
+
+}  // namespace
+}  // namespace nav::io

@@ -1,0 +1,416 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "io/ct.hpp"
+#include "tests/io/support.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::refuses;
+using test::says;
+using Code = ErrorCode;
+
+constexpr double kMm = 1e-9;         // Decimal text.
+constexpr double kFloat32Mm = 1e-5;  // NIfTI-1 stores 32-bit reals.
+
+/// 3 x 2 x 4 voxels, each different: 100 i + 10 j + k.
+template <class T>
+std::vector<T> voxels() {
+  std::vector<T> out;
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 2; ++j) {
+      for (int i = 0; i < 3; ++i) out.push_back(static_cast<T>(100 * i + 10 * j + k));
+    }
+  }
+  return out;
+}
+
+void expect_voxels(const Volume& volume) {
+  ASSERT_EQ(volume.grid().size, (std::array<int, 3>{3, 2, 4}));
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 2; ++j) {
+      for (int i = 0; i < 3; ++i) ASSERT_EQ(volume.at(i, j, k), 100 * i + 10 * j + k);
+    }
+  }
+}
+
+class CtFileTest : public ::testing::Test {
+ protected:
+  Result<Volume> read(const std::string& name, const std::string& bytes,
+                      const CtOptions& options = {}) {
+    test::put(folder_ / name, bytes);
+    return read_ct(folder_ / name, diagnostics_, options);
+  }
+  test::TemporaryFolder folder_;
+  CollectingDiagnostics diagnostics_;
+};
+
+// The axes of this turn are a cyclic exchange, so that a transpose is another turn.
+// i runs along +y, j along +z, k along +x (LPS).
+const std::string kTurn = "TransformMatrix = 0 1 0 0 0 1 1 0 0\n";
+const Eigen::Vector3d kLastVoxel(5 + 3 * 4.0, 6 + 2 * 2.0, 7 + 1 * 3.0);
+
+std::string meta(const std::string& geometry = kTurn, const std::string& type = "MET_SHORT",
+                 const std::string& spacing = "2 3 4", const std::string& extra = "") {
+  return "ObjectType = Image\nNDims = 3\nBinaryData = True\n" + geometry +
+         "Offset = 5 6 7\nElementSpacing = " + spacing + "\nDimSize = 3 2 4\n" + extra +
+         "ElementType = " + type + "\nElementDataFile = LOCAL\n";
+}
+
+TEST_F(CtFileTest, PlacesMetaImageAxesOneAfterTheOther) {
+  const auto v = read("a.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm);
+  EXPECT_TRUE(diagnostics_.entries().empty());
+}
+
+TEST_F(CtFileTest, ReadsEverySampleTypeCompressedAndSwapped) {
+  const auto check = [&](const std::string& type, const std::string& bytes,
+                         const std::string& extra) {
+    const auto v = read("a.mha", meta(kTurn, type, "2 3 4", extra) + bytes);
+    ASSERT_TRUE(test::has_value(v)) << type;
+    expect_voxels(*v);
+  };
+  check("MET_USHORT", test::bytes_of(voxels<std::uint16_t>()), "");
+  check("MET_INT", test::bytes_of(voxels<std::int32_t>()), "");
+  check("MET_UINT", test::bytes_of(voxels<std::uint32_t>()), "");
+  check("MET_FLOAT", test::bytes_of(voxels<float>()), "");
+  check("MET_DOUBLE", test::bytes_of(voxels<double>()), "");
+  check("MET_SHORT", test::swapped_bytes_of(voxels<std::int16_t>()),
+        "BinaryDataByteOrderMSB = True\n");
+  check("MET_FLOAT", test::swapped_bytes_of(voxels<float>()), "ElementByteOrderMSB = True\n");
+  check("MET_SHORT", test::deflated(test::bytes_of(voxels<std::int16_t>())),
+        "CompressedData = True\n");
+}
+
+TEST_F(CtFileTest, RoundsAndClampsAndCounts) {
+  auto values = voxels<float>();
+  values[0] = 1.6F;
+  values[1] = -2.6F;
+  values[2] = 40000.0F;
+  values[3] = -3024.0F;
+  values[4] = -1024.4F;
+  const auto v = read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values));
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_EQ(v->at(0, 0, 0), 2);
+  EXPECT_EQ(v->at(1, 0, 0), -3);
+  EXPECT_EQ(v->at(2, 0, 0), 32767);
+  EXPECT_EQ(v->at(0, 1, 0), -1024);
+  EXPECT_EQ(v->at(1, 1, 0), -1024);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.mha", "1 voxels above 32767"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"a.mha", "1 voxels below -1024"}));
+}
+
+TEST_F(CtFileTest, RefusesNanVoxelsByNumberAndPlace) {
+  auto values = voxels<float>();
+  values[6 + 3 + 2] = std::numeric_limits<float>::quiet_NaN();  // (2, 1, 1)
+  values[20] = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values)),
+                      Code::kMalformedData, {"a.mha", "found 2", "(2, 1, 1)"}));
+}
+
+TEST_F(CtFileTest, UsesAnatomicalLettersOnlyWithoutMatrix) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  // MetaIO's letters say where an axis comes from: LPI is -x, -y, +z.
+  auto v = read("a.mha", meta("AnatomicalOrientation = LPI\n") + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(5 - 2, 6 - 3, 7 + 4)).norm(), kMm);
+  v = read("b.mha",
+           meta("AnatomicalOrientation = LPI\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 11)).norm(), kMm);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "LPI", "contradicts"}));
+}
+
+TEST_F(CtFileTest, KeepsLeftHandedDirections) {
+  const auto v = read("a.mha", meta("TransformMatrix = 1 0 0 0 1 0 0 0 -1\n") +
+                                   test::bytes_of(voxels<std::int16_t>()));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_NEAR(v->grid().directions.determinant(), -1, kMm);
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 3)).norm(), kMm);
+}
+
+TEST_F(CtFileTest, RefusesBadMetaImageGeometry) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto spacing = [&](const std::string& s) {
+    return read("a.mha", meta(kTurn, "MET_SHORT", s) + data);
+  };
+  EXPECT_TRUE(
+      refuses(spacing("0 3 4"), Code::kMalformedData, {"a.mha", "ElementSpacing", "0 3 4"}));
+  EXPECT_TRUE(refuses(spacing("2 -3 4"), Code::kMalformedData, {"ElementSpacing", "-3"}));
+  EXPECT_TRUE(refuses(spacing("2 nan 4"), Code::kMalformedData, {"ElementSpacing", "nan"}));
+  EXPECT_TRUE(refuses(spacing("2 3"), Code::kMalformedData, {"ElementSpacing", "3 finite"}));
+  const auto turned = [&](const std::string& m) {
+    return read("a.mha", meta("TransformMatrix = " + m + "\n") + data);
+  };
+  EXPECT_TRUE(refuses(turned("1 0 0 0 nan 0 0 0 1"), Code::kMalformedData, {"TransformMatrix"}));
+  EXPECT_TRUE(refuses(turned("2 0 0 0 1 0 0 0 1"), Code::kMalformedData, {"unit vectors"}));
+  EXPECT_TRUE(refuses(turned("1 0 0 0.6 0.8 0 0 0 1"), Code::kUnsupportedData, {"orthogonal"}));
+  EXPECT_TRUE(refuses(turned("1 0 0 0 1 0 0 0"), Code::kMalformedData, {"9 finite"}));
+  EXPECT_TRUE(
+      refuses(read("a.mha", meta("") + data), Code::kUnsupportedData, {"axes lie in the patient"}));
+  CtOptions options;
+  options.accept_unknown_orientation = true;
+  EXPECT_TRUE(test::has_value(read("a.mha", meta("") + data, options)));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"left, posterior, superior"}));
+}
+
+TEST_F(CtFileTest, RefusesBadMetaImageData) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  EXPECT_TRUE(refuses(read("a.mha", meta() + data.substr(0, 47)), Code::kMalformedData,
+                      {"cut short", "48", "47"}));
+  std::string huge = meta() + data;
+  huge.replace(huge.find("3 2 4\n", huge.find("DimSize")), 6, "1000 1000 1000\n");
+  EXPECT_TRUE(refuses(read("a.mha", huge), Code::kMalformedData, {"2000000000"}));
+  std::string flat = meta() + data;
+  flat.replace(flat.find("3 2 4\n", flat.find("DimSize")), 6, "6 4 1\n");
+  EXPECT_TRUE(refuses(read("a.mha", flat), Code::kMalformedData, {"at least 2 slices"}));
+  EXPECT_TRUE(refuses(
+      read("a.mha",
+           meta(kTurn, "MET_SHORT", "2 3 4", "ElementNumberOfChannels = 3\n") + data + data + data),
+      Code::kUnsupportedData, {"one component", "3"}));
+  const std::string z = test::deflated(data);
+  EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", "CompressedData = True\n") +
+                                        z.substr(0, z.size() / 2)),
+                      Code::kMalformedData, {"a.mha", "cut short"}));
+}
+
+TEST_F(CtFileTest, WritesWhatItReadsBack) {
+  const auto v = read("a.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
+  ASSERT_TRUE(test::has_value(v));
+  VoxelGrid grid = v->grid();
+  grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()) *
+                    Eigen::Vector3d(1, 1, -1).asDiagonal();
+  grid.spacing_mm << 0.1, 1.0 / 3, 2.7;
+  const auto turned = Volume::create(grid, {v->hu().begin(), v->hu().end()}, "turned");
+  ASSERT_TRUE(test::has_value(turned));
+  for (const bool compress : {false, true}) {
+    ASSERT_TRUE(test::has_value(write_ct_mha(*turned, folder_ / "out.mha", compress)));
+    const auto back = read_ct(folder_ / "out.mha", diagnostics_);
+    ASSERT_TRUE(test::has_value(back));
+    expect_voxels(*back);
+    EXPECT_LT((back->grid().directions - grid.directions).norm(), kMm);
+    EXPECT_LT((back->grid().spacing_mm - grid.spacing_mm).norm(), kMm);
+    EXPECT_LT((back->grid().origin_mm - grid.origin_mm).norm(), kMm);
+  }
+  EXPECT_TRUE(
+      refuses(write_ct_mha(*turned, folder_.path() / "no" / "x.mha"), Code::kIo, {"x.mha"}));
+}
+
+std::string nrrd(const std::string& space, const std::string& extra = "",
+                 const std::string& directions = "(0,2,0) (0,0,3) (4,0,0)") {
+  return "NRRD0005\ntype: short\ndimension: 3\nsizes: 3 2 4\nspace: " + space +
+         "\nspace directions: " + directions +
+         "\nspace origin: (5,6,7)\nendian: little\nkinds: domain domain domain\n" + extra;
+}
+
+TEST_F(CtFileTest, TurnsNrrdSpacesToLps) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto last = [&](const std::string& space) -> Eigen::Vector3d {
+    const auto v = read("a.nrrd", nrrd(space, "encoding: raw\n\n") + data);
+    if (!v) return Eigen::Vector3d::Constant(std::nan(""));
+    expect_voxels(*v);
+    return v->grid().at({2, 1, 3}).mm;
+  };
+  const Eigen::Vector3d p = kLastVoxel;
+  EXPECT_LT((last("left-posterior-superior") - p).norm(), kMm);
+  EXPECT_LT((last("LPS") - p).norm(), kMm);
+  EXPECT_LT((last("RAS") - Eigen::Vector3d(-p.x(), -p.y(), p.z())).norm(), kMm);
+  EXPECT_LT((last("Right-Anterior-Superior") - Eigen::Vector3d(-p.x(), -p.y(), p.z())).norm(), kMm);
+  EXPECT_LT((last("LAS") - Eigen::Vector3d(p.x(), -p.y(), p.z())).norm(), kMm);
+}
+
+TEST_F(CtFileTest, ReadsNrrdGzipAndDetachedSlices) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  constexpr int kGzip = 31;
+  auto v = read("a.nrrd", nrrd("LPS", "encoding: gzip\n\n") + test::deflated(data, kGzip));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  // One file per slice, each with 3 bytes of its own header.
+  for (int k = 0; k < 4; ++k) {
+    test::put(folder_ / ("s.0" + std::to_string(2 * k + 1)),
+              "xyz" + data.substr(static_cast<std::size_t>(k) * 12, 12));
+  }
+  v = read("a.nhdr", nrrd("LPS", "encoding: raw\nbyte skip: 3\ndata file: s.%02d 1 7 2\n"));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  v = read("b.nhdr", nrrd("LPS", "encoding: raw\nbyte skip: -1\ndata file: s.%02d 1 7 2\n"));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_TRUE(refuses(read("c.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 1 9 2\n")),
+                      Code::kNotFound, {"s.09"}));
+}
+
+TEST_F(CtFileTest, RefusesBadNrrd) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto directions = [&](const std::string& d) {
+    return read("a.nrrd", nrrd("LPS", "encoding: raw\n\n", d) + data);
+  };
+  EXPECT_TRUE(refuses(directions("(1,0,0) (0,1,0)"), Code::kMalformedData, {"space directions"}));
+  EXPECT_TRUE(
+      refuses(directions("(1,0,0) (0,nan,0) (0,0,1)"), Code::kMalformedData, {"space directions"}));
+  EXPECT_TRUE(refuses(directions("(1,0,0) (0,0,0) (0,0,1)"), Code::kMalformedData, {"spacing"}));
+  EXPECT_TRUE(
+      refuses(directions("(1,0,0) (0.5,1,0) (0,0,1)"), Code::kUnsupportedData, {"orthogonal"}));
+  EXPECT_TRUE(refuses(read("a.nrrd", nrrd("scanner-xyz", "encoding: raw\n\n") + data),
+                      Code::kUnsupportedData, {"scanner-xyz"}));
+  EXPECT_TRUE(refuses(read("a.nrrd", nrrd("LPS", "encoding: bzip2\n\n") + data),
+                      Code::kUnsupportedData, {"bzip2"}));
+  EXPECT_TRUE(refuses(
+      read("a.nrrd", nrrd("LPS", "space units: \"cm\" \"cm\" \"cm\"\nencoding: raw\n\n") + data),
+      Code::kMalformedData, {"space units", "mm"}));
+}
+
+template <class T>
+void set(std::string& bytes, std::size_t offset, T value, bool swap = false) {
+  std::string raw =
+      swap ? test::swapped_bytes_of(std::vector<T>{value}) : test::bytes_of(std::vector<T>{value});
+  bytes.replace(offset, sizeof(T), raw);
+}
+
+/// NIfTI-1 header of 3 x 2 x 4 int16 voxels, without any orientation.
+std::string nifti(bool swap = false, std::int16_t datatype = 4) {
+  std::string h(352, '\0');
+  set<std::int32_t>(h, 0, 348, swap);
+  const std::vector<std::int16_t> dim = {3, 3, 2, 4, 1, 1, 1, 1};
+  const std::vector<float> pixdim = {1, 2, 3, 4, 0, 0, 0, 0};
+  for (std::size_t i = 0; i < 8; ++i) {
+    set(h, 40 + 2 * i, dim[i], swap);
+    set(h, 76 + 4 * i, pixdim[i], swap);
+  }
+  set<std::int16_t>(h, 70, datatype, swap);
+  set<float>(h, 108, 352, swap);
+  h[123] = 2;  // mm
+  h.replace(344, 4, std::string("n+1\0", 4));
+  return h;
+}
+
+/// s-form in RAS that means the same places as kTurn and kLastVoxel in LPS.
+void set_sform(std::string& h, bool swap = false) {
+  set<std::int16_t>(h, 254, 1, swap);
+  const std::vector<float> rows = {0, 0, -4, -5, -2, 0, 0, -6, 0, 3, 0, 7};
+  for (std::size_t i = 0; i < 12; ++i) set(h, 280 + 4 * i, rows[i], swap);
+}
+
+TEST_F(CtFileTest, TurnsNiftiToLpsBySform) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string h = nifti();
+  set_sform(h);
+  constexpr int kGzip = 31;
+  for (const auto& [name, bytes] : {std::pair<std::string, std::string>("a.nii", h + data),
+                                    {"a.nii.gz", test::deflated(h + data, kGzip)}}) {
+    const auto v = read(name, bytes);
+    ASSERT_TRUE(test::has_value(v)) << name;
+    expect_voxels(*v);
+    EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
+  }
+  std::string big = nifti(true);
+  set_sform(big, true);
+  const auto v = read("big.nii", big + test::swapped_bytes_of(voxels<std::int16_t>()));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
+}
+
+TEST_F(CtFileTest, TurnsNiftiToLpsByQform) {
+  // Half a turn about the RAS x axis: b = 1; j and k reversed.
+  std::string h = nifti();
+  set<std::int16_t>(h, 252, 1);
+  set<float>(h, 256, 1);
+  set<float>(h, 268, 50);
+  set<float>(h, 272, 60);
+  set<float>(h, 276, 70);
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  auto v = read("q.nii", h + data);
+  ASSERT_TRUE(test::has_value(v));
+  // RAS (50 + 2, 60 - 3, 70 - 4) for index (1, 1, 1).
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(-52, -57, 66)).norm(), kFloat32Mm);
+  set<float>(h, 76, -1);  // qfac: the third axis turns round.
+  v = read("q.nii", h + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(-52, -57, 74)).norm(), kFloat32Mm);
+  EXPECT_NEAR(v->grid().directions.determinant(), -1, kFloat32Mm);
+  EXPECT_EQ(v->at(2, 1, 3), 213);
+  // Both forms, of different meaning: the s-form is used and that is said.
+  set_sform(h);
+  v = read("q.nii", h + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"q.nii", "s-form and q-form differ"}));
+}
+
+TEST_F(CtFileTest, ReadsNifti2AndScaling) {
+  std::string h(544, '\0');
+  set<std::int32_t>(h, 0, 540);
+  h.replace(4, 8, std::string("n+2\0\r\n\032\n", 8));
+  set<std::int16_t>(h, 12, 16);  // float
+  const std::vector<std::int64_t> dim = {3, 3, 2, 4, 1, 1, 1, 1};
+  for (std::size_t i = 0; i < 8; ++i) {
+    set(h, 16 + 8 * i, dim[i]);
+    set<double>(h, 104 + 8 * i, 1);
+  }
+  set<std::int64_t>(h, 168, 544);
+  set<double>(h, 176, 2);
+  set<double>(h, 184, -100);
+  set<std::int32_t>(h, 348, 1);
+  const std::vector<double> rows = {0, 0, -4, -5, -2, 0, 0, -6, 0, 3, 0, 7};
+  for (std::size_t i = 0; i < 12; ++i) set(h, 400 + 8 * i, rows[i]);
+  set<std::int32_t>(h, 500, 2);
+  const auto v = read("two.nii", h + test::bytes_of(voxels<float>()));
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_EQ(v->at(2, 1, 3), 2 * 213 - 100);
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm);
+}
+
+TEST_F(CtFileTest, RefusesBadNifti) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  EXPECT_TRUE(refuses(read("a.nii", nifti() + data), Code::kUnsupportedData,
+                      {"neither s-form nor q-form"}));
+  CtOptions accept;
+  accept.accept_unknown_orientation = true;
+  const auto v = read("a.nii", nifti() + data, accept);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(2, 3, 4)).norm(), kMm);
+  const auto broken = [&](const std::function<void(std::string&)>& change) {
+    std::string h = nifti();
+    set_sform(h);
+    change(h);
+    return read("a.nii", h + data);
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 284, nan); }), Code::kMalformedData,
+                      {"s-form", "finite"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 280, 3); }), Code::kUnsupportedData,
+                      {"orthogonal"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 70, 1024); }),
+                      Code::kUnsupportedData, {"datatype", "1024"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 42, 30000); }),
+                      Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 42, -3); }),
+                      Code::kUnsupportedData, {"dim"}));
+  EXPECT_TRUE(
+      refuses(broken([&](auto& h) { set<std::int16_t>(h, 40, 4), set<std::int16_t>(h, 48, 2); }),
+              Code::kUnsupportedData, {"dim", "4 3 2 4 2"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 108, nan); }), Code::kMalformedData,
+                      {"vox_offset"}));
+  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 112, nan); }), Code::kMalformedData,
+                      {"scl_slope"}));
+  EXPECT_TRUE(
+      refuses(broken([&](auto& h) { h[0] = 1; }), Code::kUnsupportedData, {"NIfTI header"}));
+  EXPECT_TRUE(refuses(read("a.nii", "short"), Code::kMalformedData, {"header cut short"}));
+  std::string q = nifti();
+  set<std::int16_t>(q, 252, 1);
+  set<float>(q, 84, 0);
+  EXPECT_TRUE(refuses(read("a.nii", q + data), Code::kMalformedData, {"pixdim", "found 0"}));
+}
+
+}  // namespace
+}  // namespace nav::io

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "io/ct.hpp"
+#include "io/plus_config.hpp"
+#include "io/sequence.hpp"
+#include "io/transform_tree.hpp"
+#include "tests/io/dicom_file.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+/// Counter-based numbers (splitmix64): the same mutations on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31);
+  }
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// One of: flipped bits, a piece cut out, doubled or replaced by an extreme number, the end cut
+/// off.
+std::string mutated(std::string bytes, Random& random) {
+  const std::size_t times = 1 + random.below(4);
+  for (std::size_t i = 0; i < times && !bytes.empty(); ++i) {
+    const std::size_t at = random.below(bytes.size());
+    const std::size_t size = std::min(1 + random.below(20), bytes.size() - at);
+    switch (random.below(6)) {
+      case 0:
+        bytes[at] = static_cast<char>(random.next());
+        break;
+      case 1:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << random.below(8)));
+        break;
+      case 2:
+        bytes.erase(at, size);
+        break;
+      case 3:
+        bytes.insert(at, bytes.substr(at, size));
+        break;
+      case 4: {
+        constexpr std::array kNumbers = {
+            "-1", "0", "4294967297", "9223372036854775807", "nan", "1e999", "%s", "=", ":", "\n"};
+        bytes.replace(at, size, kNumbers[random.below(kNumbers.size())]);
+        break;
+      }
+      default:
+        bytes.resize(at);
+    }
+  }
+  return bytes;
+}
+
+/// Reads everything that a hostile recording offers; what it says does not matter.
+void read_sequence(const std::filesystem::path& path) {
+  auto reader = SequenceReader::open(path);
+  if (!reader) {
+    EXPECT_EQ(reader.error().message.find('\n'), std::string::npos) << reader.error().message;
+    return;
+  }
+  constexpr std::int64_t kFrames = 5;
+  for (std::int64_t i = 0; i < std::min(kFrames, reader->header().frame_count); ++i) {
+    const auto frame = reader->read(i);
+    if (!frame) continue;
+    EXPECT_EQ(frame->pixels.size(), reader->header().frame_bytes());
+    for (const std::string& name : transform_names(*frame)) (void)transform(*frame, name);
+    (void)brightness_image(reader->header(), *frame);
+  }
+}
+
+void read_volume(const std::filesystem::path& path) {
+  CollectingDiagnostics diagnostics;
+  CtOptions options;
+  options.accept_unknown_orientation = true;
+  const auto volume = read_ct(path, diagnostics, options);
+  if (volume) {
+    EXPECT_EQ(volume->hu().size(), volume->grid().voxel_count());
+  }
+}
+
+void read_config(const std::filesystem::path& path) {
+  const auto config = read_plus_config(path);
+  if (!config) return;
+  const auto tree = TransformTree::create({"ProbeToTracker"}, config->transforms);
+  if (tree) (void)tree->find("Image", "Tracker");
+  for (const auto& t : config->transforms) (void)calibration_from_matrix(t.to_from_from, 10, 10);
+}
+
+using Reader = void (*)(const std::filesystem::path&);
+
+/// A parser may refuse or accept, but neither crash, nor throw, nor allocate without limit.
+void fuzz(const std::string& name, const std::string& golden, int times, Reader reader,
+          const std::vector<std::pair<std::string, std::string>>& beside = {}) {
+  // Thousands of small files: memory is kinder to them than a disk.
+  if (std::filesystem::is_directory("/dev/shm")) ::setenv("TMPDIR", "/dev/shm", 0);
+  const test::TemporaryFolder folder;
+  for (const auto& [other, bytes] : beside) test::put(folder / other, bytes);
+  constexpr std::uint64_t kSeed = 20260101;
+  Random random(kSeed);
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < times; ++i) {
+    test::put(folder / name, mutated(golden, random));
+    EXPECT_NO_THROW(reader(folder / name)) << name << " mutation " << i;
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << name;
+}
+
+const std::string kPixels(3 * 2 * 2, 'p');
+constexpr int kTimes = 1000;
+
+std::string meta(const std::string& extra) {
+  return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" +
+         extra +
+         "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nElementSpacing = 1 1 1\n"
+         "DimSize = 3 2 2\nKinds = domain domain list\nElementType = MET_UCHAR\n"
+         "UltrasoundImageOrientation = MF\n"
+         "Seq_Frame0000_ProbeToTrackerTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"
+         "Seq_Frame0000_ProbeToTrackerTransformStatus = OK\nSeq_Frame0000_Timestamp = 1.5\n"
+         "Seq_Frame0001_Timestamp = 2.5\nElementDataFile = LOCAL\n";
+}
+
+std::string nrrd(const std::string& encoding) {
+  return "NRRD0004\ndimension: 3\nencoding: " + encoding +
+         "\nendian: little\nkinds: domain domain list\nsizes: 3 2 2\ntype: uint8\nspace: LPS\n"
+         "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n"
+         "ultrasound image orientation:=MF\nSeq_Frame0000_Status:=OK\n\n";
+}
+
+TEST(FuzzTest, MetaImage) {
+  fuzz("a.mha", meta("") + kPixels, kTimes, read_sequence);
+  fuzz("z.mha", meta("CompressedData = True\n") + test::deflated(kPixels), kTimes, read_sequence);
+  fuzz("v.mha", meta("") + kPixels, kTimes, read_volume);
+}
+
+TEST(FuzzTest, Nrrd) {
+  constexpr int kGzip = 31;
+  fuzz("a.nrrd", nrrd("raw") + kPixels, kTimes, read_sequence);
+  fuzz("z.nrrd", nrrd("gzip") + test::deflated(kPixels, kGzip), kTimes, read_sequence);
+  fuzz("v.nrrd", nrrd("raw") + kPixels, kTimes, read_volume);
+}
+
+TEST(FuzzTest, Nifti) {
+  std::string h(352, '\0');
+  const auto set = [&](std::size_t at, const std::string& bytes) {
+    h.replace(at, bytes.size(), bytes);
+  };
+  set(0, test::le<std::int32_t>(348));
+  set(40, test::bytes_of(std::vector<std::int16_t>{3, 3, 2, 2, 1, 1, 1, 1}));
+  set(70, test::le<std::int16_t>(2));
+  set(76, test::bytes_of(std::vector<float>{1, 1, 1, 1}));
+  set(108, test::bytes_of(std::vector<float>{352}));
+  set(254, test::le<std::int16_t>(1));
+  set(280, test::bytes_of(std::vector<float>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}));
+  set(344, std::string("n+1\0", 4));
+  fuzz("a.nii", h + kPixels, kTimes, read_volume);
+  constexpr int kGzip = 31;
+  fuzz("a.nii.gz", test::deflated(h + kPixels, kGzip), kTimes, read_volume);
+}
+
+void read_folder(const std::filesystem::path& path) { read_volume(path.parent_path()); }
+
+TEST(FuzzTest, Dicom) {
+  const auto slice = [](const char* position) {
+    return test::ct_slice(position, [](int i, int j) { return 10 * i + j; });
+  };
+  constexpr int kDicomTimes = 800;
+  fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_volume);
+  // Beside two sound slices, so that pixels are decoded too; in run-length code, too.
+  const std::vector<std::pair<std::string, std::string>> sound = {
+      {"b.dcm", slice("1\\2\\5").bytes()}, {"c.dcm", slice("1\\2\\7").bytes()}};
+  fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_folder, sound);
+  auto coded = slice("1\\2\\3");
+  coded.encapsulated({test::run_length_code(std::vector<std::int16_t>(20, 1000))},
+                     "1.2.840.10008.1.2.5");
+  fuzz("a.dcm", coded.bytes(), kDicomTimes, read_folder, sound);
+}
+
+TEST(FuzzTest, Configuration) {
+  fuzz("c.xml",
+       "<PlusConfiguration version=\"2.4\"><DataCollection><Device Id=\"V\" "
+       "LocalTimeOffsetSec=\"0.5\"><DataSources><DataSource Id=\"D\"/></DataSources></Device>"
+       "</DataCollection><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" Matrix=\""
+       "0.1 0 0 1 0 0.1 0 2 0 0 0.1 3 0 0 0 1\"/></CoordinateDefinitions><ScanConversion "
+       "TransducerGeometry=\"LINEAR\" OutputImageSpacingMmPerPixel=\"0.1 0.1\"/>"
+       "</PlusConfiguration>",
+       kTimes, read_config);
+}
+
+}  // namespace
+}  // namespace nav::io

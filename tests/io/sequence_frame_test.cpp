@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <clocale>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "io/sequence.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::refuses;
+using Code = ErrorCode;
+
+SequenceFrame frame_with(const std::string& matrix, const std::string& status = "OK") {
+  SequenceFrame frame;
+  frame.index = 7;
+  frame.fields["ProbeToTrackerTransform"] = matrix;
+  if (status != "absent") frame.fields["ProbeToTrackerTransformStatus"] = status;
+  return frame;
+}
+
+const std::string kMatrix = "1 2 3 4  5 6 7 8 9 10 11 12e0 0 0 -2.5e-016 +1 ";
+
+TEST(FrameTransformTest, ReadsRowMajorNumbers) {
+  const auto t = transform(frame_with(kMatrix), "ProbeToTracker");
+  ASSERT_TRUE(test::has_value(t));
+  Eigen::Matrix4d expected;
+  expected << 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 0, 0, -2.5e-16, 1;
+  EXPECT_EQ(t->to_from_from, expected);
+  EXPECT_EQ(t->status, TrackingStatus::kOk);
+  EXPECT_EQ(t->name, "ProbeToTracker");
+}
+
+TEST(FrameTransformTest, NamesFrameFieldExpectedAndFound) {
+  const auto refused = [](const std::string& text, const std::string& found) {
+    return refuses(transform(frame_with(text), "ProbeToTracker"), Code::kMalformedData,
+                   {"frame 7", "ProbeToTrackerTransform", "16", found});
+  };
+  // Readers that stop at the first word they cannot parse leave an identity behind.
+  EXPECT_TRUE(refused("nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan", "nan"));
+  EXPECT_TRUE(refused("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 inf", "'inf' as number 16"));
+  EXPECT_TRUE(refused("1 2 3 4 5 6 7", "7 words"));
+  EXPECT_TRUE(refused(kMatrix + " 17", "17 words"));
+  EXPECT_TRUE(refused("", "0 words"));
+  EXPECT_TRUE(refused("1 0 0 0,5 0 1 0 0 0 0 1 0 0 0 0 1", "'0,5' as number 4"));
+  EXPECT_TRUE(refuses(transform(frame_with(kMatrix), "StylusToTracker"), Code::kNotFound,
+                      {"frame 7", "StylusToTrackerTransform", "ProbeToTracker"}));
+}
+
+TEST(FrameTransformTest, DoesNotDependOnTheLocale) {
+  const char* old = std::setlocale(LC_ALL, nullptr);
+  const std::string keep = old != nullptr ? old : "C";
+  // Absent locales leave the default, which proves less but is no failure.
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) std::setlocale(LC_ALL, name);
+  const auto t = transform(frame_with("1.5 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), "ProbeToTracker");
+  std::setlocale(LC_ALL, keep.c_str());
+  ASSERT_TRUE(test::has_value(t));
+  EXPECT_EQ(t->to_from_from(0, 0), 1.5);
+}
+
+TEST(FrameTransformTest, NeverTakesAMissingOrUnheardStatusForOk) {
+  const auto status = [](const std::string& text) {
+    return transform(frame_with(kMatrix, text), "ProbeToTracker").value().status;
+  };
+  EXPECT_EQ(status("absent"), TrackingStatus::kUnknown);
+  EXPECT_EQ(status(""), TrackingStatus::kUnknown);
+  EXPECT_EQ(status("OK "), TrackingStatus::kOk);
+  EXPECT_EQ(status("MISSING"), TrackingStatus::kOccluded);
+  EXPECT_EQ(status("OUT_OF_VIEW"), TrackingStatus::kOccluded);
+  EXPECT_EQ(status("OUT_OF_VOLUME"), TrackingStatus::kOutOfVolume);
+  EXPECT_EQ(status("REQ_TIMEOUT"), TrackingStatus::kTimeout);
+  EXPECT_EQ(status("INVALID"), TrackingStatus::kInvalid);
+  EXPECT_EQ(status("ok"), TrackingStatus::kInvalid);
+  EXPECT_EQ(status("SHINY"), TrackingStatus::kInvalid);
+}
+
+TEST(FrameTransformTest, TakesNanOnlyWhereTheStatusDisownsThePose) {
+  const std::string nan = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+  const auto t = transform(frame_with(nan, "MISSING"), "ProbeToTracker");
+  ASSERT_TRUE(test::has_value(t));
+  EXPECT_TRUE(std::isnan(t->to_from_from(0, 0)));
+  EXPECT_NE(t->status, TrackingStatus::kOk);
+  EXPECT_TRUE(refuses(transform(frame_with(nan, "absent"), "ProbeToTracker"), Code::kMalformedData,
+                      {"nan"}));
+}
+
+TEST(FrameTransformTest, WritesWhatItReads) {
+  NamedTransform t{"AToB", Eigen::Matrix4d::Random(), TrackingStatus::kOutOfVolume};
+  t.to_from_from(0, 0) = 0.1;
+  SequenceFrame frame;
+  for (const auto status :
+       {TrackingStatus::kOk, TrackingStatus::kUnknown, TrackingStatus::kOccluded,
+        TrackingStatus::kOutOfVolume, TrackingStatus::kTimeout, TrackingStatus::kInvalid}) {
+    t.status = status;
+    set_transform(frame, t);
+    const auto back = transform(frame, "AToB");
+    ASSERT_TRUE(test::has_value(back));
+    EXPECT_EQ(back->to_from_from, t.to_from_from);
+    EXPECT_EQ(back->status, status);
+  }
+  EXPECT_EQ(transform_names(frame), std::vector<std::string>{"AToB"});
+}
+
+// Pixels 1 2 3 / 4 5 6: a flip or a transpose changes each picture.
+struct Picture {
+  SequenceHeader header;
+  SequenceFrame frame;
+};
+Picture picture(const std::string& orientation) {
+  Picture p;
+  p.header.path = "p.mha";
+  p.header.width = 3;
+  p.header.height = 2;
+  p.header.orientation = orientation;
+  p.header.image_type = "BRIGHTNESS";
+  p.frame.image_valid = true;
+  for (int i = 1; i <= 6; ++i) p.frame.pixels.push_back(static_cast<std::byte>(i));
+  return p;
+}
+
+TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
+  using Pixels = std::vector<std::uint8_t>;
+  const auto pixels = [](const std::string& orientation) {
+    const Picture p = picture(orientation);
+    const auto image = brightness_image(p.header, p.frame);
+    return image ? Pixels(image->pixels().begin(), image->pixels().end()) : Pixels();
+  };
+  for (const char* third : {"", "A", "D"}) {
+    EXPECT_EQ(pixels(std::string("MF") + third), (Pixels{1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(pixels(std::string("UF") + third), (Pixels{3, 2, 1, 6, 5, 4}));
+    EXPECT_EQ(pixels(std::string("MN") + third), (Pixels{4, 5, 6, 1, 2, 3}));
+    EXPECT_EQ(pixels(std::string("UN") + third), (Pixels{6, 5, 4, 3, 2, 1}));
+  }
+}
+
+TEST(BrightnessImageTest, RefusesEachOtherKindInOneSentence) {
+  const auto refused = [](auto change, std::initializer_list<std::string> pieces,
+                          Code code = Code::kUnsupportedData) {
+    Picture p = picture("MF");
+    change(p);
+    return refuses(brightness_image(p.header, p.frame), code, pieces);
+  };
+  EXPECT_TRUE(refused([](auto& p) { p.header.components = 3; }, {"p.mha", "frame 0", "colour"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RGB_COLOR"; }, {"colour"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.pixel_type = PixelType::kInt16; }, {"int16"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RF_REAL"; }, {"RF_REAL"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "FM"; }, {"FM"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "XX"; }, {"'XX'"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.orientation = ""; }, {"found none"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "MFX"; }, {"'MFX'"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "M"; }, {"'M'"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "ELASTO"; }, {"'ELASTO'"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.depth = 2; }, {"slice", "2"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.width = 0; }, {"0 x 0"}));
+  EXPECT_TRUE(refused([](auto& p) { p.frame.image_valid = false; }, {"invalid"}));
+  EXPECT_TRUE(refused([](auto& p) { p.frame.pixels.pop_back(); }, {"6", "5"}, Code::kUsage));
+}
+
+}  // namespace
+}  // namespace nav::io

@@ -1,0 +1,342 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "io/sequence.hpp"
+#include "tests/io/support.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::put;
+using test::refuses;
+using test::text_of;
+using Code = ErrorCode;
+
+// 3 columns, 2 rows, 2 frames: no two pixels alike.
+const std::string kPixels = "abcdefghijkl";
+
+std::string meta(const std::string& extra, const std::string& sizes = "3 2 2",
+                 const std::string& type = "MET_UCHAR", const std::string& data = "LOCAL") {
+  return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+         "DimSize = " +
+         sizes + "\nElementType = " + type + "\nUltrasoundImageOrientation = MF\n" + extra +
+         "ElementDataFile = " + data + "\n";
+}
+
+const std::string kFrames =
+    "Seq_Frame0000_Timestamp = 1.5\nSeq_Frame0000_ImageStatus = OK\n"
+    "Seq_Frame0001_Timestamp = 1.25\nSeq_Frame0001_UnfilteredTimestamp = 2\n"
+    "Seq_Frame0001_ImageStatus = INVALID\nSeq_Frame0001_Custom = a = b\n";
+
+class SequenceReaderTest : public ::testing::Test {
+ protected:
+  Result<SequenceReader> open(const std::string& content, const std::string& name = "a.igs.mha") {
+    put(folder_ / name, content);
+    return SequenceReader::open(folder_ / name);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(SequenceReaderTest, ReadsRawFramesInAnyOrder) {
+  auto reader = open(meta(kFrames + "Odd key = kept\n") + kPixels);
+  ASSERT_TRUE(test::has_value(reader));
+  const SequenceHeader& h = reader->header();
+  EXPECT_EQ(h.width, 3);
+  EXPECT_EQ(h.height, 2);
+  EXPECT_EQ(h.depth, 1);
+  EXPECT_EQ(h.components, 1);
+  EXPECT_EQ(h.frame_count, 2);
+  EXPECT_EQ(h.readable_frames, 2);
+  EXPECT_EQ(h.orientation, "MF");
+  EXPECT_EQ(h.image_type, "");
+  EXPECT_EQ(h.format, "MetaImage");
+  EXPECT_FALSE(h.compressed);
+  EXPECT_EQ(h.fields.at("Odd key"), "kept");
+  const auto second = reader->read(1);
+  ASSERT_TRUE(test::has_value(second));
+  EXPECT_EQ(text_of(second->pixels), "ghijkl");
+  EXPECT_EQ(second->timestamp_s, 1.25);
+  EXPECT_EQ(second->unfiltered_timestamp_s, 2.0);
+  EXPECT_FALSE(second->image_valid);
+  EXPECT_EQ(second->fields.at("Custom"), "a = b");
+  const auto first = reader->read(0);
+  ASSERT_TRUE(test::has_value(first));
+  EXPECT_EQ(text_of(first->pixels), "abcdef");
+  EXPECT_TRUE(first->image_valid);
+  EXPECT_FALSE(first->unfiltered_timestamp_s.has_value());
+  EXPECT_TRUE(refuses(reader->read(2), Code::kUsage, {"frame 2", "0 to 1"}));
+  EXPECT_TRUE(refuses(reader->read(-1), Code::kUsage, {"frame -1"}));
+}
+
+TEST_F(SequenceReaderTest, ReadsOneCompressedStreamForwardAndAgain) {
+  const std::string z = test::deflated(kPixels);
+  auto reader =
+      open(meta("CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) +
+                "          \n" + kFrames) +
+           z);
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_TRUE(reader->header().compressed);
+  for (const std::int64_t index : {1, 0, 1, 1, 0}) {
+    const auto frame = reader->read(index);
+    ASSERT_TRUE(test::has_value(frame));
+    EXPECT_EQ(text_of(frame->pixels), kPixels.substr(static_cast<std::size_t>(index) * 6, 6));
+  }
+}
+
+TEST_F(SequenceReaderTest, ReadsDetachedRawAndCompressedFiles) {
+  put(folder_ / "a.raw", kPixels);
+  auto raw = open(meta(kFrames, "3 2 2", "MET_UCHAR", "a.raw"), "a.igs.mhd");
+  ASSERT_TRUE(test::has_value(raw));
+  EXPECT_EQ(text_of(raw->read(1)->pixels), "ghijkl");
+  put(folder_ / "a.zraw", test::deflated(kPixels));
+  auto packed =
+      open(meta("CompressedData = True\n" + kFrames, "3 2 2", "MET_UCHAR", "a.zraw"), "b.igs.mhd");
+  ASSERT_TRUE(test::has_value(packed));
+  EXPECT_EQ(text_of(packed->read(1)->pixels), "ghijkl");
+  EXPECT_TRUE(refuses(open(meta(kFrames, "3 2 2", "MET_UCHAR", "none.raw"), "c.igs.mhd"),
+                      Code::kNotFound, {"none.raw"}));
+}
+
+std::string nrrd(const std::string& encoding, const std::string& extra = "") {
+  return "NRRD0004\n# a comment\ndimension: 3\nencoding: " + encoding +
+         "\nendian: little\nkinds: domain domain   list\nsizes: 3 2   2\ntype: uint8\n" + extra +
+         "ultrasound image orientation:=UN\nultrasound image type:=BRIGHTNESS\n"
+         "Seq_Frame0000_Timestamp:=1.5\nSeq_Frame0000_Status:=OK\n"
+         "Seq_Frame0001_Timestamp:=1.75\nSeq_Frame0001_Status:=INVALID\n";
+}
+
+TEST_F(SequenceReaderTest, ReadsNrrdWithItsOwnStatusKeyAndSameRowOrder) {
+  constexpr int kGzip = 31;
+  const std::string gz = test::deflated(kPixels, kGzip);
+  // gzip allows several members one after the other.
+  const std::string members =
+      test::deflated(kPixels.substr(0, 4), kGzip) + test::deflated(kPixels.substr(4), kGzip);
+  for (const std::string& content :
+       {nrrd("raw") + "\n" + kPixels, nrrd("gzip") + "\n" + gz, nrrd("gz") + "\n" + members}) {
+    auto reader = open(content, "a.igs.nrrd");
+    ASSERT_TRUE(test::has_value(reader));
+    EXPECT_EQ(reader->header().format, "NRRD");
+    EXPECT_EQ(reader->header().orientation, "UN");
+    EXPECT_EQ(reader->header().image_type, "BRIGHTNESS");
+    const auto second = reader->read(1);
+    ASSERT_TRUE(test::has_value(second));
+    EXPECT_EQ(text_of(second->pixels), "ghijkl");
+    EXPECT_FALSE(second->image_valid);
+    EXPECT_TRUE(reader->read(0)->image_valid);
+  }
+  put(folder_ / "d.raw", kPixels);
+  auto detached = open(nrrd("raw", "data file: d.raw\n"), "a.nhdr");
+  ASSERT_TRUE(test::has_value(detached));
+  EXPECT_EQ(text_of(detached->read(1)->pixels), "ghijkl");
+}
+
+TEST_F(SequenceReaderTest, ReadsColourVolumesAndSinglePictures) {
+  auto colour = open(
+      "NRRD0004\ndimension: 4\nencoding: raw\nkinds: vector domain domain list\n"
+      "sizes: 3 2 1 2\ntype: uint8\n\n" +
+          kPixels,
+      "c.nrrd");
+  ASSERT_TRUE(test::has_value(colour));
+  EXPECT_EQ(colour->header().components, 3);
+  EXPECT_EQ(colour->header().width, 2);
+  EXPECT_EQ(text_of(colour->read(1)->pixels), "ghijkl");
+
+  std::string four = meta("", "3 2 1 2");
+  four.replace(four.find("NDims = 3"), 9, "NDims = 4");
+  auto volume = open(four + kPixels);
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->header().depth, 1);
+  EXPECT_EQ(volume->header().frame_count, 2);
+  EXPECT_EQ(text_of(volume->read(1)->pixels), "ghijkl");
+
+  std::string two = meta("", "3 4");
+  two.replace(two.find("NDims = 3"), 9, "NDims = 2");
+  auto single = open(two + kPixels);
+  ASSERT_TRUE(test::has_value(single));
+  EXPECT_EQ(single->header().frame_count, 1);
+  EXPECT_EQ(single->header().height, 4);
+
+  auto still = open(meta("Kinds = domain domain domain\n", "3 2 2") + kPixels);
+  ASSERT_TRUE(test::has_value(still));
+  EXPECT_EQ(still->header().frame_count, 1);
+  EXPECT_EQ(still->header().depth, 2);
+}
+
+TEST_F(SequenceReaderTest, TurnsBigEndianSamplesRound) {
+  const std::vector<std::int16_t> values = {1, -2, 300, -400, 5000, -6000};
+  auto reader = open(
+      "NDims = 3\nDimSize = 3 2 1\nElementType = MET_SHORT\n"
+      "BinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n" +
+      test::swapped_bytes_of(values));
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_EQ(text_of(reader->read(0)->pixels), test::bytes_of(values));
+}
+
+TEST_F(SequenceReaderTest, OpensTrackerOnlyRecordings) {
+  auto reader = open(meta(kFrames, "0 0 2"));
+  ASSERT_TRUE(test::has_value(reader));
+  const auto frame = reader->read(0);
+  ASSERT_TRUE(test::has_value(frame));
+  EXPECT_TRUE(frame->pixels.empty());
+  EXPECT_FALSE(frame->image_valid);
+  EXPECT_EQ(frame->timestamp_s, 1.5);
+}
+
+TEST_F(SequenceReaderTest, LeavesTheOrderOfTimesToTracking) {
+  auto reader = open(meta(kFrames) + kPixels);  // 1.5 s, then 1.25 s.
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_LT(*reader->frame_fields(1)->timestamp_s, *reader->frame_fields(0)->timestamp_s);
+}
+
+TEST_F(SequenceReaderTest, NamesFrameAndFieldOfABadTimestamp) {
+  for (const char* text : {"nan", "inf", "12,5", "", "1.5s", "0x10"}) {
+    auto reader = open(meta(std::string("Seq_Frame0001_Timestamp = ") + text + "\n") + kPixels);
+    ASSERT_TRUE(test::has_value(reader));
+    EXPECT_TRUE(
+        refuses(reader->read(1), Code::kMalformedData, {"a.igs.mha", "frame 1", "Timestamp", text}))
+        << text;
+    EXPECT_TRUE(test::has_value(reader->read(0)));
+  }
+}
+
+TEST_F(SequenceReaderTest, ReadsFramesBeforeTheBreakAndNamesTheBroken) {
+  auto raw = open(meta(kFrames) + kPixels.substr(0, 9));
+  ASSERT_TRUE(test::has_value(raw));
+  EXPECT_EQ(raw->header().readable_frames, 1);
+  EXPECT_EQ(text_of(raw->read(0)->pixels), "abcdef");
+  EXPECT_TRUE(refuses(raw->read(1), Code::kMalformedData, {"frame 1", "cut short", "12", "9"}));
+
+  // Incompressible, so that the stream breaks where the file does.
+  std::string noise;
+  unsigned state = 7;
+  for (int i = 0; i < 1000 * 20; ++i) {
+    state = state * 1664525U + 1013904223U;
+    noise += static_cast<char>(state >> 24);
+  }
+  const std::string z = test::deflated(noise);
+  auto packed = open(meta("CompressedData = True\n", "100 10 20") + z.substr(0, z.size() / 2));
+  ASSERT_TRUE(test::has_value(packed));
+  EXPECT_EQ(text_of(packed->read(5)->pixels), noise.substr(5000, 1000));
+  EXPECT_TRUE(refuses(packed->read(15), Code::kMalformedData, {"frame 15", "cut short"}));
+  EXPECT_EQ(text_of(packed->read(1)->pixels), noise.substr(1000, 1000));
+
+  // The samples are all there, their checksum is not.
+  auto unchecked = open(meta("CompressedData = True\n", "100 10 20") + z.substr(0, z.size() - 2));
+  ASSERT_TRUE(test::has_value(unchecked));
+  EXPECT_TRUE(refuses(unchecked->read(19), Code::kMalformedData, {"frame 19", "cut short"}));
+  std::string damaged = z;
+  damaged[z.size() / 2] = static_cast<char>(damaged[z.size() / 2] ^ 0x55);
+  auto broken = open(meta("CompressedData = True\n", "100 10 20") + damaged);
+  ASSERT_TRUE(test::has_value(broken));
+  EXPECT_TRUE(refuses(broken->read(19), Code::kMalformedData, {"frame 19", "damaged"}));
+}
+
+TEST_F(SequenceReaderTest, RefusesClaimsThatTheFileCannotHold) {
+  const std::string body(1000, 'x');
+  EXPECT_TRUE(refuses(open(meta("", "40000 25000 1") + body), Code::kMalformedData,
+                      {"1000000000", "1000"}));
+  EXPECT_TRUE(refuses(open(meta("CompressedData = True\n", "1000 1000 1000") + body),
+                      Code::kMalformedData, {"1000000000", "1100 times"}));
+  EXPECT_TRUE(refuses(open(meta("", "4000000000 4000000000 4000000000") + body),
+                      Code::kMalformedData, {"2^63"}));
+  EXPECT_TRUE(refuses(open(meta("", "3 2 0")), Code::kMalformedData, {"at least 1 frame"}));
+  EXPECT_TRUE(refuses(open(meta("", "3 -2 1")), Code::kMalformedData, {"DimSize", "3 -2 1"}));
+  EXPECT_TRUE(refuses(open(meta("", "3 2")), Code::kMalformedData, {"DimSize", "3 sizes"}));
+  EXPECT_TRUE(refuses(open(meta("", "3 2 nan")), Code::kMalformedData, {"DimSize"}));
+  // A sequence without pixels may claim many frames; they cost nothing.
+  auto frames = open(meta("", "0 0 1000000000000"));
+  ASSERT_TRUE(test::has_value(frames));
+  EXPECT_TRUE(test::has_value(frames->read(999999999999)));
+}
+
+TEST_F(SequenceReaderTest, RefusesWhatIsNoSequence) {
+  EXPECT_TRUE(refuses(SequenceReader::open(folder_ / "none.mha"), Code::kNotFound, {"none.mha"}));
+  EXPECT_TRUE(refuses(SequenceReader::open(folder_.path()), Code::kIo, {"folder"}));
+  EXPECT_TRUE(refuses(SequenceReader::open("/dev/zero"), Code::kIo, {"special file"}));
+  EXPECT_TRUE(refuses(open(""), Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(refuses(open("hello\nworld\n"), Code::kUnsupportedData, {"hello"}));
+  EXPECT_TRUE(refuses(open(std::string(5000, '\0')), Code::kMalformedData, {"cut short"}));
+  const std::string good = meta(kFrames);
+  EXPECT_TRUE(refuses(open(good.substr(0, good.size() / 2)), Code::kMalformedData,
+                      {"cut short", "ElementDataFile"}));
+  EXPECT_TRUE(refuses(open("ObjectType = Image\nno equals sign\n" + good), Code::kMalformedData,
+                      {"line 2", "no equals sign"}));
+  EXPECT_TRUE(refuses(open(meta("DimSize = 4 2 2\n") + kPixels), Code::kMalformedData,
+                      {"DimSize", "3 2 2", "4 2 2"}));
+  EXPECT_TRUE(refuses(open(meta("Seq_Frame0007_Timestamp = 1\n") + kPixels), Code::kMalformedData,
+                      {"Seq_Frame0007_Timestamp", "below 2"}));
+  EXPECT_TRUE(
+      refuses(open(meta("Seq_Frame0001_Timestamp = 1\nSeq_Frame0001_Timestamp = 2\n") + kPixels),
+              Code::kMalformedData, {"frame 1", "Timestamp", "'1'", "'2'"}));
+  EXPECT_TRUE(refuses(open(meta("", "3 2 2", "MET_UCHAR_ARRAY") + kPixels), Code::kMalformedData,
+                      {"ElementType"}));
+  EXPECT_TRUE(refuses(open(meta("Kinds = list domain domain\n") + kPixels), Code::kUnsupportedData,
+                      {"list"}));
+  EXPECT_TRUE(refuses(open(meta("CompressedData = maybe\n") + kPixels), Code::kMalformedData,
+                      {"CompressedData", "maybe"}));
+  EXPECT_TRUE(refuses(
+      open("NRRD0004\ndimension: 3\nsizes: 3 2 2\ntype: uint8\nencoding: hex\n\n", "h.nrrd"),
+      Code::kUnsupportedData, {"encoding", "hex"}));
+}
+
+// Defects of other readers of this format, each once.
+
+TEST_F(SequenceReaderTest, AddressesFramesBeyondFourGigabytes) {
+  // 820 × 616 bytes: frame 9000 starts at 4 546 080 000, which 32 bits cut to 251 112 704.
+  constexpr std::int64_t kFrameBytes = 820LL * 616;
+  constexpr std::int64_t kFrame = 9000;
+  const auto raw = folder_ / "big.raw";
+  put(raw, "");
+  std::filesystem::resize_file(raw, static_cast<std::uintmax_t>(kFrameBytes * 9001));  // Sparse.
+  {
+    std::fstream out(raw, std::ios::binary | std::ios::in | std::ios::out);
+    out.seekp(kFrameBytes * kFrame);
+    out << "here";
+    out.seekp((kFrameBytes * kFrame) & 0xffffffff);
+    out << "lost";
+  }
+  auto reader = open(meta("", "820 616 9001", "MET_UCHAR", "big.raw"), "big.igs.mhd");
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_EQ(reader->header().readable_frames, 9001);
+  const auto frame = reader->read(kFrame);
+  ASSERT_TRUE(test::has_value(frame));
+  EXPECT_EQ(text_of(frame->pixels).substr(0, 4), "here");
+  EXPECT_EQ(static_cast<std::int64_t>(frame->pixels.size()), kFrameBytes);
+  EXPECT_TRUE(refuses(reader->read(9001), Code::kUsage, {"frame 9001"}));
+}
+
+TEST_F(SequenceReaderTest, TakesCompressedSizesBeyondFourGigabytes) {
+  const std::string z = test::deflated(kPixels);
+  auto reader =
+      open(meta("CompressedData = True\nCompressedDataSize = 6000000000        \n" + kFrames) + z);
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_EQ(text_of(reader->read(1)->pixels), "ghijkl");
+}
+
+TEST_F(SequenceReaderTest, KeepsLinesOfAnyLengthWhole) {
+  const std::string longer(300000, 'v');  // Beyond a chunk of the reader, too.
+  auto reader = open(
+      meta("Seq_Frame0001_Note = " + longer + "\nLong = " + longer + "\n" + kFrames) + kPixels);
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_EQ(reader->frame_fields(1)->fields.at("Note"), longer);
+  EXPECT_EQ(reader->header().fields.at("Long"), longer);
+  EXPECT_EQ(text_of(reader->read(1)->pixels), "ghijkl");
+}
+
+TEST_F(SequenceReaderTest, ReadsFrameNumbersOfFiveDigits) {
+  auto reader =
+      open(meta("Seq_Frame9999_Timestamp = 1\nSeq_Frame10000_Timestamp = 2\n"
+                "Seq_Frame12344_Timestamp = 3\n",
+                "0 0 12345"));
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_EQ(reader->frame_fields(9999)->timestamp_s, 1.0);
+  EXPECT_EQ(reader->frame_fields(10000)->timestamp_s, 2.0);
+  EXPECT_EQ(reader->frame_fields(12344)->timestamp_s, 3.0);
+  EXPECT_FALSE(reader->frame_fields(1000)->timestamp_s.has_value());
+}
+
+}  // namespace
+}  // namespace nav::io

@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/transform_tree.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::refuses;
+using Code = ErrorCode;
+
+constexpr double kRounding = 1e-12;
+
+Eigen::Matrix4d rigid(double angle, const Eigen::Vector3d& axis, const Eigen::Vector3d& mm) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  m.topRightCorner<3, 1>() = mm;
+  return m;
+}
+
+const Eigen::Matrix4d kTrackerFromProbe = rigid(0.7, {1, 2, 3}, {10, 20, 30});
+const Eigen::Matrix4d kTrackerFromReference = rigid(-1.2, {3, -1, 2}, {-5, 6, 7});
+
+Eigen::Matrix4d probe_from_image() {
+  Eigen::Matrix4d m = rigid(0.3, {0, 1, 1}, {1, 2, 3});
+  m.topLeftCorner<3, 3>() *= Eigen::Vector3d(0.1, 0.2, 0.15).asDiagonal();
+  return m;
+}
+
+SequenceFrame frame(TrackingStatus probe = TrackingStatus::kOk) {
+  SequenceFrame f;
+  f.index = 3;
+  set_transform(f, {"ProbeToTracker", kTrackerFromProbe, probe});
+  set_transform(f, {"ReferenceToTracker", kTrackerFromReference, TrackingStatus::kOk});
+  return f;
+}
+
+TransformTree tree() {
+  auto t = TransformTree::create({"ProbeToTracker", "ReferenceToTracker", "Odd"},
+                                 {{"Image", "Probe", probe_from_image(), {}, ""},
+                                  {"Phantom", "Wire", Eigen::Matrix4d::Identity(), {}, ""}});
+  return std::move(t).value();
+}
+
+TEST(SplitTransformNameTest, SplitsOnlyWhereThereIsOneWay) {
+  using Pair = std::pair<std::string, std::string>;
+  EXPECT_EQ(split_transform_name("ProbeToTracker"), (Pair{"Probe", "Tracker"}));
+  EXPECT_EQ(split_transform_name("StylusTipToStylus"), (Pair{"StylusTip", "Stylus"}));
+  EXPECT_EQ(split_transform_name("ToolToTracker"), (Pair{"Tool", "Tracker"}));
+  EXPECT_EQ(split_transform_name("ImageToTorso"), (Pair{"Image", "Torso"}));
+  EXPECT_EQ(split_transform_name("Image"), std::nullopt);
+  EXPECT_EQ(split_transform_name("ProbeTo"), std::nullopt);
+  EXPECT_EQ(split_transform_name("ToTracker"), std::nullopt);
+  EXPECT_EQ(split_transform_name("Bottom"), std::nullopt);
+  EXPECT_EQ(split_transform_name("AToBToC"), std::nullopt);
+}
+
+TEST(TransformTreeTest, ChainsForwardAndBackward) {
+  const auto chain = tree().find("Image", "Reference");
+  ASSERT_TRUE(test::has_value(chain));
+  ASSERT_EQ(chain->links.size(), 3U);
+  EXPECT_EQ(chain->links[0].name, "ImageToProbe");
+  EXPECT_FALSE(chain->links[0].from_frame);
+  EXPECT_EQ(chain->links[1].name, "ProbeToTracker");
+  EXPECT_FALSE(chain->links[1].inverted);
+  EXPECT_EQ(chain->links[2].name, "ReferenceToTracker");
+  EXPECT_TRUE(chain->links[2].inverted);
+  const auto there = chain->evaluate(frame());
+  ASSERT_TRUE(test::has_value(there));
+  const Eigen::Matrix4d expected =
+      kTrackerFromReference.inverse() * kTrackerFromProbe * probe_from_image();
+  EXPECT_LT((there->to_from_from - expected).norm(), kRounding * 100);
+  EXPECT_EQ(there->name, "ImageToReference");
+  EXPECT_EQ(there->status, TrackingStatus::kOk);
+  const auto back = tree().find("Reference", "Image")->evaluate(frame());
+  ASSERT_TRUE(test::has_value(back));
+  EXPECT_LT((back->to_from_from * expected - Eigen::Matrix4d::Identity()).norm(), 1e-9);
+  const auto self = tree().find("Probe", "Probe");
+  ASSERT_TRUE(test::has_value(self));
+  EXPECT_TRUE(self->links.empty());
+}
+
+TEST(TransformTreeTest, TheWorstStatusWins) {
+  const auto chain = tree().find("Image", "Reference");
+  ASSERT_TRUE(test::has_value(chain));
+  EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kUnknown))->status, TrackingStatus::kUnknown);
+  EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kOccluded))->status, TrackingStatus::kOccluded);
+  // A disowned NaN pose passes through with its status instead of failing.
+  SequenceFrame lost = frame();
+  lost.fields["ReferenceToTrackerTransform"] = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+  lost.fields["ReferenceToTrackerTransformStatus"] = "MISSING";
+  const auto t = chain->evaluate(lost);
+  ASSERT_TRUE(test::has_value(t));
+  EXPECT_EQ(t->status, TrackingStatus::kOccluded);
+  EXPECT_TRUE(std::isnan(t->to_from_from(0, 0)));
+}
+
+TEST(TransformTreeTest, NamesTheMissingLinkAndTheTreeThatExists) {
+  EXPECT_TRUE(refuses(tree().find("Image", "Phantom"), Code::kNotFound,
+                      {"from Image to Phantom", "Probe→Tracker (frames)",
+                       "Image→Probe (configuration)", "Phantom→Wire (configuration)"}));
+  EXPECT_TRUE(refuses(tree().find("Image", "Ct"), Code::kNotFound, {"from Image to Ct"}));
+  EXPECT_TRUE(
+      refuses(TransformTree::create({}, {})->find("A", "B"), Code::kNotFound, {"known: nothing"}));
+  SequenceFrame bare;
+  bare.index = 9;
+  const auto chain = tree().find("Image", "Reference");
+  EXPECT_TRUE(refuses(chain->evaluate(bare), Code::kNotFound, {"frame 9", "ProbeToTracker"}));
+  SequenceFrame flat = frame();
+  set_transform(flat, {"ReferenceToTracker", Eigen::Matrix4d::Zero(), TrackingStatus::kOk});
+  EXPECT_TRUE(refuses(chain->evaluate(flat), Code::kMalformedData,
+                      {"frame 3", "ReferenceToTrackerTransform", "inverted"}));
+  EXPECT_TRUE(refuses(TransformTree::create({}, {{"A", "B", Eigen::Matrix4d::Zero(), {}, ""}}),
+                      Code::kMalformedData, {"AToB", "inverted"}));
+}
+
+TEST(TransformTreeTest, FramesWinOverTheConfiguration) {
+  const auto t = TransformTree::create(
+      {"ProbeToTracker"}, {{"Probe", "Tracker", rigid(1, {1, 0, 0}, {0, 0, 0}), {}, ""}});
+  const auto chain = t->find("Probe", "Tracker");
+  ASSERT_TRUE(test::has_value(chain));
+  EXPECT_TRUE(chain->links.at(0).from_frame);
+}
+
+/// Pixel (column, row) to probe mm straight from the matrix.
+Eigen::Vector3d straight(const Eigen::Matrix4d& m, double column, double row) {
+  return (m.col(0) * column + m.col(1) * row + m.col(3)).head<3>();
+}
+
+TEST(ImageCalibrationTest, ReproducesEveryPixelOfAShearedCalibration) {
+  // Axes like those of a real N-wire calibration: 3 degrees of shear, unequal spacing.
+  Eigen::Matrix4d m = rigid(0.9, {2, -1, 1}, {12.7, 50.8, -0.5});
+  const Eigen::Vector3d x = m.col(0).head<3>() * 0.085;
+  const double shear = 3 * M_PI / 180;
+  const Eigen::Vector3d y =
+      (m.col(1).head<3>() * std::cos(shear) + m.col(0).head<3>() * std::sin(shear)) * 0.09;
+  m.col(0).head<3>() = x;
+  m.col(1).head<3>() = y;
+  m.col(2).setConstant(std::numeric_limits<double>::quiet_NaN());  // Says nothing of the plane.
+  const auto c = calibration_from_matrix(m, 820, 616);
+  ASSERT_TRUE(test::has_value(c));
+  for (const auto& [column, row] :
+       {std::pair(0.0, 0.0), {819.0, 0.0}, {0.0, 615.0}, {123.25, 456.5}}) {
+    const Point<frames::Probe> p = c->probe_from_image * c->grid.at(column, row);
+    EXPECT_LT((p.mm - straight(m, column, row)).norm(), 1e-10);
+  }
+  // Origin: middle of the first row; +x along columns; +z = x × y of the picture.
+  EXPECT_LT((c->probe_from_image.translation_mm() - straight(m, 409.5, 0)).norm(), 1e-10);
+  const Eigen::Matrix4d axes = c->probe_from_image.matrix();
+  EXPECT_LT((axes.col(0).head<3>() - x.normalized()).norm(), kRounding);
+  EXPECT_GT(axes.col(2).head<3>().dot(x.cross(y)), 0);
+  EXPECT_NEAR(c->grid.shear_rad(), shear, 1e-12);
+  EXPECT_EQ(c->grid.mm_per_pixel(1, 0), 0);
+}
+
+TEST(ImageCalibrationTest, RefusesEachDefect) {
+  const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
+    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+    m.topLeftCorner<3, 3>() *= 0.1;
+    change(m);
+    return refuses(calibration_from_matrix(m, 10, 10), Code::kMalformedData, pieces);
+  };
+  EXPECT_TRUE(refused([](auto& m) { m(1, 1) = std::nan(""); }, {"ImageToProbe", "finite"}));
+  EXPECT_TRUE(refused([](auto& m) { m.col(0).setZero(); }, {"1e-4 mm"}));
+  EXPECT_TRUE(refused([](auto& m) { m.col(1).setZero(); }, {"1e-4 mm"}));
+  EXPECT_TRUE(refused([](auto& m) { m(3, 3) = 2; }, {"last row 0 0 0 1"}));
+  EXPECT_TRUE(refused([](auto& m) { m(3, 0) = 0.5; }, {"last row 0 0 0 1"}));
+  EXPECT_TRUE(refused([](auto& m) { m(0, 1) = 0.05; }, {"20 degrees"}));  // 26 degrees.
+  EXPECT_TRUE(refused([](auto& m) { m.col(1) = m.col(0); }, {"pixel grid"}));
+  EXPECT_TRUE(refuses(calibration_from_matrix(Eigen::Matrix4d::Identity(), 0, 5),
+                      Code::kMalformedData, {"0 x 5"}));
+}
+
+}  // namespace
+}  // namespace nav::io
