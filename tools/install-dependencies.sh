@@ -17,7 +17,7 @@ build=(
   libopencv-core-dev libopencv-imgproc-dev
   libusb-1.0-0-dev                                                  # devices
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libpugixml-dev # text formats
-  zlib1g-dev libwebp-dev libssl-dev libspdlog-dev
+  zlib1g-dev libpng-dev libwebp-dev libssl-dev libspdlog-dev
 )
 test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 glslang-tools python3)
