@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include "render/engine.hpp"
+#include "render/gl_volume_prop.hpp"
+#include "render/vtk_offscreen.hpp"
+
+namespace nav::render {
+namespace {
+
+class GlEngine final : public Engine {
+ public:
+  explicit GlEngine(std::unique_ptr<OffscreenWindow> window)
+      : window_(std::move(window)), view_(window_->window()) {}
+
+  [[nodiscard]] std::string name() const override { return "gl"; }
+  [[nodiscard]] std::string device() const override { return window_->device(); }
+
+  Result<RenderedImage> render(const Scene& scene) override {
+    if (auto ok = validate(scene); !ok) return ok.error();
+    window_->window().MakeCurrent();
+    window_->window().SetSize(scene.width, scene.height);
+    // The view keeps no share of the scene beyond this call.
+    if (auto ok = view_.draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
+      return ok.error();
+    }
+    std::vector<RgbaF> pixels = view_.raycaster().read();
+    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
+    for (RgbaF& p : pixels) {
+      const float rest = 1.0F - p.a;
+      p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
+           1.0F};
+    }
+    return RenderedImage{{scene.width, scene.height, std::move(pixels)},
+                         view_.raycaster().statistics()};
+  }
+
+ private:
+  std::unique_ptr<OffscreenWindow> window_;
+  SceneView view_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
+  auto window = OffscreenWindow::create(16, 16);
+  if (!window) return window.error();
+  diagnostics.report(Severity::kInfo, "render.gl", "OpenGL device: " + (*window)->device());
+  return std::unique_ptr<Engine>(std::make_unique<GlEngine>(std::move(window).value()));
+}
+
+}  // namespace nav::render
