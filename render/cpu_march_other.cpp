@@ -1,0 +1,9 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_march.hpp"
+
+namespace nav::render {
+
+March vector_march() { return nullptr; }
+
+}  // namespace nav::render

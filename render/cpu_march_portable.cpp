@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "render/cpu_kernel.hpp"
+
+namespace nav::render {
+namespace {
+
+/// One lane, for processors without AVX2 and as a check of it.
+struct Scalar {
+  using F = float;
+  using I = int;
+  using M = bool;
+  static constexpr int kLanes = 1;
+
+  static F set(float x) { return x; }
+  static I set_int(int x) { return x; }
+  static F load(const float* p) { return *p; }
+  static void store(float* p, F x) { *p = x; }
+  static F sub(F a, F b) { return a - b; }
+  static F div(F a, F b) { return a / b; }
+  static F madd(F a, F b, F c) { return a * b + c; }
+  static F min(F a, F b) { return a < b ? a : b; }
+  static F max(F a, F b) { return a > b ? a : b; }
+  static F abs(F a) { return std::fabs(a); }
+  static F sqrt(F a) { return std::sqrt(a); }
+  static F floor(F a) { return std::floor(a); }
+  static F add(F a, F b) { return a + b; }
+  static F mul(F a, F b) { return a * b; }
+  static I add(I a, I b) { return a + b; }
+  static I mul(I a, I b) { return a * b; }
+  static I subtract(I a, I b) { return a - b; }
+  static I max_int(I a, I b) { return a > b ? a : b; }
+  static I shift_right_3(I a) { return a >> 3; }
+  static I shift_left_3(I a) { return a * 8; }
+  static I truncate(F a) { return static_cast<int>(a); }
+  static F to_float(I a) { return static_cast<float>(a); }
+  static M less(F a, F b) { return a < b; }
+  static M not_less(F a, F b) { return a >= b; }
+  static M both(M a, M b) { return a && b; }
+  static M negate(M a) { return !a; }
+  static bool any(M a) { return a; }
+  static int count(M a) { return a ? 1 : 0; }
+  static F select(M m, F a, F b) { return m ? a : b; }
+  static F mask(M m, F a) { return m ? a : 0.0F; }
+  static F one_minus_exp(F x) { return -std::expm1(-x); }
+  static F power(F base, float exponent) { return std::pow(base, exponent); }
+  static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
+    a = p[at];
+    b = p[at + 1];
+  }
+  static void load_quad(const std::int16_t* p, I at, F& a, F& b, F& c, F& d) {
+    load_pair(p, at, a, b);
+    load_pair(p, at + 2, c, d);
+  }
+  static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
+  static void lookup(const TableEntry* table, I at, F w, F* out) {
+    for (int i = 0; i < 4; ++i) out[i] = madd(w, table[at].to_next[i], table[at].value[i]);
+  }
+};
+
+}  // namespace
+
+void march_portable(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
+  march_with<Scalar>(in, rays, counts);
+}
+
+}  // namespace nav::render

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_volume.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "render/parallel.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr int kBelow = 1;  // Repeated border voxels below 0.
+constexpr int kAbove = 2;  // And above n - 1.
+constexpr int kBorder = kBelow + kAbove;
+constexpr std::size_t kTail = 4;  // The last fetch reads 8 bytes.
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+}  // namespace
+
+bool CpuVolume::fits(const VoxelGrid& grid) {
+  double voxels = 1;
+  for (const int n : grid.size) voxels *= n + kBorder;
+  return voxels < static_cast<double>(std::numeric_limits<std::int32_t>::max());
+}
+
+CpuVolume::CpuVolume(const Volume& ct, int threads) {
+  const auto& size = ct.grid().size;
+  row_stride_ = size[0] + kBorder;
+  slice_stride_ = row_stride_ * (size[1] + kBorder);
+  origin_ = size_of(slice_stride_ + row_stride_ + 1) * kBelow;
+  for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (size[a] - 1) / kBrickVoxels + 1;
+  copy_voxels(ct, threads);
+  find_ranges(ct, threads);
+}
+
+void CpuVolume::copy_voxels(const Volume& ct, int threads) {
+  const auto& size = ct.grid().size;
+  const std::span<const std::int16_t> hu = ct.hu();
+  voxels_.resize(size_of(slice_stride_) * size_of(size[2] + kBorder) + kTail);
+  for_each_index(size[2] + kBorder, threads, [&](int padded_k) {
+    const int k = std::clamp(padded_k - kBelow, 0, size[2] - 1);
+    for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
+      const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
+      const std::int16_t* from =
+          hu.data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
+      std::int16_t* to = voxels_.data() + size_of(padded_k) * size_of(slice_stride_) +
+                         size_of(padded_j) * size_of(row_stride_);
+      std::fill_n(to, kBelow, from[0]);
+      std::copy_n(from, size[0], to + kBelow);
+      std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);
+    }
+  });
+}
+
+void CpuVolume::find_ranges(const Volume& ct, int threads) {
+  const auto& size = ct.grid().size;
+  brick_min_.assign(size_of(brick_count()), std::numeric_limits<std::int16_t>::max());
+  brick_max_.assign(size_of(brick_count()), std::numeric_limits<std::int16_t>::min());
+  for_each_index(bricks_[2], threads, [&](int bz) {
+    const int k_end = std::min((bz + 1) * kBrickVoxels + 1, size[2]);
+    for (int k = bz * kBrickVoxels; k < k_end; ++k) {
+      for (int by = 0; by < bricks_[1]; ++by) {
+        const int j_end = std::min((by + 1) * kBrickVoxels + 1, size[1]);
+        for (int j = by * kBrickVoxels; j < j_end; ++j) {
+          const std::int16_t* row =
+              ct.hu().data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
+          const std::size_t first = size_of((bz * bricks_[1] + by) * bricks_[0]);
+          for (int bx = 0; bx < bricks_[0]; ++bx) {
+            const int i = bx * kBrickVoxels;
+            const auto [low, high] =
+                std::minmax_element(row + i, row + std::min(i + kBrickVoxels + 1, size[0]));
+            auto& brick_min = brick_min_[first + size_of(bx)];
+            auto& brick_max = brick_max_[first + size_of(bx)];
+            brick_min = std::min(brick_min, *low);
+            brick_max = std::max(brick_max, *high);
+          }
+        }
+      }
+    }
+  });
+}
+
+}  // namespace nav::render

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "render/ray_spec.hpp"
+
+namespace nav::render {
+
+/// Everything of a scene that is not the volume, ready to meet rays. The scene must outlive it.
+/// Thread-safe to read.
+class Surfaces {
+ public:
+  explicit Surfaces(const Scene& scene);
+  [[nodiscard]] bool empty() const { return !plane_ && !needle_ && spheres_.empty(); }
+  /// Fills hits with what a ray (local mm) meets, nearest first, ending with the first opaque one.
+  void meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const;
+
+ private:
+  Shading shading_;
+  std::optional<spec::PlaneSurface<double>> plane_;
+  std::optional<spec::CapsuleSurface<double>> needle_;
+  std::vector<spec::CapsuleSurface<double>> spheres_;
+};
+
+}  // namespace nav::render
