@@ -17,7 +17,8 @@ foreach(module core imgproc)
                                  INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE_DIR})
 endforeach()
 find_package(glm REQUIRED)
-find_package(OpenGL REQUIRED COMPONENTS OpenGL EGL)
+find_package(OpenGL REQUIRED COMPONENTS OpenGL EGL GLX)
+find_package(X11 REQUIRED) # Only to ask whether there is a display: VTK aborts without one.
 find_package(pugixml REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(

@@ -10,17 +10,33 @@
 namespace nav::render {
 namespace {
 
+/// Holds the thread's OpenGL context for the time of one picture.
+class CurrentContext {
+ public:
+  explicit CurrentContext(OffscreenWindow& window) : window_(window) {
+    window_.window().MakeCurrent();
+  }
+  ~CurrentContext() { window_.release_thread(); }
+  CurrentContext(const CurrentContext&) = delete;
+  CurrentContext& operator=(const CurrentContext&) = delete;
+
+ private:
+  OffscreenWindow& window_;
+};
+
 class GlEngine final : public Engine {
  public:
   explicit GlEngine(std::unique_ptr<OffscreenWindow> window)
-      : window_(std::move(window)), view_(window_->window()) {}
+      : window_(std::move(window)), view_(window_->window()) {
+    window_->release_thread();
+  }
 
   [[nodiscard]] std::string name() const override { return "gl"; }
   [[nodiscard]] std::string device() const override { return window_->device(); }
 
   Result<RenderedImage> render(const Scene& scene) override {
     if (auto ok = validate(scene); !ok) return ok.error();
-    window_->window().MakeCurrent();
+    const CurrentContext current(*window_);
     window_->window().SetSize(scene.width, scene.height);
     // The view keeps no share of the scene beyond this call.
     if (auto ok = view_.draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {

@@ -112,6 +112,12 @@ SceneView::SceneView(vtkRenderWindow& window)
   window_.AddRenderer(renderer_);
 }
 
+SceneView::~SceneView() {
+  window_.MakeCurrent();
+  prop_->ReleaseGraphicsResources(&window_);
+  window_.RemoveRenderer(renderer_);
+}
+
 Result<void> SceneView::draw(std::shared_ptr<const Scene> scene) {
   apply(scene->camera, *renderer_->GetActiveCamera());
   const Eigen::Vector3d& background = scene->background_rgb;

@@ -55,6 +55,10 @@ class SceneView {
  public:
   /// Adds a renderer to a window.
   explicit SceneView(vtkRenderWindow& window);
+  /// Takes the renderer away again; the window must still exist.
+  ~SceneView();
+  SceneView(const SceneView&) = delete;
+  SceneView& operator=(const SceneView&) = delete;
   /// Draws a validated scene with its own camera and background; other props may be in renderer().
   Result<void> draw(std::shared_ptr<const Scene> scene);
   [[nodiscard]] vtkRenderer& renderer() { return *renderer_; }

@@ -4,6 +4,7 @@
 // GLEW first: every other GL header depends on it.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
+#include <GL/glx.h>
 #include <array>
 #include <optional>
 #include <sstream>
@@ -101,6 +102,10 @@ struct EglContext {
     eglDestroyContext(display, context);
   }
   [[nodiscard]] bool make_current() const {
+    // An X11 window on this thread must let go first; VTK takes it again before it draws there.
+    if (glXGetCurrentContext() != nullptr) {
+      glXMakeCurrent(glXGetCurrentDisplay(), None, nullptr);
+    }
     return eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) == EGL_TRUE;
   }
   [[nodiscard]] bool is_current() const { return eglGetCurrentContext() == context; }
@@ -193,6 +198,10 @@ Result<std::unique_ptr<OffscreenWindow>> OffscreenWindow::create(int width, int 
 }
 
 vtkOpenGLRenderWindow& OffscreenWindow::window() { return *impl_->window; }
+void OffscreenWindow::release_thread() {
+  if (!impl_->context->is_current()) return;
+  eglMakeCurrent(impl_->context->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
 const std::string& OffscreenWindow::device() const { return impl_->device; }
 
 }  // namespace nav::render
