@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/vtk_convert.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <set>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkImageData.h>
@@ -53,15 +53,16 @@ vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const Volume& volume) {
 
 vtkSmartPointer<vtkVolumeProperty> vtk_property(const TransferFunction& transfer,
                                                 const Shading& shading) {
-  constexpr int kSamples = 2048;
+  // Equidistant, every HU if that is affordable: VTK makes its tables as fine as the smallest
+  // interval between points.
+  constexpr double kMaxSamples = 8192;
   const double first = transfer.nodes().front().hu;
-  const double last = transfer.nodes().back().hu;
-  std::set<double> values;
-  for (int i = 0; i <= kSamples; ++i) values.insert(first + (last - first) * i / kSamples);
-  for (const TransferNode& node : transfer.nodes()) values.insert(node.hu);
+  const double range = transfer.nodes().back().hu - first;
+  const int intervals = static_cast<int>(std::clamp(std::ceil(range), 1024.0, kMaxSamples));
   vtkNew<vtkColorTransferFunction> colour;
   vtkNew<vtkPiecewiseFunction> opacity;
-  for (const double hu : values) {
+  for (int i = 0; i <= intervals; ++i) {
+    const double hu = first + range * i / intervals;
     const TransferSample sample = transfer.at(hu);
     colour->AddRGBPoint(hu, sample.rgb.x(), sample.rgb.y(), sample.rgb.z());
     opacity->AddPoint(hu, -std::expm1(-sample.tau_per_mm));
