@@ -28,14 +28,19 @@ std::vector<TransferNode> soft_tissue() {
           {800, {0.97, 0.93, 0.83}, 0.60, 0.8},     {1800, {1.00, 0.98, 0.94}, 0.80, 0.8}};
 }
 
-/// CT angiography: contrast-filled vessels opaque red, bone ivory, organs a haze. Cancellous bone
-/// shares the vessels' HU; no 1D function can tell them apart.
+/// CT angiography: contrast-filled vessels red, bone ivory, organs a haze. The blurred rim of bone
+/// passes through the vessels' HU, so red is denser than a rim is thick and thinner than a vessel.
+/// Cancellous bone shares the vessels' HU; no 1D function can tell them apart.
 std::vector<TransferNode> vessels() {
   return {{-1024, {0.80, 0.50, 0.42}, 0.0, 0.0}, {-30, {0.80, 0.50, 0.42}, 0.0, 0.0},
           {50, {0.80, 0.46, 0.38}, 0.0012, 0.1}, {125, {0.78, 0.30, 0.25}, 0.0025, 0.3},
-          {160, {0.75, 0.10, 0.08}, 0.06, 0.9},  {220, {0.80, 0.08, 0.06}, 0.45, 1.0},
-          {450, {0.90, 0.16, 0.10}, 0.60, 1.0},  {580, {0.94, 0.86, 0.72}, 0.60, 0.6},
-          {900, {0.97, 0.93, 0.83}, 0.85, 0.6},  {1800, {1.00, 0.98, 0.94}, 0.95, 0.6}};
+          {160, {0.72, 0.10, 0.08}, 0.01, 0.9},
+          {220, {0.80, 0.08, 0.06}, 0.16, 1.0},
+          {300, {0.86, 0.10, 0.07}, 0.30, 1.0},
+          {450, {0.90, 0.16, 0.10}, 0.40, 1.0},
+          {540, {0.94, 0.86, 0.72}, 0.80, 0.6},
+          {800, {0.97, 0.93, 0.83}, 0.96, 0.6},
+          {1800, {1.00, 0.98, 0.94}, 0.98, 0.6}};
 }
 
 struct Preset {

@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Opacity and colour against closed forms of the volume rendering integral.
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+class OpticsTest : public test::EngineTest {};
+INSTANTIATE_TEST_SUITE_P(Engines, OpticsTest, ::testing::ValuesIn(test::engine_cases()),
+                         [](const auto& c) { return c.param.name; });
+
+/// 9 × n × 9 voxels of a value, seen along j.
+std::shared_ptr<const Volume> slab(int n, double spacing_mm) {
+  return test::make_volume(test::centred_grid({9, n, 9}, {4, spacing_mm, 4}),
+                           [](int, int, int) { return 0; });
+}
+
+TEST_P(OpticsTest, SlabIsBeerLambertForAnyStep) {
+  constexpr double kTolerance = 1e-5;          // Of opacity: single precision over 6400 cells.
+  constexpr double kRelativeTolerance = 2e-3;  // Where opacity itself is below the tolerance.
+  const auto ct = slab(101, 2.0);              // 200 mm.
+  for (const double opacity : {1e-7, 1e-5, 1e-4, 1e-2, 0.3, 1 - 1e-9}) {
+    const double tau = -std::log1p(-opacity);
+    const double expected = -std::expm1(-tau * 200);
+    for (const double step : {1.0 / 32, 0.37, 0.5, 1.0, 3.3, 8.0}) {
+      Scene scene = test::plain_scene(ct, test::fog(tau), test::frontal(313.7, 20, true));
+      scene.width = scene.height = 3;
+      scene.quality.step_voxels = step;
+      const float found = test::middle(test::draw(*engine_, scene)).g;
+      EXPECT_NEAR(found, expected, std::min(kTolerance, kRelativeTolerance * expected))
+          << "opacity of 1 mm " << opacity << ", step " << step;
+    }
+  }
+}
+
+TEST_P(OpticsTest, CutsTheCellAtAnOpaqueSurfaceExactly) {
+  // The fog in front of a black plane inside a cell of 8 voxels.
+  constexpr double kTolerance = 1e-5;
+  const auto ct = slab(41, 1.0);  // y in [-20, 20].
+  for (const double depth : {-19.9, -7.3, 0.0, 12.345, 19.99}) {
+    Scene scene = test::plain_scene(ct, test::fog(0.05), test::frontal(100, 10, true));
+    scene.quality.step_voxels = 8;
+    scene.plane = test::upright_plane(test::grey_picture(40, 40, 0), 1, {0, depth, 20});
+    const float found = test::middle(test::draw(*engine_, scene)).g;
+    EXPECT_NEAR(found, -std::expm1(-0.05 * (depth + 20)), kTolerance) << depth;
+  }
+}
+
+TEST_P(OpticsTest, TranslucentSurfaceSplitsTheFog) {
+  constexpr double kTolerance = 1e-5;
+  const auto ct = slab(41, 1.0);
+  Scene scene = test::plain_scene(ct, test::fog(0.02, {1, 0, 0}), test::frontal(100, 10, true));
+  scene.quality.step_voxels = 4;
+  scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 5.5, 20});
+  scene.plane->opacity = 0.25;
+  scene.background_rgb = {0, 0, 1};
+  const RgbaF found = test::middle(test::draw(*engine_, scene));
+  const double front = std::exp(-0.02 * 25.5);
+  const double back = std::exp(-0.02 * 14.5);
+  EXPECT_NEAR(found.r, (1 - front) + front * (0.25 + 0.75 * (1 - back)), kTolerance);
+  EXPECT_NEAR(found.g, front * 0.25, kTolerance);
+  EXPECT_NEAR(found.b, front * (0.25 + 0.75 * back), kTolerance);
+}
+
+/// Colour seen of a slab whose colour grows linearly with depth, less the closed form
+/// ∫ tau e^(-tau s) s/L ds = (1 - e^(-x) (1 + x)) / x with x = tau L.
+double ramp_error(Engine& engine, double step) {
+  constexpr double kLengthMm = 64;
+  constexpr double kTau = 0.04;
+  const auto ct = test::make_volume(test::centred_grid({9, 65, 9}, {4, 1, 4}),
+                                    [](int, int j, int) { return 10.0 * j; });
+  const double opacity = -std::expm1(-kTau);
+  const auto transfer =
+      TransferFunction::create("ramp", {{0, {0, 0, 0}, opacity, 1}, {640, {1, 1, 1}, opacity, 1}});
+  // The eye is a whole number of cells away from the face, so every cell is whole.
+  Scene scene = test::plain_scene(ct, *transfer, test::frontal(96, 10, true));
+  scene.width = scene.height = 1;
+  scene.quality.step_voxels = step;
+  const double x = kTau * kLengthMm;
+  return test::middle(test::draw(engine, scene)).g - (1 - std::exp(-x) * (1 + x)) / x;
+}
+
+TEST_P(OpticsTest, ConvergesWithSecondOrder) {
+  constexpr double kRatioTolerance = 0.15;  // Higher orders at the coarse end.
+  const double e8 = ramp_error(*engine_, 8);
+  const double e4 = ramp_error(*engine_, 4);
+  const double e2 = ramp_error(*engine_, 2);
+  EXPECT_GT(std::abs(e2), 1e-5) << "the error must stand out from single precision";
+  EXPECT_NEAR(e8 / e4, 4, 4 * kRatioTolerance);
+  EXPECT_NEAR(e4 / e2, 4, 4 * kRatioTolerance);
+}
+
+TEST_P(OpticsTest, FogRampConvergesToItsIntegral) {
+  // Extinction linear in depth from 0 to 0.03 per mm over 64 mm, oblique rays, cells cut at will.
+  constexpr double kTolerance = 2e-4;
+  const auto ct = test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}),
+                                    [](int, int j, int) { return 10.0 * j; });
+  const auto transfer = TransferFunction::create(
+      "ramp", {{0, {1, 1, 1}, 0, 1}, {640, {1, 1, 1}, -std::expm1(-0.03), 1}});
+  Scene scene = test::plain_scene(ct, *transfer, test::frontal(150, 10, true));
+  scene.camera.eye_ct.mm.x() = 30;  // tan = 0.2.
+  scene.quality.step_voxels = 0.25;
+  const double along = std::hypot(1.0, 0.2) * 64;
+  const float found = test::middle(test::draw(*engine_, scene)).g;
+  EXPECT_NEAR(found, -std::expm1(-0.5 * 0.03 * along), kTolerance);
+}
+
+TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
+  // A ramp along x + y seen along y: normal at 45 degrees everywhere, 100 HU/mm: fully shaded.
+  constexpr double kTolerance = 2e-3;  // Values are rounded to whole HU.
+  const double slope = 100 / std::sqrt(2.0);
+  const auto ct = test::make_volume(test::centred_grid({33, 33, 9}, {1, 1, 4}),
+                                    [&](int i, int j, int) { return slope * (i + j - 32); });
+  Scene scene = test::plain_scene(ct, test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
+  scene.shading = {true, 0.2, 0.6, 0.3, 10};
+  scene.camera.eye_ct.mm.y() = -8;  // Inside: at the box's faces the gradient is one-sided.
+  const RgbaF found = test::middle(test::draw(*engine_, scene));
+  const double c = std::sqrt(0.5);
+  const double gloss = 0.3 * std::pow(c, 10);
+  EXPECT_NEAR(found.r, 0.5 * (0.2 + 0.6 * c) + gloss, kTolerance);
+  EXPECT_NEAR(found.b, 0.3 * (0.2 + 0.6 * c) + gloss, kTolerance);
+}
+
+TEST_P(OpticsTest, FlatTissueStaysUnshaded) {
+  Scene scene =
+      test::plain_scene(slab(41, 1.0), test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
+  scene.shading = {true, 0.2, 0.6, 0.3, 10};
+  EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.5, 1e-5);
+}
+
+TEST_P(OpticsTest, EarlyTerminationStaysWithinItsBound) {
+  const auto ct =
+      test::make_volume(test::centred_grid({33, 33, 33}, {1, 1, 1}),
+                        [](int i, int j, int k) { return 20 * ((i + 2 * j + k) % 17); });
+  const auto transfer = TransferFunction::create(
+      "tissue", {{0, {1, 0, 0}, 0.01, 1}, {200, {0, 1, 0}, 0.2, 1}, {320, {0, 0, 1}, 0.05, 1}});
+  Scene scene = test::plain_scene(ct, *transfer, test::frontal(80, 40, false));
+  scene.background_rgb = {1, 1, 1};
+  const RenderedImage full = test::draw(*engine_, scene);
+  for (const double opaque_at : {0.5, 0.9, 0.996}) {
+    scene.quality.opaque_at = opaque_at;
+    const RenderedImage early = test::draw(*engine_, scene);
+    EXPECT_LE(test::max_difference(full, early), 1 - opaque_at + 1e-6);
+    if (engine_->name() != "reference" && opaque_at < 0.6) {
+      EXPECT_LT(early.statistics.volume_samples, full.statistics.volume_samples);
+    }
+  }
+}
+
+TEST_P(OpticsTest, CountsWhatItDid) {
+  Scene scene = test::plain_scene(slab(33, 1.0), test::fog(0.01), test::frontal(64, 10, true));
+  scene.quality.step_voxels = 0.5;
+  const RenderedImage plain = test::draw(*engine_, scene);
+  const std::uint64_t rays = 33 * 25;
+  EXPECT_EQ(plain.statistics.rays, rays);
+  EXPECT_EQ(plain.statistics.volume_samples, rays * 64);  // 32 mm in cells of 0.5 mm.
+  EXPECT_EQ(plain.statistics.gradient_samples, 0U);
+  scene.shading.enabled = true;
+  EXPECT_EQ(test::draw(*engine_, scene).statistics.gradient_samples, rays * 64);
+  scene.transfer = test::fog(0);
+  const RenderedImage empty = test::draw(*engine_, scene);
+  EXPECT_EQ(empty.statistics.gradient_samples, 0U);
+  if (engine_->name() != "reference") {
+    EXPECT_EQ(empty.statistics.volume_samples, 0U);
+    EXPECT_EQ(empty.statistics.bricks, 2U * 5U * 2U);
+    EXPECT_EQ(empty.statistics.bricks_occupied, 0U);
+  }
+}
+
+}  // namespace
+}  // namespace nav::render
