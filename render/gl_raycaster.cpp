@@ -20,6 +20,16 @@ void bind(Unit unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
+/// Makes a texture the target of the framebuffer that is bound.
+void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int height) {
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
+}
+
 void switch_off_tests() {
   for (const GLenum test : {GL_BLEND, GL_DEPTH_TEST, GL_CULL_FACE, GL_SCISSOR_TEST})
     glDisable(test);
@@ -223,6 +233,20 @@ std::vector<RgbaF> GlRaycaster::read() const {
   return pixels;
 }
 
+RenderStatistics GlRaycaster::statistics() const {
+  RenderStatistics statistics = statistics_;
+  const GlStateGuard guard;
+  std::vector<float> cost(2 * static_cast<std::size_t>(statistics.rays));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+  glReadBuffer(GL_COLOR_ATTACHMENT1);
+  glReadPixels(0, 0, width_, height_, GL_RG, GL_FLOAT, cost.data());
+  for (std::size_t i = 0; i < cost.size(); i += 2) {
+    statistics.volume_samples += static_cast<std::uint64_t>(cost[i]);
+    statistics.gradient_samples += static_cast<std::uint64_t>(cost[i + 1]);
+  }
+  return statistics;
+}
+
 Result<void> GlRaycaster::prepare_target(int width, int height) {
   if (framebuffer_ != 0 && width == width_ && height == height_) return {};
   GLint largest = 0;
@@ -235,14 +259,12 @@ Result<void> GlRaycaster::prepare_target(int width, int height) {
   }
   width_ = width;
   height_ = height;
-  glBindTexture(GL_TEXTURE_2D, target_.id());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
-  glBindTexture(GL_TEXTURE_2D, 0);
   if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target_.id(), 0);
+  attach(target_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  attach(cost_, GL_COLOR_ATTACHMENT1, GL_RG32F, width, height);
+  constexpr std::array<GLenum, 2> kBoth{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(static_cast<GLsizei>(kBoth.size()), kBoth.data());
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
   return Error{ErrorCode::kUnavailable,
                "OpenGL: expected a single-precision colour target, found none"};
@@ -297,6 +319,7 @@ void GlRaycaster::draw_triangle() {
 void GlRaycaster::release() {
   textures_.release();
   target_.release();
+  cost_.release();
   programs_.clear();
   composite_program_.reset();
   if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);

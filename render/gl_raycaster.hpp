@@ -36,14 +36,17 @@ class GlRaycaster {
   Result<void> composite(int x, int y);
   /// The last picture, premultiplied, top row first. Waits for the device.
   [[nodiscard]] std::vector<RgbaF> read() const;
+  /// What the last picture cost; reads the number of samples back from the device.
+  [[nodiscard]] RenderStatistics statistics() const;
 
-  [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
   /// Programs compiled and textures sent since the beginning, for tests.
   [[nodiscard]] int compiled() const { return programs_.compiled(); }
   [[nodiscard]] const GlUploads& uploads() const { return textures_.uploads(); }
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
+  /// Decides instead of the measurement, for tests.
+  void set_manual_filter(bool manual) { manual_filter_ = manual; }
   /// Frees everything on the device.
   void release();
 
@@ -58,6 +61,7 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
   GlTexture target_;
+  GlTexture cost_;
   unsigned framebuffer_ = 0;
   unsigned vertex_array_ = 0;
   int width_ = 0;

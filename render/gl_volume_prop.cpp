@@ -85,6 +85,9 @@ int GlVolumeProp::RenderVolumetricGeometry(vtkViewport* viewport) {
       renderer ? vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow()) : nullptr;
   if (!scene_ || !window) return 0;
   window->GetShaderCache()->ReleaseCurrentShader();
+  // Errors of others are not ours to report.
+  while (glGetError() != GL_NO_ERROR) {
+  }
   std::array<int, 4> at{};  // x, y, width, height
   renderer->GetTiledSizeAndOrigin(&at[2], &at[3], &at[0], &at[1]);
   if (at[2] < 1 || at[3] < 1) return 0;

@@ -5,7 +5,7 @@
 // and the global lattice of cells are those of render/ray_spec.hpp, which the reference engine runs
 // in double. Features that a scene does not use are not compiled: SHADING PLANE NEEDLE SPHERES
 // SKIPPING SHARED_DEPTH MANUAL_FILTER.
-// Result: premultiplied colour and alpha in [0, 1].
+// Result: premultiplied colour and alpha in [0, 1]; and how many samples and gradients it took.
 
 #if defined(PLANE) || defined(NEEDLE) || defined(SPHERES)
 #define SURFACES
@@ -26,6 +26,7 @@ uniform float step_mm;    // Length of a cell.
 uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
 
 layout(location = 0) out vec4 colour;
+layout(location = 1) out vec2 cost;  // CT samples, shaded samples.
 
 // Where cell k is sampled. precise: every caller gets the same bits.
 vec3 index_at(int k, vec3 origin, vec3 direction) {
@@ -91,6 +92,7 @@ void main() {
 #endif
   int k = int(floor(begin / step_mm));
   vec4 picture = vec4(0.0);
+  cost = vec2(0.0);
   for (;;) {
     float low = float(k) * step_mm;
     float high = float(k + 1) * step_mm;
@@ -110,12 +112,14 @@ void main() {
       {
         vec3 index = index_at(k, origin, direction);
         vec4 classified = transfer_at(ct_hu(index));
+        cost.x += 1.0;
         if (classified.a > 0.0) {
           // A whole cell is exactly one step long, whatever its place on the ray rounds to.
           bool whole = low >= begin && high <= end;
           float alpha =
               opacity_of(classified.a * (whole ? step_mm : min(high, end) - max(low, begin)));
 #ifdef SHADING
+          cost.y += 1.0;
           classified.rgb = shaded_sample(classified.rgb, index, axis_direction);
 #endif
           put_behind(picture, classified.rgb, alpha);

@@ -109,6 +109,44 @@ TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {
   EXPECT_FALSE(caster().manual_filter());
 }
 
+TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
+  scene_ = test::ball_scene(test::oblique_grid());
+  caster().set_manual_filter(false);
+  draw();
+  const Image2d<RgbaF> by_device(96, 72, caster().read());
+  caster().set_manual_filter(true);
+  draw();
+  const Image2d<RgbaF> by_hand(96, 72, caster().read());
+  EXPECT_EQ(caster().compiled(), 2);
+  EXPECT_TRUE(test::agree(by_hand, by_device, 0.5));
+}
+
+TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {
+  draw();
+  const RenderStatistics shaded = caster().statistics();
+  EXPECT_GT(shaded.gradient_samples, 0U);
+  EXPECT_LT(shaded.gradient_samples, shaded.volume_samples);
+  scene_.shading.enabled = false;
+  draw();
+  EXPECT_EQ(caster().statistics().gradient_samples, 0U);
+  EXPECT_EQ(caster().statistics().volume_samples, shaded.volume_samples);
+  scene_.quality.skip_empty_bricks = false;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, shaded.volume_samples);
+  EXPECT_EQ(caster().statistics().bricks, 0U);
+  scene_.quality.skip_empty_bricks = true;
+  scene_.quality.opaque_at = 1;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, shaded.volume_samples);
+  // A lid over the whole picture leaves nothing to sample.
+  scene_.spheres = {{scene_.camera.eye_ct, 1, {1, 0, 0}, 1}};
+  scene_.spheres[0].centre_ct.mm +=
+      20 * (scene_.camera.look_at_ct.mm - scene_.camera.eye_ct.mm).normalized();
+  scene_.spheres[0].radius_mm = 15;
+  draw();
+  EXPECT_EQ(caster().statistics().volume_samples, 0U);
+}
+
 /// A green ball of VTK in the middle of the CT.
 vtkNew<vtkActor> green_ball(const Eigen::Vector3d& centre_mm, double radius_mm) {
   vtkNew<vtkSphereSource> source;
@@ -166,7 +204,7 @@ TEST_F(GlRaycasterTest, RaysStopAtVtkGeometry) {
   }
 }
 
-TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesThePlane) {
+TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesSolids) {
   scene_ = block_scene(false);
   scene_.spheres = {{{{0, 30, 0}}, 6, {0, 0, 1}, 1}};
   const vtkNew<vtkActor> ball = green_ball({0, -40, 0}, 3);

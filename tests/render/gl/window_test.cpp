@@ -48,6 +48,22 @@ TEST(WindowTest, AsksForScenesAndClosesByItself) {
   EXPECT_GT(asked, 3);
 }
 
+TEST(WindowTest, HeadlessEngineWorksWhileAWindowIsOpen) {
+  SONDE_REQUIRE_DISPLAY();
+  const auto scene =
+      std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
+  CollectingDiagnostics diagnostics;
+  auto engine = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(engine));
+  int rendered = 0;
+  const SceneSource source = [&] {
+    if ((*engine)->render(*scene)) ++rendered;
+    return scene;
+  };
+  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 50, .close_after_s = 0.5})));
+  EXPECT_GT(rendered, 1);
+}
+
 TEST(WindowTest, AnInvalidSceneEndsItWithTheError) {
   SONDE_REQUIRE_DISPLAY();
   Scene bad = test::ball_scene(test::cube_grid(16, 1.0), 64, 48);
