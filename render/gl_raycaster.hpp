@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -11,15 +10,10 @@
 #include "render/engine.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
+#include "render/gl_uniforms.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
-
-/// Depth of opaque geometry that somebody else has drawn with the same camera.
-struct SharedDepth {
-  unsigned texture;      ///< Depth texture of the picture's size.
-  Eigen::Vector4d rows;  ///< Elements (2,2) (2,3) (3,2) (3,3) of clip_from_view.
-};
 
 /// The GLSL ray caster: draws scenes into a single-precision target of its own. Every function
 /// needs the context current; leaves all state that VTK tracks as it found it. Internal to render/.
@@ -52,9 +46,6 @@ class GlRaycaster {
 
  private:
   Result<void> prepare_target(int width, int height);
-  Result<bool> filter_is_coarse();
-  void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
-                    const std::optional<SharedDepth>& depth);
   void draw_triangle();
 
   GlProgramCache programs_;

@@ -59,4 +59,13 @@ class GlStateGuard {
   std::array<GLboolean, 5> switches_{};
 };
 
+/// A pass that writes every pixel: no test, no blending, no depth. Under a GlStateGuard.
+inline void write_everything() {
+  for (const GLenum test : {GL_BLEND, GL_DEPTH_TEST, GL_CULL_FACE, GL_SCISSOR_TEST}) {
+    glDisable(test);
+  }
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_FALSE);
+}
+
 }  // namespace nav::render
