@@ -81,6 +81,7 @@ MarchInputs make_inputs(const Scene& scene, const Cache& cache) {
   in.table = cache.table->entries();
   in.table_low_hu = cache.table->low_hu();
   in.table_high_hu = cache.table->high_hu();
+  in.invisible_up_to_hu = cache.table->invisible_up_to_hu();
   in.step_mm = static_cast<float>(step);
   in.opaque_at = scene.quality.opaque_at < 1 ? static_cast<float>(scene.quality.opaque_at)
                                              : std::numeric_limits<float>::infinity();

@@ -213,6 +213,7 @@ struct Marcher {
     const Cell c = locate(cell);
     const Rows r = in.shading ? rows_with_difference(c) : rows(c);
     const F hu = bilinear(r.value, c);
+    if (!V::any(V::both(active, V::less(V::set(in.invisible_up_to_hu), hu)))) return;
     const F x = V::sub(V::min(V::max(hu, V::set(in.table_low_hu)), V::set(in.table_high_hu)),
                        V::set(in.table_low_hu));
     const I index = V::truncate(x);

@@ -31,6 +31,7 @@ struct MarchInputs {
   const TableEntry* table;
   float table_low_hu;
   float table_high_hu;
+  float invisible_up_to_hu;  ///< Everything up to here has no extinction; -infinity: nothing.
 
   float step_mm;
   float opaque_at;  ///< Infinity: never.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace nav::render {
 namespace {
@@ -56,6 +57,15 @@ CpuTransfer::CpuTransfer(const TransferFunction& transfer) {
       entries_[i - 1].to_next[c] = value[c] - entries_[i - 1].value[c];
   }
   std::fill_n(entries_.back().to_next, 4, 0.0F);
+}
+
+float CpuTransfer::invisible_up_to_hu() const {
+  // visible_before_[i + 1] > 0 first where entry i is visible; the one before is the last clear.
+  const auto visible = std::upper_bound(visible_before_.begin(), visible_before_.end(), 0);
+  if (visible == visible_before_.end()) return std::numeric_limits<float>::infinity();
+  const auto clear = visible - visible_before_.begin() - 2;
+  if (clear < 0) return -std::numeric_limits<float>::infinity();
+  return static_cast<float>(low_ + static_cast<int>(clear));
 }
 
 bool CpuTransfer::invisible(int min_hu, int max_hu) const {

@@ -21,6 +21,8 @@ class CpuTransfer {
   /// HU of the first and of the last entry.
   [[nodiscard]] float low_hu() const { return static_cast<float>(low_); }
   [[nodiscard]] float high_hu() const { return static_cast<float>(high_); }
+  /// Up to here nothing is visible, HU; -infinity when the first entry is.
+  [[nodiscard]] float invisible_up_to_hu() const;
   /// Whether every value in [min, max] HU, give or take one, is invisible.
   [[nodiscard]] bool invisible(int min_hu, int max_hu) const;
 
