@@ -199,6 +199,8 @@ Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scene
                                             const RenderBenchOptions& options,
                                             Diagnostics& diagnostics) {
   RenderBenchReport report;
+  report.reference_width = options.reference_width;
+  report.reference_height = options.reference_height;
   for (const NamedScene& named : scenes) {
     if (auto ok = compare_one(named, options, diagnostics, report); !ok) return ok.error();
   }
@@ -212,9 +214,13 @@ std::string to_text(const RenderBenchReport& report) {
   std::ostringstream out;
   out << "OpenGL device: " << report.gl_device << '\n'
       << "Same camera, step, transfer function and shading flags; no plane or needle. VTK: no\n"
-         "automatic sampling distance, no jitter, 8-bit pictures (0.0011 rms of rounding). Error:\n"
-         "against the double-precision reference; with shading it includes that VTK lights\n"
-         "otherwise than the reference.\n\n"
+         "automatic sampling distance, no jitter, one ray per pixel, 8-bit pictures (0.0011 rms "
+         "of\n"
+         "rounding). All stop a ray at an opacity of about 1 - 1/255. Error: "
+      << report.reference_width << " x " << report.reference_height
+      << " pixels\nagainst the converged double-precision reference; with shading it includes that "
+         "VTK lights\notherwise than the reference. VTK's fixed-point mapper smooths its picture "
+         "when it draws it.\n\n"
       << std::fixed << std::left << std::setw(20) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(10) << "cpu ms" << std::setw(10)
       << "wall ms" << std::setw(10) << "rms" << std::setw(10) << "max" << '\n';

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkRenderer.h>
 
@@ -48,6 +49,10 @@ class GlEngine final : public Engine {
       const float rest = 1.0F - p.a;
       p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
            1.0F};
+      if (!std::isfinite(p.r + p.g + p.b)) {
+        return Error{ErrorCode::kNumerical,
+                     "OpenGL: expected finite pixels, found others on " + device()};
+      }
     }
     return RenderedImage{{scene.width, scene.height, std::move(pixels)},
                          view_.raycaster().statistics()};
@@ -63,7 +68,14 @@ class GlEngine final : public Engine {
 Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
   auto window = OffscreenWindow::create(16, 16);
   if (!window) return window.error();
-  diagnostics.report(Severity::kInfo, "render.gl", "OpenGL device: " + (*window)->device());
+  const std::string& device = (*window)->device();
+  const bool software = device.find("llvmpipe") != std::string::npos ||
+                        device.find("softpipe") != std::string::npos ||
+                        device.find("SwiftShader") != std::string::npos;
+  diagnostics.report(software ? Severity::kWarning : Severity::kInfo, "render.gl",
+                     software
+                         ? "OpenGL runs in software on " + device + "; the CPU engine is faster"
+                         : "OpenGL device: " + device);
   return std::unique_ptr<Engine>(std::make_unique<GlEngine>(std::move(window).value()));
 }
 

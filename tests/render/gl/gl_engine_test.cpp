@@ -130,6 +130,15 @@ INSTANTIATE_TEST_SUITE_P(
                       }},
         AgreementCase{"CoarseStep",
                       [] { return with(oblique(), [](Scene& s) { s.quality.step_voxels = 4; }); }},
+        AgreementCase{"NodesBetweenWholeHu",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.transfer = *TransferFunction::create(
+                              "fractions", {{-300.3, {0.8, 0.6, 0.5}, 0.0, 0.0},
+                                            {49.7, {0.9, 0.5, 0.4}, 0.02, 0.3},
+                                            {1500.5, {1.0, 1.0, 1.0}, 0.8, 1.0}});
+                        });
+                      }},
         AgreementCase{"SingleSlice",
                       [] {
                         return blocks({32, 32, 1});
@@ -177,6 +186,15 @@ TEST(GlEngineTest, EarlyTerminationStaysWithinItsBound) {
   // What is left unseen weighs at most 1 - 0.99.
   const auto found = test::difference(early->pixels, full->pixels, 255 * 0.01 + 1e-3);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
+}
+
+TEST(GlEngineTest, SaysWhatItRunsOn) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  EXPECT_EQ((*gl)->name(), "gl");
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  EXPECT_NE(diagnostics.entries()[0].message.find((*gl)->device()), std::string::npos);
 }
 
 TEST(GlEngineTest, RefusesAnInvalidSceneByName) {
