@@ -204,6 +204,30 @@ TEST_F(GlRaycasterTest, RaysStopAtVtkGeometry) {
   }
 }
 
+TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
+  scene_ = block_scene(false);
+  scene_.camera.eye_ct.mm = {0, -40, 0};
+  scene_.camera.vertical_fov_rad = 1.2;
+  const Eigen::Vector3d centre(14, 0, 0);
+  constexpr double kRadiusMm = 2;
+  const vtkNew<vtkActor> ball = green_ball(centre, kRadiusMm);
+  view_->renderer().AddActor(ball);
+  // The ray of pixel (66, 36), 18.5 pixels to the right of the middle and half a pixel down, in
+  // the camera's axes (x, depth, up): it meets the ball nearly in the middle.
+  const double pixel = std::tan(0.6) / 36;
+  const Eigen::Vector3d direction = Eigen::Vector3d(18.5 * pixel, 1, -0.5 * pixel).normalized();
+  const Eigen::Vector3d to_centre = centre - scene_.camera.eye_ct.mm;
+  const double along = to_centre.dot(direction);
+  const double aside = (to_centre - along * direction).norm();
+  const double ball_mm = along - std::sqrt(kRadiusMm * kRadiusMm - aside * aside);
+  const double face_mm = 20 / direction.y();
+  const double through = std::pow(0.95, ball_mm - face_mm);
+  // Taking the depth for the distance would be 2.3 mm, 12/255, off.
+  constexpr double kTolerance255 = 2.5;
+  EXPECT_NEAR(picture().at(66, 36).r, 255 * (1 - through), kTolerance255);
+  EXPECT_NEAR(picture().at(66, 36).g, 255 * through, kTolerance255);
+}
+
 TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesSolids) {
   scene_ = block_scene(false);
   scene_.spheres = {{{{0, 30, 0}}, 6, {0, 0, 1}, 1}};
