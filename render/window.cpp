@@ -20,13 +20,16 @@
 namespace nav::render {
 namespace {
 
-/// VTK aborts the process when it cannot open the display, so somebody has to ask first.
-Result<void> require_display() {
-  Display* display = XOpenDisplay(nullptr);
-  if (display != nullptr) {
-    XCloseDisplay(display);
-    return {};
-  }
+struct CloseDisplay {
+  void operator()(Display* display) const { XCloseDisplay(display); }
+};
+using DisplayConnection = std::unique_ptr<Display, CloseDisplay>;
+
+/// VTK aborts the process when it cannot open the display, so it is given an open one. It must
+/// outlive the window.
+Result<DisplayConnection> open_display() {
+  DisplayConnection display(XOpenDisplay(nullptr));
+  if (display) return display;
   const char* name = std::getenv("DISPLAY");
   return Error{ErrorCode::kUnavailable,
                "window: expected an X display, found " +
@@ -143,11 +146,13 @@ Result<void> show_window(const SceneSource& source, const WindowOptions& options
     return Error{ErrorCode::kUsage, "window.refresh_hz: expected a value in (0, 1000], found " +
                                         std::to_string(options.refresh_hz)};
   }
-  if (auto ok = require_display(); !ok) return ok;
+  const auto display = open_display();
+  if (!display) return display.error();
   const std::shared_ptr<const Scene> first = source();
   if (!first) return Error{ErrorCode::kUsage, "window: expected a first scene, found none"};
   if (auto ok = validate(*first); !ok) return ok;
   vtkNew<vtkRenderWindow> window;
+  window->SetDisplayId(display->get());
   window->SetMultiSamples(0);
   window->SetSize(first->width, first->height);
   window->SetWindowName(options.title.c_str());
@@ -183,8 +188,10 @@ Result<void> show_window(const Scene& scene, const WindowOptions& options) {
 
 Result<Image2d<Rgba8>> capture_window(const Scene& scene) {
   if (auto ok = validate(scene); !ok) return ok.error();
-  if (auto ok = require_display(); !ok) return ok.error();
+  const auto display = open_display();
+  if (!display) return display.error();
   vtkNew<vtkRenderWindow> window;
+  window->SetDisplayId(display->get());
   window->SetMultiSamples(0);
   window->SetSize(scene.width, scene.height);
   SceneView view(*window);
