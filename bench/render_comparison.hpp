@@ -50,6 +50,8 @@ struct RenderBenchRatio {
 
 struct RenderBenchReport {
   std::string gl_device;
+  int reference_width = 0;  ///< Size of the pictures whose error was measured.
+  int reference_height = 0;
   std::vector<RenderBenchRow> rows;
   std::vector<RenderBenchRatio> ratios;
 };

@@ -23,6 +23,9 @@ class OffscreenWindow {
 
   /// Ready for Render(); no multisampling.
   [[nodiscard]] vtkOpenGLRenderWindow& window();
+  /// Lets go of the thread: as long as a context of EGL is current, GLX (an X11 window) cannot make
+  /// its own current. VTK takes it again by itself.
+  void release_thread();
   /// GL_RENDERER of the context, "llvmpipe (LLVM 15.0.6, 256 bits)".
   [[nodiscard]] const std::string& device() const;
 

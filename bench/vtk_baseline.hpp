@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+namespace nav::bench {
+
+/// VTK's volume mappers, set up fairly: no automatic sampling distances, no jitter, one ray per
+/// pixel, the caller's step, camera, transfer function and shading.
+class VtkBaseline {
+ public:
+  enum class Mapper { kGpu, kFixedPoint };
+
+  /// kUnavailable without an off-screen OpenGL context, or when the mapper refuses it. The scene's
+  /// volume is shared.
+  static Result<std::unique_ptr<VtkBaseline>> create(Mapper mapper, const render::Scene& scene);
+  ~VtkBaseline();
+  VtkBaseline(const VtkBaseline&) = delete;
+  VtkBaseline& operator=(const VtkBaseline&) = delete;
+
+  /// Draws with the scene's camera, size, background and step; everything else as created.
+  Image2d<Rgba8> render(const render::Scene& scene);
+
+ private:
+  struct Impl;
+  explicit VtkBaseline(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// "vtk-gpu" or "vtk-fixedpoint".
+std::string to_string(VtkBaseline::Mapper mapper);
+
+}  // namespace nav::bench

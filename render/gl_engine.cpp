@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include "render/engine.hpp"
+#include "render/gl_volume_prop.hpp"
+#include "render/vtk_offscreen.hpp"
+
+namespace nav::render {
+namespace {
+
+/// Holds the thread's OpenGL context for the time of one picture.
+class CurrentContext {
+ public:
+  explicit CurrentContext(OffscreenWindow& window) : window_(window) {
+    window_.window().MakeCurrent();
+  }
+  ~CurrentContext() { window_.release_thread(); }
+  CurrentContext(const CurrentContext&) = delete;
+  CurrentContext& operator=(const CurrentContext&) = delete;
+
+ private:
+  OffscreenWindow& window_;
+};
+
+class GlEngine final : public Engine {
+ public:
+  explicit GlEngine(std::unique_ptr<OffscreenWindow> window)
+      : window_(std::move(window)), view_(window_->window()) {
+    window_->release_thread();
+  }
+
+  [[nodiscard]] std::string name() const override { return "gl"; }
+  [[nodiscard]] std::string device() const override { return window_->device(); }
+
+  Result<RenderedImage> render(const Scene& scene) override {
+    if (auto ok = validate(scene); !ok) return ok.error();
+    const CurrentContext current(*window_);
+    window_->window().SetSize(scene.width, scene.height);
+    // The view keeps no share of the scene beyond this call.
+    if (auto ok = view_.draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
+      return ok.error();
+    }
+    std::vector<RgbaF> pixels = view_.raycaster().read();
+    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
+    for (RgbaF& p : pixels) {
+      const float rest = 1.0F - p.a;
+      p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
+           1.0F};
+      if (!std::isfinite(p.r + p.g + p.b)) {
+        return Error{ErrorCode::kNumerical,
+                     "OpenGL: expected finite pixels, found others on " + device()};
+      }
+    }
+    return RenderedImage{{scene.width, scene.height, std::move(pixels)},
+                         view_.raycaster().statistics()};
+  }
+
+ private:
+  std::unique_ptr<OffscreenWindow> window_;
+  SceneView view_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
+  auto window = OffscreenWindow::create(16, 16);
+  if (!window) return window.error();
+  const std::string& device = (*window)->device();
+  const bool software = device.find("llvmpipe") != std::string::npos ||
+                        device.find("softpipe") != std::string::npos ||
+                        device.find("SwiftShader") != std::string::npos;
+  diagnostics.report(software ? Severity::kWarning : Severity::kInfo, "render.gl",
+                     software
+                         ? "OpenGL runs in software on " + device + "; the CPU engine is faster"
+                         : "OpenGL device: " + device);
+  return std::unique_ptr<Engine>(std::make_unique<GlEngine>(std::move(window).value()));
+}
+
+}  // namespace nav::render

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/gl_state.hpp"
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "render/gl_filter_probe.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_textures.hpp"
+#include "render/gl_uniforms.hpp"
+
+namespace nav::render {
+
+Result<bool> filter_is_coarse() {
+  constexpr int kUnit = kTarget;
+  constexpr int kFractions = 1024;
+  constexpr double kTolerance = 1e-4;  // 0.1 HU at a step of 1000 HU; 8-bit fractions miss by 2e-3.
+  auto program =
+      GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("filter_probe.frag"));
+  if (!program) return program.error();
+  glActiveTexture(GL_TEXTURE0 + kUnit);
+  GlTexture texels;
+  GlTexture target;
+  constexpr std::array<std::int16_t, 2> kZeroAndOne{0, 32767};
+  glBindTexture(GL_TEXTURE_3D, texels.id());
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, 2, 1, 1, 0, GL_RED, GL_SHORT, kZeroAndOne.data());
+  glBindTexture(GL_TEXTURE_2D, target.id());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kFractions, 1, 0, GL_RGBA, GL_FLOAT, nullptr);
+  GLuint framebuffer = 0;
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.id(), 0);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  (*program)->use();
+  (*program)->set("two_texels", kUnit);
+  (*program)->set("sample_count", static_cast<double>(kFractions));
+  glViewport(0, 0, kFractions, 1);
+  write_everything();
+  GLuint vertex_array = 0;
+  glGenVertexArrays(1, &vertex_array);
+  glBindVertexArray(vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  std::array<float, std::size_t{4} * kFractions> values{};
+  glReadPixels(0, 0, kFractions, 1, GL_RGBA, GL_FLOAT, values.data());
+  glDeleteVertexArrays(1, &vertex_array);
+  glDeleteFramebuffers(1, &framebuffer);
+  glBindTexture(GL_TEXTURE_3D, 0);
+  double worst = 0;
+  for (int i = 0; i < kFractions; ++i) {
+    const double truth = static_cast<double>(i) / kFractions;
+    worst = std::max(worst, std::abs(values[std::size_t{4} * static_cast<std::size_t>(i)] - truth));
+  }
+  return worst > kTolerance;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <compare>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "nav/result.hpp"
+
+namespace nav::render {
+
+/// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
+/// share a program. Internal to render/.
+struct GlFeatures {
+  bool shading = false;  ///< Gradient and Blinn–Phong.
+  bool plane = false;    ///< Ultrasound picture or its border.
+  bool needle = false;
+  bool spheres = false;
+  bool skipping = false;       ///< Leaps over empty bricks.
+  bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
+  bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
+  auto operator<=>(const GlFeatures&) const = default;
+};
+
+/// Text of the fragment shader for a set of features: the #defines, then the file with its blocks.
+std::string raycast_fragment_source(const GlFeatures& features);
+/// Text of a file of shaders/ with its #include lines replaced, each block once.
+std::string assembled_shader(const std::string& name);
+
+/// A linked program. Needs a current context, also to be destroyed.
+class GlProgram {
+ public:
+  /// kUnsupportedData with the first line of the driver's log.
+  static Result<std::unique_ptr<GlProgram>> link(const std::string& vertex,
+                                                 const std::string& fragment);
+  ~GlProgram();
+  GlProgram(const GlProgram&) = delete;
+  GlProgram& operator=(const GlProgram&) = delete;
+
+  void use() const;
+  /// Each sets a uniform of the program in use. A name that it does not have is a Bug.
+  void set(const std::string& name, int value);
+  void set(const std::string& name, double value);
+  void set(const std::string& name, const Eigen::Vector2d& value);
+  void set(const std::string& name, const Eigen::Vector3d& value);
+  void set(const std::string& name, const Eigen::Vector4d& value);
+  void set(const std::string& name, const Eigen::Vector2i& value);
+  void set(const std::string& name, const Eigen::Vector3i& value);
+  void set(const std::string& name, const Eigen::Matrix2d& value);
+  void set(const std::string& name, const Eigen::Matrix3d& value);
+  void set(const std::string& name, const Eigen::Matrix4d& value);
+
+ private:
+  explicit GlProgram(unsigned id) : id_(id) {}
+  int location(const std::string& name);
+  unsigned id_;
+  std::map<std::string, int> locations_;
+};
+
+/// Programs by feature set; compiles only what has not been asked for before.
+class GlProgramCache {
+ public:
+  Result<GlProgram*> get(const GlFeatures& features);
+  /// How many programs have been compiled so far.
+  [[nodiscard]] int compiled() const { return compiled_; }
+  void clear() { programs_.clear(); }
+
+ private:
+  std::map<GlFeatures, std::unique_ptr<GlProgram>> programs_;
+  int compiled_ = 0;
+};
+
+}  // namespace nav::render

@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/gl_state.hpp"
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <chrono>
+
+#include "render/gl_filter_probe.hpp"
+#include "render/gl_raycaster.hpp"
+#include "render/gl_uniforms.hpp"
+
+namespace nav::render {
+namespace {
+
+void bind(GlUnit unit, GLenum target, GLuint texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(target, texture);
+}
+
+/// Makes a texture the target of the framebuffer that is bound.
+void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int height) {
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
+}
+
+}  // namespace
+
+Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  const GlStateGuard guard;
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  if (auto ok = prepare_target(scene.width, scene.height); !ok) return ok;
+  if (!manual_filter_) {
+    auto coarse = filter_is_coarse();
+    if (!coarse) return coarse.error();
+    manual_filter_ = *coarse;
+  }
+  if (auto sent = textures_.update(scene); !sent) return sent;
+  const GlFeatures features = features_of(scene, depth.has_value(), *manual_filter_);
+  auto program = programs_.get(features);
+  if (!program) return program.error();
+  (*program)->use();
+  set_uniforms(**program, features, scene, textures_, depth);
+  bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
+  bind(kTransfer, GL_TEXTURE_1D, textures_.transfer.id());
+  bind(kBricks, GL_TEXTURE_3D, textures_.bricks.id());
+  bind(kPicture, GL_TEXTURE_2D, textures_.picture.id());
+  bind(kSpheres, GL_TEXTURE_2D, textures_.spheres.id());
+  bind(kDepth, GL_TEXTURE_2D, depth ? depth->texture : 0);
+  glFinish();
+  const auto prepared = Clock::now();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, width_, height_);
+  write_everything();
+  draw_triangle();
+  glFinish();
+  const std::chrono::duration<double> prepare_s = prepared - start;
+  const std::chrono::duration<double> cast_s = Clock::now() - prepared;
+  statistics_ = {};
+  statistics_.rays = static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_);
+  if (features.skipping) {
+    statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
+    statistics_.bricks_occupied = textures_.bricks_occupied();
+  }
+  statistics_.prepare_s = prepare_s.count();
+  statistics_.cast_s = cast_s.count();
+  for (int unit = kCt; unit <= kTarget; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+    for (const GLenum target : {GL_TEXTURE_1D, GL_TEXTURE_2D, GL_TEXTURE_3D}) {
+      glBindTexture(target, 0);
+    }
+  }
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+    return Error{ErrorCode::kUnavailable,
+                 "OpenGL: expected the ray casting pass to succeed, found "
+                 "error " +
+                     std::to_string(error)};
+  }
+  return {};
+}
+
+Result<void> GlRaycaster::composite(int x, int y) {
+  if (!composite_program_) {
+    auto program =
+        GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("composite.frag"));
+    if (!program) return program.error();
+    composite_program_ = std::move(program).value();
+  }
+  const GlStateGuard guard;
+  write_everything();
+  glViewport(x, y, width_, height_);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  composite_program_->use();
+  composite_program_->set("picture", kTarget);
+  composite_program_->set("viewport_origin", Eigen::Vector2i(x, y));
+  bind(kTarget, GL_TEXTURE_2D, target_.id());
+  draw_triangle();
+  glBindTexture(GL_TEXTURE_2D, 0);
+  return {};
+}
+
+std::vector<RgbaF> GlRaycaster::read() const {
+  const GlStateGuard guard;
+  const auto width = static_cast<std::size_t>(width_);
+  const auto height = static_cast<std::size_t>(height_);
+  std::vector<RgbaF> pixels(width * height);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, pixels.data());
+  for (std::size_t row = 0; row < height / 2; ++row) {
+    const auto top = pixels.begin() + static_cast<std::ptrdiff_t>(row * width);
+    const auto bottom = pixels.begin() + static_cast<std::ptrdiff_t>((height - 1 - row) * width);
+    std::swap_ranges(top, top + width_, bottom);
+  }
+  return pixels;
+}
+
+RenderStatistics GlRaycaster::statistics() const {
+  RenderStatistics statistics = statistics_;
+  const GlStateGuard guard;
+  std::vector<float> cost(2 * static_cast<std::size_t>(statistics.rays));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+  glReadBuffer(GL_COLOR_ATTACHMENT1);
+  glReadPixels(0, 0, width_, height_, GL_RG, GL_FLOAT, cost.data());
+  for (std::size_t i = 0; i < cost.size(); i += 2) {
+    statistics.volume_samples += static_cast<std::uint64_t>(cost[i]);
+    statistics.gradient_samples += static_cast<std::uint64_t>(cost[i + 1]);
+  }
+  return statistics;
+}
+
+Result<void> GlRaycaster::prepare_target(int width, int height) {
+  if (framebuffer_ != 0 && width == width_ && height == height_) return {};
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+  if (width > largest || height > largest) {
+    return Error{ErrorCode::kUnsupportedData,
+                 "picture: expected at most " + std::to_string(largest) +
+                     " pixels along an edge on this OpenGL device, found " + std::to_string(width) +
+                     " x " + std::to_string(height)};
+  }
+  width_ = width;
+  height_ = height;
+  if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  attach(target_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  attach(cost_, GL_COLOR_ATTACHMENT1, GL_RG32F, width, height);
+  constexpr std::array<GLenum, 2> kBoth{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(static_cast<GLsizei>(kBoth.size()), kBoth.data());
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return Error{ErrorCode::kUnavailable,
+               "OpenGL: expected a single-precision colour target, found none"};
+}
+
+void GlRaycaster::draw_triangle() {
+  if (vertex_array_ == 0) glGenVertexArrays(1, &vertex_array_);
+  glBindVertexArray(vertex_array_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void GlRaycaster::release() {
+  textures_.release();
+  target_.release();
+  cost_.release();
+  programs_.clear();
+  composite_program_.reset();
+  if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
+  if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
+  framebuffer_ = 0;
+  vertex_array_ = 0;
+  manual_filter_.reset();
+}
+
+}  // namespace nav::render

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/engine.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_textures.hpp"
+#include "render/gl_uniforms.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// The GLSL ray caster: draws scenes into a single-precision target of its own. Every function
+/// needs the context current; leaves all state that VTK tracks as it found it. Internal to render/.
+class GlRaycaster {
+ public:
+  GlRaycaster() = default;
+  ~GlRaycaster() { release(); }
+  GlRaycaster(const GlRaycaster&) = delete;
+  GlRaycaster& operator=(const GlRaycaster&) = delete;
+
+  /// Precondition: a validated scene. Refuses what does not fit the device.
+  Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
+  /// Blends the last picture over the framebuffer that is bound, its lower left corner at (x, y).
+  Result<void> composite(int x, int y);
+  /// The last picture, premultiplied, top row first. Waits for the device.
+  [[nodiscard]] std::vector<RgbaF> read() const;
+  /// What the last picture cost; reads the number of samples back from the device.
+  [[nodiscard]] RenderStatistics statistics() const;
+
+  /// Programs compiled and textures sent since the beginning, for tests.
+  [[nodiscard]] int compiled() const { return programs_.compiled(); }
+  [[nodiscard]] const GlUploads& uploads() const { return textures_.uploads(); }
+  /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
+  /// eight fetches replace its filter. Known after the first draw().
+  [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
+  /// Decides instead of the measurement, for tests.
+  void set_manual_filter(bool manual) { manual_filter_ = manual; }
+  /// Frees everything on the device.
+  void release();
+
+ private:
+  Result<void> prepare_target(int width, int height);
+  void draw_triangle();
+
+  GlProgramCache programs_;
+  std::unique_ptr<GlProgram> composite_program_;
+  GlTextures textures_;
+  GlTexture target_;
+  GlTexture cost_;
+  unsigned framebuffer_ = 0;
+  unsigned vertex_array_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+  std::optional<bool> manual_filter_;
+  RenderStatistics statistics_;
+};
+
+}  // namespace nav::render

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "render/gl_program.hpp"
+#include "render/gl_textures.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// Depth of opaque geometry that somebody else has drawn with the same camera.
+struct SharedDepth {
+  unsigned texture;      ///< Depth texture of the picture's size.
+  Eigen::Vector4d rows;  ///< Elements (2,2) (2,3) (3,2) (3,3) of clip_from_view.
+};
+
+/// Texture units, above those that VTK hands out itself.
+enum GlUnit { kCt = 20, kTransfer, kBricks, kPicture, kSpheres, kDepth, kTarget };
+
+/// What a scene needs compiled in. A plane or needle that is lost needs nothing.
+GlFeatures features_of(const Scene& scene, bool shared_depth, bool manual_filter);
+
+/// Sets every uniform of the program in use; geometry is prepared in double. depth: given exactly
+/// when features.shared_depth.
+void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
+                  const GlTextures& textures, const std::optional<SharedDepth>& depth);
+
+}  // namespace nav::render

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The CT. Space: index, continuous voxel coordinates with voxel centres at integers. Values in HU.
+
+uniform sampler3D ct;            // Signed 16 bit normalised: HU = texel * 32767.
+uniform ivec3 ct_size;           // Voxels.
+uniform mat3 index_from_local;   // Per mm.
+
+const float kHuPerTexel = 32767.0;
+
+// Trilinear HU; the index is clamped to the outermost voxel centres.
+float ct_hu(vec3 index) {
+  vec3 inside = clamp(index, vec3(0.0), vec3(ct_size - 1));
+#ifdef MANUAL_FILTER
+  ivec3 a = min(ivec3(inside), max(ct_size - 2, 0));
+  ivec3 b = min(a + 1, ct_size - 1);
+  vec3 f = inside - vec3(a);
+  float v000 = texelFetch(ct, a, 0).r;
+  float v100 = texelFetch(ct, ivec3(b.x, a.yz), 0).r;
+  float v010 = texelFetch(ct, ivec3(a.x, b.y, a.z), 0).r;
+  float v110 = texelFetch(ct, ivec3(b.xy, a.z), 0).r;
+  float v001 = texelFetch(ct, ivec3(a.xy, b.z), 0).r;
+  float v101 = texelFetch(ct, ivec3(b.x, a.y, b.z), 0).r;
+  float v011 = texelFetch(ct, ivec3(a.x, b.yz), 0).r;
+  float v111 = texelFetch(ct, b, 0).r;
+  float front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
+  float back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
+  return mix(front, back, f.z) * kHuPerTexel;
+#else
+  return textureLod(ct, (inside + 0.5) / vec3(ct_size), 0.0).r * kHuPerTexel;
+#endif
+}
+
+// Part of an index ray inside the box of voxel centres and in front of the eye; mm, empty when
+// y <= x. A single voxel fills half a voxel either side.
+vec2 clip_to_box(vec3 origin, vec3 direction, float t_eye) {
+  vec2 part = vec2(t_eye, 3.0e38);
+  for (int axis = 0; axis < 3; ++axis) {
+    float low = ct_size[axis] > 1 ? 0.0 : -0.5;
+    float high = ct_size[axis] > 1 ? float(ct_size[axis] - 1) : 0.5;
+    float o = origin[axis];
+    float d = direction[axis];
+    if (d == 0.0) {
+      if (o < low || o > high) return vec2(0.0);
+    } else {
+      float a = (low - o) / d;
+      float b = (high - o) / d;
+      part = vec2(max(part.x, min(a, b)), min(part.y, max(a, b)));
+    }
+  }
+  return part.y > part.x ? part : vec2(0.0);
+}

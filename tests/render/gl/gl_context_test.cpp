@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "render/engine.hpp"
+#include "render/window.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/support/matchers.hpp"
+
+// A program of its own: EGL and X11 read these variables once per process.
+namespace nav::render {
+namespace {
+
+TEST(GlContextTest, WithoutEglSaysWhatIsMissing) {
+  ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent/vendor.json", 1);
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::refuses(make_gl_engine(diagnostics), ErrorCode::kUnavailable,
+                            {"off-screen OpenGL", "an EGL display"}));
+}
+
+TEST(GlContextTest, WithoutADisplayTheWindowIsUnavailable) {
+  const Scene scene = test::ball_scene(test::cube_grid(8, 1.0));
+  ::unsetenv("DISPLAY");
+  EXPECT_TRUE(test::refuses(show_window(scene), ErrorCode::kUnavailable, {"DISPLAY not set"}));
+  ::setenv("DISPLAY", ":4711", 1);
+  EXPECT_TRUE(test::refuses(capture_window(scene), ErrorCode::kUnavailable, {"DISPLAY=:4711"}));
+}
+
+}  // namespace
+}  // namespace nav::render

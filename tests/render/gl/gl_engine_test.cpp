@@ -1,0 +1,223 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "render/engine.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::render {
+namespace {
+
+// Requirement of the renderer: no visible difference from the double-precision reference.
+constexpr double kAgreement255 = 2.0;
+
+struct AgreementCase {
+  std::string name;
+  std::function<Scene()> scene;
+};
+void PrintTo(const AgreementCase& c, std::ostream* out) { *out << c.name; }
+
+Scene plain() { return test::ball_scene(test::cube_grid(48, 1.0)); }
+Scene oblique() { return test::ball_scene(test::oblique_grid()); }
+
+Scene with(Scene scene, const std::function<void(Scene&)>& change) {
+  change(scene);
+  return scene;
+}
+
+void add_everything(Scene& scene) {
+  scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
+  scene.plane->opacity = 0.7;
+  scene.needle = test::test_needle(scene.ct->grid(), SafetyState::kStale);
+  scene.spheres = test::test_spheres(scene.ct->grid());
+}
+
+/// Every second voxel bone: the smallest volumes have no room for a ball.
+Scene blocks(const std::array<int, 3>& size) {
+  VoxelGrid grid = test::cube_grid(2, 30.0 / std::max(size[0], 2));
+  grid.size = size;
+  std::vector<std::int16_t> hu;
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    hu.push_back(static_cast<std::int16_t>((i / 2 + i / 7) % 2 == 0 ? 300 : -200));
+  }
+  Scene scene = test::ball_scene(grid);
+  scene.ct = std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "blocks"));
+  return scene;
+}
+
+/// Part of the picture that is not background: a blank picture would agree with anything.
+double drawn_part(const Scene& scene, const RenderedImage& image) {
+  const auto pixels = image.pixels.pixels();
+  const auto is_drawn = [&](const RgbaF& p) {
+    const Eigen::Vector3d rgb(p.r, p.g, p.b);
+    return (rgb - scene.background_rgb).cwiseAbs().maxCoeff() > 1e-3;
+  };
+  return static_cast<double>(std::count_if(pixels.begin(), pixels.end(), is_drawn)) /
+         static_cast<double>(pixels.size());
+}
+
+class GlAgreementTest : public testing::TestWithParam<AgreementCase> {};
+
+TEST_P(GlAgreementTest, WithReferenceAtTheSameStep) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  Scene scene = GetParam().scene();
+  scene.quality.opaque_at = 1;  // The reference never terminates early.
+  const auto actual = (*gl)->render(scene);
+  const auto expected = make_reference_engine()->render(scene);
+  ASSERT_TRUE(test::has_value(actual));
+  ASSERT_TRUE(test::has_value(expected));
+  test::keep_picture(GetParam().name + "_gl", to_8bit(actual->pixels));
+  test::keep_picture(GetParam().name + "_reference", to_8bit(expected->pixels));
+  EXPECT_GT(drawn_part(scene, *expected), 0.05);
+  EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, kAgreement255));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, GlAgreementTest,
+    testing::Values(
+        AgreementCase{"Shaded", plain},
+        AgreementCase{"Unshaded",
+                      [] { return with(plain(), [](Scene& s) { s.shading.enabled = false; }); }},
+        AgreementCase{"Orthographic",
+                      [] { return with(plain(), [](Scene& s) { s.camera.orthographic = true; }); }},
+        AgreementCase{"ObliqueLeftHanded", oblique},
+        AgreementCase{"ObliqueWithEverything", [] { return with(oblique(), add_everything); }},
+        AgreementCase{"Plane",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.plane = test::test_plane(s.ct->grid(), SafetyState::kDegraded);
+                        });
+                      }},
+        AgreementCase{"StalePlaneInsideOutline",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.plane = test::test_plane(s.ct->grid(), SafetyState::kStale);
+                          s.plane->frame.outline = SectorOutline{{0, -10}, 12, 45, 0.5};
+                        });
+                      }},
+        AgreementCase{"Needle",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.needle = test::test_needle(s.ct->grid(), SafetyState::kValid);
+                        });
+                      }},
+        AgreementCase{"Spheres",
+                      [] {
+                        return with(plain(),
+                                    [](Scene& s) { s.spheres = test::test_spheres(s.ct->grid()); });
+                      }},
+        AgreementCase{"CameraInside",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.camera.eye_ct.mm = s.ct->grid().centre().mm + Eigen::Vector3d(2, -3, 1);
+                          s.camera.vertical_fov_rad = 1.5;
+                        });
+                      }},
+        AgreementCase{"FarEye",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          const Eigen::Vector3d centre = s.ct->grid().centre().mm;
+                          s.camera.eye_ct.mm = centre + Eigen::Vector3d(1e6, -2e6, 3e5);
+                          s.camera.vertical_fov_rad = 60 / 2.26e6;
+                        });
+                      }},
+        AgreementCase{"CoarseStep",
+                      [] { return with(oblique(), [](Scene& s) { s.quality.step_voxels = 4; }); }},
+        AgreementCase{"NodesBetweenWholeHu",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.transfer = *TransferFunction::create(
+                              "fractions", {{-300.3, {0.8, 0.6, 0.5}, 0.0, 0.0},
+                                            {49.7, {0.9, 0.5, 0.4}, 0.02, 0.3},
+                                            {1500.5, {1.0, 1.0, 1.0}, 0.8, 1.0}});
+                        });
+                      }},
+        AgreementCase{"SingleSlice",
+                      [] {
+                        return blocks({32, 32, 1});
+                      }},
+        AgreementCase{"TwoVoxelsAnEdge",
+                      [] {
+                        return blocks({2, 2, 2});
+                      }},
+        AgreementCase{"SingleVoxel",
+                      [] {
+                        return blocks({1, 1, 1});
+                      }}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(GlEngineTest, SkippingChangesNoBit) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  for (Scene scene : {plain(), with(oblique(), add_everything),
+                      with(oblique(), [](Scene& s) { s.camera.orthographic = true; })}) {
+    scene.quality.skip_empty_bricks = false;
+    const auto all = (*gl)->render(scene);
+    scene.quality.skip_empty_bricks = true;
+    const auto skipped = (*gl)->render(scene);
+    ASSERT_TRUE(test::has_value(all));
+    ASSERT_TRUE(test::has_value(skipped));
+    EXPECT_GT(skipped->statistics.bricks, skipped->statistics.bricks_occupied);
+    const auto a = all->pixels.pixels();
+    const auto b = skipped->pixels.pixels();
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
+  }
+}
+
+TEST(GlEngineTest, EarlyTerminationStaysWithinItsBound) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  Scene scene = plain();
+  scene.quality.opaque_at = 1;
+  const auto full = (*gl)->render(scene);
+  scene.quality.opaque_at = 0.99;
+  const auto early = (*gl)->render(scene);
+  ASSERT_TRUE(test::has_value(full));
+  ASSERT_TRUE(test::has_value(early));
+  // What is left unseen weighs at most 1 - 0.99.
+  const auto found = test::difference(early->pixels, full->pixels, 255 * 0.01 + 1e-3);
+  EXPECT_EQ(found.fraction_above, 0) << found.max;
+}
+
+TEST(GlEngineTest, SaysWhatItRunsOn) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  EXPECT_EQ((*gl)->name(), "gl");
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  EXPECT_NE(diagnostics.entries()[0].message.find((*gl)->device()), std::string::npos);
+}
+
+TEST(GlEngineTest, RefusesAnInvalidSceneByName) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  Scene scene = plain();
+  scene.ct = nullptr;
+  EXPECT_FALSE((*gl)->render(scene).has_value());
+}
+
+TEST(GlEngineTest, RefusesAVolumeBeyondTheDevice) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  Scene scene = plain();
+  VoxelGrid grid = test::cube_grid(2, 1.0);
+  grid.size = {40000, 1, 1};  // No device of today has 3D textures of this length.
+  scene.ct = std::make_shared<const Volume>(
+      *Volume::create(grid, std::vector<std::int16_t>(40000, 0), "long.nrrd"));
+  EXPECT_TRUE(test::refuses((*gl)->render(scene), ErrorCode::kUnsupportedData,
+                            {"long.nrrd", "40000 x 1 x 1"}));
+}
+
+}  // namespace
+}  // namespace nav::render

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+#include <string>
+
+#include "nav/image.hpp"
+
+namespace nav::test {
+
+/// Writes a PNG into the folder named by SONDE_PICTURES, if it is set: to be looked at.
+void keep_picture(const std::string& name, const Image2d<Rgba8>& pixels);
+
+/// How two pictures of equal size differ, in 1/255 of a channel.
+struct PictureDifference {
+  int max = 0;
+  double fraction_above = 0;  ///< Pixels with a channel above the limit.
+};
+PictureDifference difference(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b, int limit);
+/// The same in single precision, before rounding to 8 bits.
+PictureDifference difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b, double limit_255);
+
+/// At least 99.9 % of the pixels differ by at most limit/255 in every channel.
+::testing::AssertionResult agree(const Image2d<RgbaF>& actual, const Image2d<RgbaF>& expected,
+                                 double limit_255);
+
+}  // namespace nav::test

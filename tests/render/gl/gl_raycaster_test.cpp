@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <vtkActor.h>
+#include <vtkNew.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSphereSource.h>
+
+#include "render/gl_volume_prop.hpp"
+#include "render/vtk_convert.hpp"
+#include "render/vtk_offscreen.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::render {
+namespace {
+
+/// A window with a view of the phantom, drawn once by each call.
+class GlRaycasterTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto window = OffscreenWindow::create(96, 72);
+    ASSERT_TRUE(test::has_value(window));
+    window_ = std::move(window).value();
+    view_ = std::make_unique<SceneView>(window_->window());
+  }
+  void draw() { ASSERT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene_)))); }
+  Image2d<Rgba8> picture() {
+    draw();
+    return read_pixels(window_->window());
+  }
+  GlRaycaster& caster() { return view_->raycaster(); }
+
+  std::unique_ptr<OffscreenWindow> window_;
+  std::unique_ptr<SceneView> view_;
+  Scene scene_ = test::ball_scene(test::cube_grid(48, 1.0));
+};
+
+TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  scene_.needle = test::test_needle(scene_.ct->grid(), SafetyState::kValid);
+  draw();
+  ASSERT_EQ(caster().compiled(), 1);
+  scene_.transfer = *preset_transfer_function("ct-bone");
+  scene_.shading.ambient = 0.1;
+  scene_.quality.step_voxels = 1;
+  scene_.quality.opaque_at = 1;
+  scene_.camera.orthographic = true;
+  scene_.plane->opacity = 0.5;
+  scene_.plane->safety = {SafetyState::kStale, "test"};
+  scene_.needle->safety = {SafetyState::kStale, "test"};
+  scene_.background_rgb.setConstant(0.5);
+  draw();
+  EXPECT_EQ(caster().compiled(), 1);
+}
+
+TEST_F(GlRaycasterTest, EachSetOfFeaturesCompilesOnce) {
+  draw();
+  scene_.shading.enabled = false;
+  draw();
+  EXPECT_EQ(caster().compiled(), 2);
+  scene_.spheres = test::test_spheres(scene_.ct->grid());
+  draw();
+  EXPECT_EQ(caster().compiled(), 3);
+  scene_.spheres.pop_back();  // Their number is no feature.
+  draw();
+  EXPECT_EQ(caster().compiled(), 3);
+  scene_.spheres.clear();
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kLost);  // Compiles no plane.
+  draw();
+  scene_.shading.enabled = true;
+  draw();
+  EXPECT_EQ(caster().compiled(), 3);
+}
+
+TEST_F(GlRaycasterTest, SendsOnlyWhatChanged) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  draw();
+  scene_.camera.eye_ct.mm.x() += 20;
+  scene_.shading.diffuse = 0.5;
+  draw();
+  EXPECT_EQ(caster().uploads().volumes, 1);
+  EXPECT_EQ(caster().uploads().transfers, 1);
+  EXPECT_EQ(caster().uploads().bricks, 1);
+  EXPECT_EQ(caster().uploads().pictures, 1);
+  scene_.transfer = *preset_transfer_function("ct-bone");
+  draw();
+  EXPECT_EQ(caster().uploads().volumes, 1);
+  EXPECT_EQ(caster().uploads().transfers, 2);
+  EXPECT_EQ(caster().uploads().bricks, 2);
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  draw();
+  EXPECT_EQ(caster().uploads().pictures, 2);
+  scene_.ct = test::ball_phantom(test::cube_grid(40, 1.0));
+  draw();
+  EXPECT_EQ(caster().uploads().volumes, 2);
+}
+
+TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {
+  draw();
+  // Mesa's software rasteriser interpolates in single precision.
+  if (window_->device().find("llvmpipe") == std::string::npos) {
+    GTEST_SKIP() << "only llvmpipe's filter is known, this is " << window_->device();
+  }
+  EXPECT_FALSE(caster().manual_filter());
+}
+
+TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
+  scene_ = test::ball_scene(test::oblique_grid());
+  caster().set_manual_filter(false);
+  draw();
+  const Image2d<RgbaF> by_device(96, 72, caster().read());
+  caster().set_manual_filter(true);
+  draw();
+  const Image2d<RgbaF> by_hand(96, 72, caster().read());
+  EXPECT_EQ(caster().compiled(), 2);
+  EXPECT_TRUE(test::agree(by_hand, by_device, 0.5));
+}
+
+TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {
+  draw();
+  const RenderStatistics shaded = caster().statistics();
+  EXPECT_GT(shaded.gradient_samples, 0U);
+  EXPECT_LT(shaded.gradient_samples, shaded.volume_samples);
+  scene_.shading.enabled = false;
+  draw();
+  EXPECT_EQ(caster().statistics().gradient_samples, 0U);
+  EXPECT_EQ(caster().statistics().volume_samples, shaded.volume_samples);
+  scene_.quality.skip_empty_bricks = false;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, shaded.volume_samples);
+  EXPECT_EQ(caster().statistics().bricks, 0U);
+  scene_.quality.skip_empty_bricks = true;
+  scene_.quality.opaque_at = 1;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, shaded.volume_samples);
+  // A lid over the whole picture leaves nothing to sample.
+  scene_.spheres = {{scene_.camera.eye_ct, 1, {1, 0, 0}, 1}};
+  scene_.spheres[0].centre_ct.mm +=
+      20 * (scene_.camera.look_at_ct.mm - scene_.camera.eye_ct.mm).normalized();
+  scene_.spheres[0].radius_mm = 15;
+  draw();
+  EXPECT_EQ(caster().statistics().volume_samples, 0U);
+}
+
+/// A green ball of VTK in the middle of the CT.
+vtkNew<vtkActor> green_ball(const Eigen::Vector3d& centre_mm, double radius_mm) {
+  vtkNew<vtkSphereSource> source;
+  source->SetCenter(centre_mm.x(), centre_mm.y(), centre_mm.z());
+  source->SetRadius(radius_mm);
+  source->SetThetaResolution(64);
+  source->SetPhiResolution(64);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source->GetOutputPort());
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(0, 1, 0);
+  actor->GetProperty()->LightingOff();
+  return actor;
+}
+
+/// A homogeneous block whose extinction is known, so that the light before a surface is too.
+Scene block_scene(bool orthographic) {
+  const VoxelGrid grid = test::cube_grid(41, 1.0);
+  Scene scene = test::ball_scene(grid);
+  scene.ct = std::make_shared<const Volume>(
+      *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 100), "block"));
+  scene.transfer =
+      *TransferFunction::create("red", {{0, {1, 0, 0}, 0.05, 0}, {200, {1, 0, 0}, 0.05, 0}});
+  scene.shading.enabled = false;
+  scene.quality.opaque_at = 1;
+  scene.camera.eye_ct.mm = {0, -150, 0};
+  scene.camera.look_at_ct.mm = {0, 0, 0};
+  scene.camera.orthographic = orthographic;
+  scene.camera.orthographic_height_mm = 60;
+  scene.background_rgb.setZero();
+  return scene;
+}
+
+TEST_F(GlRaycasterTest, RaysStopAtVtkGeometry) {
+  for (const bool orthographic : {false, true}) {
+    scene_ = block_scene(orthographic);
+    constexpr double kRadiusMm = 10;
+    const vtkNew<vtkActor> ball = green_ball({0, 0, 0}, kRadiusMm);
+    view_->renderer().AddActor(ball);
+    const Image2d<Rgba8> seen = picture();
+    view_->renderer().RemoveActor(ball);
+    test::keep_picture(orthographic ? "shared_depth_orthographic" : "shared_depth", seen);
+    // The middle ray crosses the block from -20 to -10 mm, 5 % opacity per mm, then the ball.
+    const double through = std::pow(0.95, 20 - kRadiusMm);
+    const Rgba8 middle = seen.at(48, 36);
+    // The ball is a polyhedron seen half a pixel beside its pole: 0.1 mm, 0.5 % of the light.
+    constexpr double kTolerance255 = 2.5;
+    EXPECT_NEAR(middle.r, 255 * (1 - through), kTolerance255) << orthographic;
+    EXPECT_NEAR(middle.g, 255 * through, kTolerance255) << orthographic;
+    // Beside the ball (14 pixels, 12 to 15 mm from the middle) the rays go on to the far side of
+    // the block.
+    EXPECT_NEAR(seen.at(48, 22).r, 255 * (1 - std::pow(0.95, 40)), kTolerance255) << orthographic;
+    EXPECT_EQ(seen.at(48, 22).g, 0) << orthographic;
+  }
+}
+
+TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
+  scene_ = block_scene(false);
+  scene_.camera.eye_ct.mm = {0, -40, 0};
+  scene_.camera.vertical_fov_rad = 1.2;
+  const Eigen::Vector3d centre(14, 0, 0);
+  constexpr double kRadiusMm = 2;
+  const vtkNew<vtkActor> ball = green_ball(centre, kRadiusMm);
+  view_->renderer().AddActor(ball);
+  // The ray of pixel (66, 36), 18.5 pixels to the right of the middle and half a pixel down, in
+  // the camera's axes (x, depth, up): it meets the ball nearly in the middle.
+  const double pixel = std::tan(0.6) / 36;
+  const Eigen::Vector3d direction = Eigen::Vector3d(18.5 * pixel, 1, -0.5 * pixel).normalized();
+  const Eigen::Vector3d to_centre = centre - scene_.camera.eye_ct.mm;
+  const double along = to_centre.dot(direction);
+  const double aside = (to_centre - along * direction).norm();
+  const double ball_mm = along - std::sqrt(kRadiusMm * kRadiusMm - aside * aside);
+  const double face_mm = 20 / direction.y();
+  const double through = std::pow(0.95, ball_mm - face_mm);
+  // Taking the depth for the distance would be 2.3 mm, 12/255, off.
+  constexpr double kTolerance255 = 2.5;
+  EXPECT_NEAR(picture().at(66, 36).r, 255 * (1 - through), kTolerance255);
+  EXPECT_NEAR(picture().at(66, 36).g, 255 * through, kTolerance255);
+}
+
+TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesSolids) {
+  scene_ = block_scene(false);
+  scene_.spheres = {{{{0, 30, 0}}, 6, {0, 0, 1}, 1}};
+  const vtkNew<vtkActor> ball = green_ball({0, -40, 0}, 3);
+  view_->renderer().AddActor(ball);
+  EXPECT_EQ(picture().at(48, 36), (Rgba8{0, 255, 0, 255}));
+}
+
+}  // namespace
+}  // namespace nav::render

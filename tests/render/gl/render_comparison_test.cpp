@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/render_comparison.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <iostream>
+
+#include "bench/vtk_baseline.hpp"
+#include "render/engine.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::bench {
+namespace {
+
+NamedScene small_scene(bool shaded) {
+  NamedScene named{"ball", test::ball_scene(test::cube_grid(32, 1.0))};
+  named.scene.shading.enabled = shaded;
+  return named;
+}
+
+TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
+  RenderBenchOptions options;
+  options.step_voxels = {1, 0.5};
+  options.frames = 1;
+  CollectingDiagnostics diagnostics;
+  const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
+  ASSERT_TRUE(test::has_value(report));
+  ASSERT_EQ(report->rows.size(), 8U);
+  // Loose: VTK classifies after rounding and keeps 8 bits. A wrong camera, transfer function or
+  // placement is ten times off.
+  constexpr double kSamePicture = 0.06;
+  for (const RenderBenchRow& row : report->rows) {
+    EXPECT_LT(row.rms, kSamePicture) << row.engine << " at " << row.step;
+    EXPECT_GE(row.max, row.rms);
+    EXPECT_GT(row.cpu_s, 0);
+    EXPECT_GT(row.wall_s, 0);
+  }
+  EXPECT_EQ(report->ratios.size(), 6U);
+  EXPECT_NE(to_text(*report).find("cpu_vs_vtk_fixedpoint"), std::string::npos);
+}
+
+TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
+  RenderBenchOptions options;
+  options.step_voxels = {2, 1, 0.5, 0.25};
+  options.frames = 1;
+  options.vtk_gpu = options.vtk_fixed_point = false;
+  CollectingDiagnostics diagnostics;
+  const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
+  ASSERT_TRUE(test::has_value(report));
+  for (std::size_t i = 2; i < report->rows.size(); ++i) {  // Rows alternate between two engines.
+    EXPECT_LT(report->rows[i].rms, report->rows[i - 2].rms) << report->rows[i].engine;
+  }
+}
+
+TEST(RenderComparisonTest, RefusesWhatVtkCannotDraw) {
+  NamedScene named = small_scene(false);
+  named.scene.spheres = test::test_spheres(named.scene.ct->grid());
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::refuses(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
+                            {"scene ball", "CT alone"}));
+}
+
+TEST(VtkBaselineTest, DrawsAnObliqueVolumeWhereItIs) {
+  render::Scene scene = test::ball_scene(test::oblique_grid());
+  scene.shading.enabled = false;
+  const auto truth = render::make_reference_engine()->render(scene);
+  ASSERT_TRUE(test::has_value(truth));
+  for (const auto mapper : {VtkBaseline::Mapper::kGpu, VtkBaseline::Mapper::kFixedPoint}) {
+    auto baseline = VtkBaseline::create(mapper, scene);
+    ASSERT_TRUE(test::has_value(baseline));
+    const auto found = (*baseline)->render(scene);
+    test::keep_picture("oblique_" + to_string(mapper), found);
+    constexpr int kVisible255 = 40;  // Edges differ by half a step; a misplaced ball by far more.
+    EXPECT_LT(test::difference(found, render::to_8bit(truth->pixels), kVisible255).fraction_above,
+              0.02)
+        << to_string(mapper);
+  }
+}
+
+}  // namespace
+}  // namespace nav::bench

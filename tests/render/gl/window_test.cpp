@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/window.hpp"
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "render/engine.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::render {
+namespace {
+
+#define SONDE_REQUIRE_DISPLAY() \
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no X display (run under xvfb-run)"
+
+TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
+  SONDE_REQUIRE_DISPLAY();
+  Scene scene = test::ball_scene(test::oblique_grid(), 160, 120);
+  scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
+  scene.needle = test::test_needle(scene.ct->grid(), SafetyState::kValid);
+  scene.spheres = test::test_spheres(scene.ct->grid());
+  CollectingDiagnostics diagnostics;
+  auto engine = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(engine));
+  const auto headless = (*engine)->render(scene);
+  ASSERT_TRUE(test::has_value(headless));
+  const auto window = capture_window(scene);
+  ASSERT_TRUE(test::has_value(window));
+  test::keep_picture("window", *window);
+  // The window blends in 8 bits, colour and background rounded apart; the engine rounds once.
+  constexpr int kTwoRoundings = 1;
+  const auto found = test::difference(*window, to_8bit(headless->pixels), kTwoRoundings);
+  EXPECT_EQ(found.fraction_above, 0) << found.max;
+}
+
+TEST(WindowTest, AsksForScenesAndClosesByItself) {
+  SONDE_REQUIRE_DISPLAY();
+  const auto scene =
+      std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
+  int asked = 0;
+  const SceneSource source = [&]() -> std::shared_ptr<const Scene> {
+    return asked++ % 3 == 0 ? scene : nullptr;
+  };
+  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 100, .close_after_s = 0.5})));
+  EXPECT_GT(asked, 3);
+}
+
+TEST(WindowTest, HeadlessEngineWorksWhileAWindowIsOpen) {
+  SONDE_REQUIRE_DISPLAY();
+  const auto scene =
+      std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
+  CollectingDiagnostics diagnostics;
+  auto engine = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(engine));
+  int rendered = 0;
+  const SceneSource source = [&] {
+    if ((*engine)->render(*scene)) ++rendered;
+    return scene;
+  };
+  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 50, .close_after_s = 0.5})));
+  EXPECT_GT(rendered, 1);
+}
+
+TEST(WindowTest, AnInvalidSceneEndsItWithTheError) {
+  SONDE_REQUIRE_DISPLAY();
+  Scene bad = test::ball_scene(test::cube_grid(16, 1.0), 64, 48);
+  const auto good = std::make_shared<const Scene>(bad);
+  bad.quality.step_voxels = 1000;
+  int asked = 0;
+  const SceneSource source = [&] {
+    return ++asked < 3 ? good : std::make_shared<const Scene>(bad);
+  };
+  EXPECT_FALSE(show_window(source, {.refresh_hz = 100, .close_after_s = 10}).has_value());
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(WindowTest, RefusesAnImpossibleRefreshRate) {
+  EXPECT_TRUE(test::refuses(
+      show_window(test::ball_scene(test::cube_grid(4, 1.0)), WindowOptions{.refresh_hz = 0}),
+      ErrorCode::kUsage, {"refresh_hz"}));
+}
+
+constexpr double kRoundingMm = 1e-9;
+
+TEST(WindowCameraTest, OrbitKeepsTheDistanceAndTurnsTheEye) {
+  const Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const Eigen::Vector3d before = camera.eye_ct.mm - camera.look_at_ct.mm;
+  const Camera yawed = orbited(camera, 0.3, 0);
+  const Eigen::Vector3d after = yawed.eye_ct.mm - yawed.look_at_ct.mm;
+  EXPECT_NEAR(after.norm(), before.norm(), kRoundingMm);
+  EXPECT_NEAR(std::acos(after.normalized().dot(before.normalized())), 0.3, kRoundingMm);
+  const Eigen::Vector3d right = (-before).cross(camera.up_ct.v);
+  EXPECT_GT((yawed.eye_ct.mm - camera.eye_ct.mm).dot(right), 0);
+  const Camera pitched = orbited(camera, 0, 0.3);
+  EXPECT_GT((pitched.eye_ct.mm - camera.eye_ct.mm).dot(camera.up_ct.v), 0);
+}
+
+TEST(WindowCameraTest, OrbitPassesThePole) {
+  Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const Camera start = camera;
+  for (int i = 0; i < 100; ++i) camera = orbited(camera, 0, 2 * M_PI / 100);
+  EXPECT_LT((camera.eye_ct.mm - start.eye_ct.mm).norm(), kRoundingMm);
+}
+
+TEST(WindowCameraTest, PanMovesByPictureHeights) {
+  Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  camera.orthographic = true;
+  const Camera moved = panned(camera, 0, 0.25);
+  const Eigen::Vector3d shift = moved.look_at_ct.mm - camera.look_at_ct.mm;
+  EXPECT_NEAR(shift.norm(), 0.25 * camera.orthographic_height_mm, kRoundingMm);
+  EXPECT_LT((moved.eye_ct.mm - camera.eye_ct.mm - shift).norm(), kRoundingMm);
+  EXPECT_NEAR(shift.dot(camera.look_at_ct.mm - camera.eye_ct.mm), 0, kRoundingMm);
+}
+
+TEST(WindowCameraTest, ZoomDividesDistanceAndHeight) {
+  const Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const Camera nearer = zoomed(camera, 2);
+  EXPECT_NEAR((nearer.eye_ct.mm - nearer.look_at_ct.mm).norm(),
+              0.5 * (camera.eye_ct.mm - camera.look_at_ct.mm).norm(), kRoundingMm);
+  EXPECT_NEAR(nearer.orthographic_height_mm, 0.5 * camera.orthographic_height_mm, kRoundingMm);
+}
+
+}  // namespace
+}  // namespace nav::render
