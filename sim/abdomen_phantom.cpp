@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/abdomen_phantom.hpp"
+
+#include <cmath>
+
+#include "nav/check.hpp"
+#include "sim/anatomy.hpp"
+#include "sim/organ_grid.hpp"
+#include "sim/vessel_tree.hpp"
+
+namespace nav::sim {
+namespace {
+
+constexpr double kCtBlendMm = 1.0;
+constexpr double kAcousticBlendMm = 0.8;
+
+NeedlePlan build_body(const Build& build, std::uint64_t seed, std::vector<Organ>& organs) {
+  Random random(seed, 0x6f7267616e73);
+  add_body_wall(build, organs);
+  add_digestive(build, random, organs);
+  add_kidneys(build, random, organs);
+  add_great_vessels(organs);
+  add_liver(build, organs);
+  add_thorax(build, organs);
+  add_spine(build, organs);
+  add_ribs(build, random, organs);
+  return choose_plan(build, organs, random);
+}
+
+void add_vessels(const std::vector<VesselSegment>& vessels, std::vector<Organ>& organs) {
+  const auto add = [&](const VesselSegment& s, double wall_mm, Tissue tissue) {
+    const shapes::Capsule c{s.from.mm, s.to.mm, s.radius_mm + wall_mm};
+    const Eigen::Vector3d pad = Eigen::Vector3d::Constant(c.radius + 3);
+    organs.push_back({tissue, c, {c.from.cwiseMin(c.to) - pad, c.from.cwiseMax(c.to) + pad}});
+  };
+  // Walls first, so that no wall crosses a lumen where vessels join. Only portal veins have walls
+  // that ultrasound shows.
+  for (const VesselSegment& s : vessels) {
+    if (s.tissue == Tissue::kPortalVein) add(s, 0.5 + 0.1 * s.radius_mm, Tissue::kPortalWall);
+  }
+  for (const VesselSegment& s : vessels) add(s, 0, s.tissue);
+}
+
+/// The lesion: a sphere with low bumps that keeps its centre and mean radius.
+Organ lesion_organ(const NeedlePlan& plan, Random& random) {
+  const Eigen::Vector3d centre = plan.target_ct.mm;
+  const double radius = plan.target_radius_mm;
+  const Eigen::Vector3d a = random.direction() * 0.22;
+  const Eigen::Vector3d b = random.direction() * 0.27;
+  const Eigen::Vector3d pad = Eigen::Vector3d::Constant(radius + 5);
+  return {Tissue::kLesion,
+          [=](const Eigen::Vector3d& p) {
+            const Eigen::Vector3d q = p - centre;
+            return q.norm() - radius + 0.7 * std::sin(a.dot(q) * 1.3) + 0.6 * std::sin(b.dot(q));
+          },
+          {centre - pad, centre + pad}};
+}
+
+/// How much of a voxel an organ fills, from its distance.
+double coverage(double distance_mm, double blend_mm) {
+  return std::clamp(0.5 - distance_mm / blend_mm, 0.0, 1.0);
+}
+
+}  // namespace
+
+struct AbdomenPhantom::Anatomy {
+  explicit Anatomy(const PhantomOptions& o)
+      : options(o), build(o.seed), plan(build_body(build, o.seed, organs)) {
+    Random random(o.seed, 0x76657373656c73);
+    organs.push_back(lesion_organ(plan, random));
+    const VesselTerritory territory{[this](const Eigen::Vector3d& p) {
+                                      return std::max(build.liver_mm(p),
+                                                      4.0 - build.gallbladder(p));
+                                    },
+                                    plan};
+    vessels = grow_liver_vessels(territory, random);
+    add_vessels(vessels, organs);
+    grid = std::make_unique<const OrganGrid>(organs);
+    for (std::size_t t = 0; t < hu.size(); ++t) {
+      hu[t] = tissue_hu(static_cast<Tissue>(t), options.contrast);
+    }
+  }
+
+  template <class Indices>
+  [[nodiscard]] Tissue topmost(const Indices& indices, const Eigen::Vector3d& p) const {
+    for (auto it = indices.rbegin(); it != indices.rend(); ++it) {
+      if (organs[*it].distance_mm(p) < 0) return organs[*it].tissue;
+    }
+    return Tissue::kAir;
+  }
+
+  PhantomOptions options;
+  Build build;
+  std::vector<Organ> organs;
+  NeedlePlan plan;
+  std::vector<VesselSegment> vessels;
+  std::unique_ptr<const OrganGrid> grid;
+  std::array<double, static_cast<std::size_t>(Tissue::kCount)> hu{};
+};
+
+AbdomenPhantom::AbdomenPhantom(const PhantomOptions& options)
+    : anatomy_(std::make_shared<const Anatomy>(options)) {}
+AbdomenPhantom::~AbdomenPhantom() = default;
+AbdomenPhantom::AbdomenPhantom(const AbdomenPhantom&) = default;
+AbdomenPhantom& AbdomenPhantom::operator=(const AbdomenPhantom&) = default;
+
+const PhantomOptions& AbdomenPhantom::options() const { return anatomy_->options; }
+
+Tissue AbdomenPhantom::tissue(const Point<frames::Ct>& p) const {
+  return anatomy_->topmost(anatomy_->grid->organs_at(p.mm), p.mm);
+}
+
+Tissue AbdomenPhantom::tissue_exhaustive(const Point<frames::Ct>& p) const {
+  std::vector<std::size_t> all(anatomy_->organs.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return anatomy_->topmost(all, p.mm);
+}
+
+double AbdomenPhantom::hu(const Point<frames::Ct>& p) const {
+  double value = anatomy_->hu[static_cast<std::size_t>(Tissue::kAir)];
+  for (const std::uint16_t index : anatomy_->grid->organs_at(p.mm)) {
+    const Organ& organ = anatomy_->organs[index];
+    const double share = coverage(organ.distance_mm(p.mm), kCtBlendMm);
+    if (share > 0) value += share * (anatomy_->hu[static_cast<std::size_t>(organ.tissue)] - value);
+  }
+  return value;
+}
+
+Acoustics AbdomenPhantom::acoustics(const Point<frames::Ct>& p) const {
+  Acoustics value = tissue_acoustics(Tissue::kAir);
+  for (const std::uint16_t index : anatomy_->grid->organs_at(p.mm)) {
+    const Organ& organ = anatomy_->organs[index];
+    const auto share = static_cast<float>(coverage(organ.distance_mm(p.mm), kAcousticBlendMm));
+    if (share <= 0) continue;
+    const Acoustics& own = tissue_acoustics(organ.tissue);
+    value.impedance_mrayl += share * (own.impedance_mrayl - value.impedance_mrayl);
+    value.attenuation_db_per_cm_mhz +=
+        share * (own.attenuation_db_per_cm_mhz - value.attenuation_db_per_cm_mhz);
+    value.scatter += share * (own.scatter - value.scatter);
+  }
+  return value;
+}
+
+double AbdomenPhantom::skin_distance_mm(const Point<frames::Ct>& p) const {
+  return anatomy_->build.body(p.mm);
+}
+double AbdomenPhantom::liver_distance_mm(const Point<frames::Ct>& p) const {
+  return anatomy_->build.liver_mm(p.mm);
+}
+
+Point<frames::Ct> AbdomenPhantom::skin_point(double angle_rad, double z_mm) const {
+  const double t = 1.0 / anatomy_->build.body.gauge(std::cos(angle_rad), std::sin(angle_rad));
+  return {{t * std::cos(angle_rad), t * std::sin(angle_rad), z_mm}};
+}
+
+const std::vector<VesselSegment>& AbdomenPhantom::vessels() const { return anatomy_->vessels; }
+NeedlePlan AbdomenPhantom::plan() const { return anatomy_->plan; }
+
+std::vector<NamedPoint> AbdomenPhantom::landmarks() const {
+  std::vector<NamedPoint> points;
+  const auto pole = [&](const char* name, const shapes::Ellipsoid& e, double side) {
+    points.push_back({name, {e.centre + side * e.radii.z() * e.axes.col(2)}});
+  };
+  const Build& b = anatomy_->build;
+  pole("right kidney upper pole", b.right_kidney, 1);
+  pole("right kidney lower pole", b.right_kidney, -1);
+  pole("gallbladder fundus", b.gallbladder, -1);
+  pole("gallbladder neck", b.gallbladder, 1);
+  points.push_back({"lesion centre", anatomy_->plan.target_ct});
+  // A bifurcation is the end of a piece from which at least two others grow.
+  std::vector<int> children(anatomy_->vessels.size(), 0);
+  for (const VesselSegment& s : anatomy_->vessels) {
+    if (s.parent >= 0) ++children[static_cast<std::size_t>(s.parent)];
+  }
+  constexpr int kMaxBifurcations = 12;
+  int named = 0;
+  for (std::size_t i = 0; i < children.size() && named < kMaxBifurcations; ++i) {
+    if (children[i] < 2) continue;
+    const bool portal = anatomy_->vessels[i].tissue == Tissue::kPortalVein;
+    points.push_back(
+        {std::string(portal ? "portal" : "hepatic") + " bifurcation " + std::to_string(++named),
+         anatomy_->vessels[i].to});
+  }
+  return points;
+}
+
+std::vector<Point<frames::Ct>> AbdomenPhantom::targets() const {
+  constexpr std::size_t kTargets = 200;
+  constexpr double kInsideMm = 5;
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-130, -85, -75), Eigen::Vector3d(60, 75, 90));
+  std::vector<Point<frames::Ct>> points;
+  for (int i = 1; points.size() < kTargets; ++i) {
+    const Eigen::Vector3d p = halton_in(box, i);
+    if (anatomy_->build.liver_mm(p) < -kInsideMm) points.push_back({p});
+  }
+  return points;
+}
+
+}  // namespace nav::sim

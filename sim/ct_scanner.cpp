@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/ct_scanner.hpp"
+
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "sim/random.hpp"
+
+namespace nav::sim {
+namespace {
+
+constexpr std::uint64_t kNoiseStream = 0x6374;
+constexpr double kMinHu = -1024;
+constexpr double kMaxHu = 3071;
+
+Result<VoxelGrid> grid_of(const CtOptions& options) {
+  const auto refuse = [](const std::string& expected, const auto& found) {
+    std::ostringstream text;
+    text << "simulated CT: expected " << expected << ", found " << found;
+    return Error{ErrorCode::kUsage, text.str()};
+  };
+  if (!(options.noise_hu >= 0) || !std::isfinite(options.noise_hu)) {
+    return refuse("noise >= 0 HU", options.noise_hu);
+  }
+  if (!(options.psf_mm >= 0 && options.psf_mm <= 20)) {
+    return refuse("a blur of 0 to 20 mm", options.psf_mm);
+  }
+  VoxelGrid grid;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double spacing = options.spacing_mm[axis];
+    const double length = options.region.max_mm[axis] - options.region.min_mm[axis];
+    if (!(spacing > 0 && std::isfinite(spacing))) return refuse("spacing > 0 mm", spacing);
+    if (!(length > 0 && length < 1e4)) return refuse("a region of 0 to 10^4 mm", length);
+    // Rounding must not lose the last voxel of a region that is a multiple of the spacing.
+    grid.size[static_cast<std::size_t>(axis)] = static_cast<int>(length / spacing + 1e-6) + 1;
+  }
+  grid.spacing_mm = options.spacing_mm;
+  grid.origin_mm = options.region.min_mm;
+  if (const auto ok = validate(grid, "simulated CT"); !ok) return ok.error();
+  return grid;
+}
+
+/// One axis of the Gaussian blur over a float volume, border repeated.
+void blur_axis(std::vector<float>& voxels, const VoxelGrid& grid, std::size_t axis,
+               double sigma_voxels) {
+  const int radius = static_cast<int>(std::ceil(3 * sigma_voxels));
+  if (radius < 1 || sigma_voxels < 0.1) return;
+  std::vector<float> weights(static_cast<std::size_t>(2 * radius + 1));
+  double sum = 0;
+  for (int i = -radius; i <= radius; ++i)
+    sum += std::exp(-0.5 * i * i / (sigma_voxels * sigma_voxels));
+  for (int i = -radius; i <= radius; ++i) {
+    weights[static_cast<std::size_t>(i + radius)] =
+        static_cast<float>(std::exp(-0.5 * i * i / (sigma_voxels * sigma_voxels)) / sum);
+  }
+  const auto nx = static_cast<std::size_t>(grid.size[0]);
+  const auto ny = static_cast<std::size_t>(grid.size[1]);
+  const auto nz = static_cast<std::size_t>(grid.size[2]);
+  const std::array<std::size_t, 3> stride = {1, nx, nx * ny};
+  const int count = grid.size[axis];
+  const std::size_t rows_u = axis == 0 ? ny : nx;
+  const std::size_t rows_v = axis == 2 ? ny : nz;
+  const std::size_t step_u = axis == 0 ? stride[1] : stride[0];
+  const std::size_t step_v = axis == 2 ? stride[1] : stride[2];
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows_v), [&](const auto& range) {
+    std::vector<float> line(static_cast<std::size_t>(count));
+    for (std::size_t v = range.begin(); v != range.end(); ++v) {
+      for (std::size_t u = 0; u < rows_u; ++u) {
+        float* row = voxels.data() + u * step_u + v * step_v;
+        for (int i = 0; i < count; ++i) {
+          line[static_cast<std::size_t>(i)] = row[static_cast<std::size_t>(i) * stride[axis]];
+        }
+        for (int i = 0; i < count; ++i) {
+          float value = 0;
+          for (int k = -radius; k <= radius; ++k) {
+            value += weights[static_cast<std::size_t>(k + radius)] *
+                     line[static_cast<std::size_t>(std::clamp(i + k, 0, count - 1))];
+          }
+          row[static_cast<std::size_t>(i) * stride[axis]] = value;
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+
+Result<Volume> scan_ct(const AbdomenPhantom& phantom, const CtOptions& options) {
+  const auto grid = grid_of(options);
+  if (!grid) return grid.error();
+  const auto nx = static_cast<std::size_t>(grid->size[0]);
+  const auto ny = static_cast<std::size_t>(grid->size[1]);
+  const auto nz = static_cast<std::size_t>(grid->size[2]);
+  std::vector<float> clean(grid->voxel_count());
+  const auto rows = tbb::blocked_range<std::size_t>(0, ny * nz);
+  tbb::parallel_for(rows, [&](const auto& range) {
+    for (std::size_t row = range.begin(); row != range.end(); ++row) {
+      for (std::size_t i = 0; i < nx; ++i) {
+        const Eigen::Vector3d index(static_cast<double>(i), static_cast<double>(row % ny),
+                                    static_cast<double>(row / ny));
+        clean[row * nx + i] = static_cast<float>(phantom.hu(grid->at(index)));
+      }
+    }
+  });
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    blur_axis(clean, *grid, axis, options.psf_mm / options.spacing_mm[static_cast<int>(axis)]);
+  }
+  std::vector<std::int16_t> hu(clean.size());
+  tbb::parallel_for(rows, [&](const auto& range) {
+    for (std::size_t v = range.begin() * nx; v != range.end() * nx; ++v) {
+      double value = clean[v];
+      if (options.noise_hu > 0)
+        value += options.noise_hu * normal_at(options.seed, kNoiseStream, v);
+      hu[v] = static_cast<std::int16_t>(std::lround(std::clamp(value, kMinHu, kMaxHu)));
+    }
+  });
+  return Volume::create(*grid, std::move(hu), "phantom " + std::to_string(phantom.options().seed));
+}
+
+}  // namespace nav::sim

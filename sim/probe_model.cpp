@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "sim/ultrasound.hpp"
+
+namespace nav::sim {
+
+ProbeModel convex_abdominal() {
+  ProbeModel probe;
+  probe.half_angle_rad = 33.0 * std::numbers::pi / 180.0;
+  return probe;
+}
+
+ProbeModel linear_l14() {
+  ProbeModel probe;
+  probe.kind = ProbeKind::kLinear;
+  probe.width_mm = 38;
+  probe.depth_mm = 60;
+  probe.frequency_mhz = 9;
+  probe.columns = 300;
+  probe.rows = 460;
+  probe.lines = 192;
+  probe.focus_mm = 25;
+  probe.lateral_fwhm_mm = 0.5;
+  probe.elevation_fwhm_mm = 1.5;
+  return probe;
+}
+
+Result<void> validate(const ProbeModel& probe) {
+  struct Range {
+    const char* name;
+    double value, low, high;
+  };
+  const Range ranges[] = {
+      {"width_mm", probe.width_mm, 5, 300},
+      {"radius_mm", probe.radius_mm, 5, 200},
+      {"half_angle_rad", probe.half_angle_rad, 0.05, 1.4},
+      {"depth_mm", probe.depth_mm, 10, 400},
+      {"frequency_mhz", probe.frequency_mhz, 1, 20},
+      {"columns", static_cast<double>(probe.columns), 16, 4096},
+      {"rows", static_cast<double>(probe.rows), 16, 4096},
+      {"lines", static_cast<double>(probe.lines), 8, 2048},
+      {"focus_mm", probe.focus_mm, 1, 400},
+      {"lateral_fwhm_mm", probe.lateral_fwhm_mm, 0.05, 20},
+      {"elevation_fwhm_mm", probe.elevation_fwhm_mm, 0.05, 20},
+      {"dynamic_range_db", probe.dynamic_range_db, 10, 120},
+      {"liver_level_db", probe.liver_level_db, -120, 0},
+      {"noise_level_db", probe.noise_level_db, -300, 0},
+      {"tgc_db_per_cm_mhz", probe.tgc_db_per_cm_mhz, 0, 3},
+      {"tgc_error_db", probe.tgc_error_db, 0, 30},
+  };
+  for (const Range& r : ranges) {
+    if (r.value >= r.low && r.value <= r.high) continue;
+    std::ostringstream text;
+    text << "simulated probe: expected " << r.name << " in [" << r.low << ", " << r.high
+         << "], found " << r.value;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return {};
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+
+#include "sim/random.hpp"
+
+namespace nav::sim {
+
+/// Scatterers that stick to the tissue: every cell of an oblique lattice in CT space holds one
+/// complex number of unit mean power, from a hash of its position. Blurred with the beam they give
+/// fully developed speckle (Goodman 1975). Thread-safe.
+class SpeckleField {
+ public:
+  SpeckleField(std::uint64_t seed, double cell_mm)
+      // Oblique, so that no image plane of habit (axial, sagittal) runs along a layer of cells.
+      : rotation_(Eigen::AngleAxisd(0.83, Eigen::Vector3d(0.36, 0.48, 0.8)).toRotationMatrix()),
+        seed_(hash_bits(seed ^ 0x737065636b6c65)),
+        cells_per_mm_(1.0 / cell_mm) {}
+
+  [[nodiscard]] double cell_mm() const { return 1.0 / cells_per_mm_; }
+  /// CT position or direction in lattice cells; walk a scan line in these.
+  [[nodiscard]] Eigen::Vector3d to_cells(const Eigen::Vector3d& mm) const {
+    return cells_per_mm_ * (rotation_ * mm);
+  }
+  [[nodiscard]] std::complex<float> at(const Eigen::Vector3d& cells) const {
+    const auto index = [](double v) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(v)));
+    };
+    const std::uint64_t bits = hash_bits(seed_ ^ (index(cells.x()) * 0x8da6b343d8163841ULL) ^
+                                         (index(cells.y()) * 0xd8163841cb1ab31fULL) ^
+                                         (index(cells.z()) * 0xcb1ab31f8da6b343ULL));
+    // Sums of two uniform 16-bit numbers each: mean 65535, variance 2 (2^32 - 1) / 12.
+    constexpr float kUnitPower = 1.0F / 37837.2F;
+    const auto part = [bits](int shift) { return static_cast<float>((bits >> shift) & 0xffff); };
+    return {(part(0) + part(16) - 65535.0F) * kUnitPower,
+            (part(32) + part(48) - 65535.0F) * kUnitPower};
+  }
+
+ private:
+  Eigen::Matrix3d rotation_;
+  std::uint64_t seed_;
+  double cells_per_mm_;
+};
+
+/// Smooth random field in [-1, 1] in CT space (trilinear value noise). Thread-safe.
+class SmoothField {
+ public:
+  SmoothField(std::uint64_t seed, double cell_mm) : seed_(hash_bits(seed)), cell_mm_(cell_mm) {}
+  [[nodiscard]] float at(const Eigen::Vector3d& mm) const {
+    const Eigen::Vector3d q = mm / cell_mm_;
+    const Eigen::Vector3d low = q.array().floor();
+    const Eigen::Vector3d t = q - low;
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      std::uint64_t bits = seed_;
+      double weight = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        const int side = (corner >> axis) & 1;
+        bits = hash_bits(bits ^
+                         static_cast<std::uint64_t>(static_cast<std::int64_t>(low[axis]) + side));
+        weight *= side == 1 ? t[axis] : 1 - t[axis];
+      }
+      sum += weight * (2 * unit_from_bits(bits) - 1);
+    }
+    return static_cast<float>(sum);
+  }
+
+ private:
+  std::uint64_t seed_;
+  double cell_mm_;
+};
+
+}  // namespace nav::sim

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/tissue.hpp"
+
+#include <array>
+#include <cstddef>
+
+#include "nav/check.hpp"
+
+namespace nav::sim {
+namespace {
+
+struct Properties {
+  const char* name;
+  double hu_native, hu_arterial, hu_portal;
+  Acoustics acoustics;
+};
+
+// HU: Kalender, Computed Tomography (2011), ch. 1, and usual contrast phases. Acoustics: Szabo,
+// Diagnostic Ultrasound Imaging (2014), app. B; scatter relative to liver from the same and from
+// what B-mode shows (bile and blood nearly none, renal sinus bright).
+constexpr std::array<Properties, static_cast<std::size_t>(Tissue::kCount)> kTable = {{
+    {"air", -1000, -1000, -1000, {0.0004F, 1.0F, 0.0F}},
+    {"skin", 30, 40, 50, {1.72F, 0.70F, 1.6F}},
+    {"fat", -105, -105, -100, {1.38F, 0.50F, 0.45F}},
+    {"muscle", 55, 60, 65, {1.67F, 0.70F, 0.6F}},
+    {"peritoneal_fat", -100, -100, -95, {1.40F, 0.50F, 1.9F}},
+    {"bone", 900, 900, 900, {6.00F, 15.0F, 1.0F}},
+    {"marrow", 180, 185, 200, {2.2F, 8.0F, 0.8F}},
+    {"disc", 80, 80, 85, {1.75F, 1.0F, 0.5F}},
+    {"spinal_canal", 25, 25, 25, {1.52F, 0.10F, 0.1F}},
+    {"cartilage", 100, 100, 105, {1.85F, 2.2F, 0.35F}},
+    {"lung", -830, -825, -820, {0.18F, 20.0F, 1.0F}},
+    {"diaphragm", 50, 55, 60, {1.72F, 0.8F, 2.2F}},
+    {"liver", 58, 68, 112, {1.65F, 0.50F, 1.0F}},
+    {"lesion", 42, 85, 70, {1.63F, 0.60F, 0.42F}},
+    {"hepatic_vein", 42, 50, 165, {1.61F, 0.15F, 0.03F}},
+    {"portal_vein", 42, 75, 180, {1.61F, 0.15F, 0.03F}},
+    {"portal_wall", 50, 60, 100, {1.69F, 0.6F, 2.4F}},
+    {"aorta", 42, 320, 165, {1.61F, 0.15F, 0.03F}},
+    {"vena_cava", 42, 60, 145, {1.61F, 0.15F, 0.03F}},
+    {"gallbladder_wall", 35, 45, 60, {1.70F, 0.6F, 2.0F}},
+    {"bile", 6, 6, 8, {1.56F, 0.05F, 0.004F}},
+    {"kidney_cortex", 34, 170, 175, {1.62F, 0.60F, 0.62F}},
+    {"kidney_medulla", 30, 80, 150, {1.62F, 0.60F, 0.32F}},
+    {"renal_sinus", -60, -60, -40, {1.45F, 0.60F, 2.2F}},
+    {"spleen", 48, 110, 120, {1.65F, 0.45F, 0.95F}},
+    {"bowel_wall", 40, 60, 85, {1.66F, 0.7F, 0.5F}},
+    {"bowel_content", 25, 25, 25, {1.60F, 0.8F, 1.1F}},
+    {"gas", -950, -950, -950, {0.0004F, 20.0F, 0.3F}},
+}};
+
+const Properties& properties(Tissue tissue) {
+  const auto index = static_cast<std::size_t>(tissue);
+  NAV_CHECK(index < kTable.size(), index);
+  return kTable[index];
+}
+
+}  // namespace
+
+const char* to_string(Tissue tissue) { return properties(tissue).name; }
+
+double tissue_hu(Tissue tissue, Contrast contrast) {
+  const Properties& p = properties(tissue);
+  if (contrast == Contrast::kNative) return p.hu_native;
+  return contrast == Contrast::kArterial ? p.hu_arterial : p.hu_portal;
+}
+
+const Acoustics& tissue_acoustics(Tissue tissue) { return properties(tissue).acoustics; }
+
+bool blocks_ultrasound(Tissue tissue) {
+  return tissue == Tissue::kBone || tissue == Tissue::kMarrow || tissue == Tissue::kLung ||
+         tissue == Tissue::kGas || tissue == Tissue::kAir;
+}
+
+}  // namespace nav::sim

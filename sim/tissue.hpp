@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace nav::sim {
+
+/// What a point of the simulated patient consists of.
+enum class Tissue : std::uint8_t {
+  kAir,  ///< Outside the patient.
+  kSkin,
+  kFat,
+  kMuscle,
+  kPeritonealFat,
+  kBone,
+  kMarrow,
+  kDisc,
+  kSpinalCanal,
+  kCartilage,
+  kLung,
+  kDiaphragm,
+  kLiver,
+  kLesion,
+  kHepaticVein,
+  kPortalVein,
+  kPortalWall,
+  kAorta,
+  kVenaCava,
+  kGallbladderWall,
+  kBile,
+  kKidneyCortex,
+  kKidneyMedulla,
+  kRenalSinus,
+  kSpleen,
+  kBowelWall,
+  kBowelContent,
+  kGas,
+  kCount
+};
+
+/// Stable lower-case name, for reports.
+const char* to_string(Tissue tissue);
+
+/// Contrast phase of the simulated CT.
+enum class Contrast { kNative, kArterial, kPortal };
+
+/// Mean CT value of a tissue in a contrast phase, HU. Typical textbook values.
+double tissue_hu(Tissue tissue, Contrast contrast);
+
+/// Acoustic values of a tissue, chosen independently of its CT value (bile and blood, liver and
+/// spleen, fat and lesion order differently in the two pictures).
+struct Acoustics {
+  float impedance_mrayl;            ///< Density times speed of sound, MRayl.
+  float attenuation_db_per_cm_mhz;  ///< One way, dB / (cm MHz).
+  float scatter;                    ///< Backscatter amplitude relative to liver, >= 0.
+};
+const Acoustics& tissue_acoustics(Tissue tissue);
+
+/// Bone and gas: they end a scan line.
+bool blocks_ultrasound(Tissue tissue);
+
+}  // namespace nav::sim

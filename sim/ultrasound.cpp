@@ -1,0 +1,354 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/ultrasound.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <tbb/parallel_for.h>
+
+#include "sim/scan_geometry.hpp"
+#include "sim/speckle.hpp"
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using Complex = std::complex<float>;
+
+constexpr int kStride = 2;  // Echo samples per sample of tissue.
+constexpr int kSlices = 3;  // Across the slice thickness.
+constexpr int kMaxLateralTaps = 8;
+constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
+constexpr double kFwhmToSigma = 0.42466;
+constexpr double kAxialSigmaMmTimesMhz = 1.1;  // Pulse of about two cycles.
+constexpr double kSpeckleCellMmTimesMhz = 1.6;
+constexpr float kInterfaceGain = 3.5F;  // Echo of a full reflection, 1 is white.
+constexpr float kDiffuseShare = 0.10F;  // Of an interface echo that goes everywhere.
+constexpr double kMaxCouplingMm = 14;   // Gel bridges this much between face and skin.
+constexpr Acoustics kGel = {1.60F, 0.05F, 0.0F};
+constexpr double kNeedleLengthMm = 150;
+constexpr std::uint64_t kNoiseStream = 0x7573;
+
+struct TissueSample {
+  float impedance = 0;
+  float impedance_across = 0;  ///< Derivative along +z of the image, MRayl / mm.
+  float loss_db_per_mm = 0;    ///< One way.
+  std::array<float, kSlices> scatter{};
+};
+
+float amplitude_from_db(double db) { return static_cast<float>(std::pow(10.0, db / 20.0)); }
+
+}  // namespace
+
+struct UltrasoundSimulator::Tables {
+  Tables(const AbdomenPhantom& p, const ProbeModel& m, std::uint64_t s);
+
+  void sample_tissue(const Transform<frames::Ct, frames::Image>& pose, int line,
+                     std::span<TissueSample> out) const;
+  void echoes(const Transform<frames::Ct, frames::Image>& pose, int line,
+              std::span<const TissueSample> tissue, std::span<Complex> out) const;
+  void add_needle(const Transform<frames::Image, frames::Needle>& pose, int line,
+                  std::span<Complex> out) const;
+  void blur_along(std::span<Complex> line) const;
+  [[nodiscard]] double elevation_mm(double along_mm) const;
+  void detect(std::span<const Complex> echo, int line, std::uint64_t sequence,
+              std::span<float> out) const;
+
+  [[nodiscard]] std::size_t samples() const { return static_cast<std::size_t>(geometry.samples()); }
+  [[nodiscard]] std::size_t tissue_samples() const { return samples() / kStride + 2; }
+
+  AbdomenPhantom phantom;
+  ProbeModel probe;
+  std::uint64_t seed;
+  ScanGeometry geometry;
+  SpeckleField speckle;
+  SmoothField texture;
+  SmoothField absorption;
+  std::vector<float> axial;    ///< Half of the symmetric pulse, centre first.
+  std::vector<float> lateral;  ///< Taps 0..kMaxLateralTaps, each for all samples.
+  std::vector<float> gain;     ///< Depth gain per sample.
+};
+
+UltrasoundSimulator::Tables::Tables(const AbdomenPhantom& p, const ProbeModel& m, std::uint64_t s)
+    : phantom(p),
+      probe(m),
+      seed(s),
+      geometry(m),
+      speckle(s, kSpeckleCellMmTimesMhz / m.frequency_mhz),
+      texture(s ^ 0x74657874, 9.0),
+      absorption(s ^ 0x61747465, 25.0) {
+  const double step = geometry.sample_mm();
+  const double axial_sigma = kAxialSigmaMmTimesMhz / m.frequency_mhz / step;
+  for (int i = 0; i <= static_cast<int>(3 * axial_sigma); ++i) {
+    axial.push_back(static_cast<float>(std::exp(-0.5 * i * i / (axial_sigma * axial_sigma))));
+  }
+  // Correlation of the lattice between points a distance apart: it makes neighbours add up.
+  const auto lattice = [&](double mm) {
+    return std::max(0.0, 1.0 - std::abs(mm) / speckle.cell_mm());
+  };
+  const int half = static_cast<int>(axial.size()) - 1;
+  double axial_power = 0;
+  for (int i = -half; i <= half; ++i) {
+    for (int j = -half; j <= half; ++j) {
+      axial_power += axial[static_cast<std::size_t>(std::abs(i))] *
+                     axial[static_cast<std::size_t>(std::abs(j))] * lattice((i - j) * step);
+    }
+  }
+  for (float& w : axial) w /= static_cast<float>(std::sqrt(axial_power));
+
+  lateral.assign(static_cast<std::size_t>(kMaxLateralTaps + 1) * samples(), 0.0F);
+  gain.resize(samples());
+  Random random(s, 0x746763);
+  const double phase = random.uniform(0, 2 * std::numbers::pi);
+  for (std::size_t i = 0; i < samples(); ++i) {
+    const double along = static_cast<double>(i) * step;
+    const double defocus = (along - m.focus_mm) / m.focus_mm;
+    const double spacing = geometry.line_spacing_mm(along);
+    const double sigma =
+        kFwhmToSigma * m.lateral_fwhm_mm * std::sqrt(1 + 1.5 * defocus * defocus) / spacing;
+    std::array<double, kMaxLateralTaps + 1> w{};
+    for (int k = 0; k <= kMaxLateralTaps; ++k) {
+      w[static_cast<std::size_t>(k)] = std::exp(-0.5 * k * k / (sigma * sigma));
+    }
+    double power = 0;
+    for (int a = -kMaxLateralTaps; a <= kMaxLateralTaps; ++a) {
+      for (int b = -kMaxLateralTaps; b <= kMaxLateralTaps; ++b) {
+        power += w[static_cast<std::size_t>(std::abs(a))] *
+                 w[static_cast<std::size_t>(std::abs(b))] * lattice((a - b) * spacing);
+      }
+    }
+    for (std::size_t k = 0; k < w.size(); ++k) {
+      lateral[k * samples() + i] = static_cast<float>(w[k] / std::sqrt(power));
+    }
+    const double error = m.tgc_error_db * std::sin(0.045 * along + phase);
+    gain[i] = amplitude_from_db(2 * m.tgc_db_per_cm_mhz * m.frequency_mhz * along / 10.0 + error);
+  }
+}
+
+double UltrasoundSimulator::Tables::elevation_mm(double along_mm) const {
+  const double defocus = (along_mm - probe.focus_mm) / probe.focus_mm;
+  return 0.5 * probe.elevation_fwhm_mm * std::sqrt(1 + defocus * defocus);
+}
+
+void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, frames::Image>& pose,
+                                                int line, std::span<TissueSample> out) const {
+  const ScanLine ray = geometry.line(line);
+  const Vec start = (pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm;
+  const Vec along = (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v;
+  const Vec across = (pose * Direction<frames::Image>{Vec::UnitZ()}).v;
+  const double step = kStride * geometry.sample_mm();
+  bool in_contact = false;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double depth = static_cast<double>(i) * step;
+    const Vec centre = start + depth * along;
+    const double half = elevation_mm(depth);
+    TissueSample& s = out[i];
+    if (!in_contact) in_contact = phantom.skin_distance_mm({centre}) < 0;
+    std::array<Acoustics, kSlices> slices;
+    for (int k = 0; k < kSlices; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      const bool gel = !in_contact && depth < kMaxCouplingMm;
+      slices[n] = gel ? kGel : phantom.acoustics({centre + (k - 1) * half * across});
+      s.scatter[n] = slices[n].scatter * kSliceAmplitude[n];
+    }
+    s.impedance = 0.25F * (slices[0].impedance_mrayl + 2 * slices[1].impedance_mrayl +
+                           slices[2].impedance_mrayl);
+    s.impedance_across =
+        (slices[2].impedance_mrayl - slices[0].impedance_mrayl) / static_cast<float>(2 * half);
+    const float attenuation =
+        0.25F * (slices[0].attenuation_db_per_cm_mhz + 2 * slices[1].attenuation_db_per_cm_mhz +
+                 slices[2].attenuation_db_per_cm_mhz);
+    s.loss_db_per_mm = attenuation * (1 + 0.12F * absorption.at(centre)) *
+                       static_cast<float>(probe.frequency_mhz / 10.0);
+    const float vary = 1 + 0.14F * texture.at(centre);
+    for (float& value : s.scatter) value *= vary;
+  }
+}
+
+/// tissue: all lines, one after the other.
+void UltrasoundSimulator::Tables::echoes(const Transform<frames::Ct, frames::Image>& pose, int line,
+                                         std::span<const TissueSample> tissue,
+                                         std::span<Complex> out) const {
+  const std::size_t stride = tissue_samples();
+  const auto row = [&](int l) {
+    return tissue.subspan(static_cast<std::size_t>(std::clamp(l, 0, probe.lines - 1)) * stride,
+                          stride);
+  };
+  const auto own = row(line);
+  const auto left = row(line - 1);
+  const auto right = row(line + 1);
+  const ScanLine ray = geometry.line(line);
+  const auto step = static_cast<float>(geometry.sample_mm());
+  const Vec across = speckle.to_cells((pose * Direction<frames::Image>{Vec::UnitZ()}).v);
+  const Vec along = speckle.to_cells(
+      (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v);
+  const Vec start =
+      speckle.to_cells((pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm);
+  const float level = amplitude_from_db(probe.liver_level_db) / 0.886F;  // Rayleigh mean / rms.
+  double loss_db = 0;
+  float passed = 1;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const std::size_t n = i / kStride;
+    const float share = static_cast<float>(i % kStride) / kStride;
+    const TissueSample& a = own[n];
+    const TissueSample& b = own[n + 1];
+    const double depth = static_cast<double>(i) * geometry.sample_mm();
+    const float slope_along = (b.impedance - a.impedance) / (kStride * step);
+    const float slope_side = (right[n].impedance - left[n].impedance) /
+                             static_cast<float>(2 * geometry.line_spacing_mm(depth));
+    const float slope = std::sqrt(slope_along * slope_along + slope_side * slope_side +
+                                  a.impedance_across * a.impedance_across);
+    Complex signal = 0;
+    const double half = elevation_mm(depth);
+    for (int k = 0; k < kSlices; ++k) {
+      const auto s = static_cast<std::size_t>(k);
+      const float scatter = a.scatter[s] + share * (b.scatter[s] - a.scatter[s]);
+      signal += scatter * speckle.at(start + depth * along + ((k - 1) * half) * across);
+    }
+    const float roughness = 1.0F + 0.5F * signal.real();
+    signal *= level;
+    const float reflection =
+        std::min(0.999F, std::abs(slope_along) * step / (a.impedance + b.impedance));
+    if (slope > 0) {
+      const float cosine = std::abs(slope_along) / slope;
+      const float c2 = cosine * cosine;
+      const float directed = c2 * c2 * c2 + kDiffuseShare;
+      signal += kInterfaceGain * std::min(0.5F, slope * step / (a.impedance + b.impedance)) *
+                directed * std::max(0.2F, roughness);
+    }
+    out[i] = signal * passed * amplitude_from_db(-2 * loss_db);
+    loss_db += step * (a.loss_db_per_mm + share * (b.loss_db_per_mm - a.loss_db_per_mm));
+    passed *= 1 - reflection * reflection;
+  }
+}
+
+void UltrasoundSimulator::Tables::add_needle(const Transform<frames::Image, frames::Needle>& pose,
+                                             int line, std::span<Complex> out) const {
+  const Vec tip = (pose * Point<frames::Needle>{Vec::Zero()}).mm;
+  const Vec axis = (pose * Direction<frames::Needle>{Vec::UnitZ()}).v;
+  const ScanLine ray = geometry.line(line);
+  const double facing = 1 - std::pow(axis.head<2>().dot(ray.direction), 2);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double along = static_cast<double>(i) * geometry.sample_mm();
+    const Eigen::Vector2d p = ray.start + along * ray.direction;
+    const Vec offset = Vec(p.x(), p.y(), 0) - tip;
+    const double behind = std::clamp(-offset.dot(axis), 0.0, kNeedleLengthMm);
+    const Vec gap = offset + behind * axis;
+    const double in_plane = gap.head<2>().squaredNorm() / (0.35 * 0.35);
+    const double out_of_plane = std::pow(gap.z() / elevation_mm(along), 2);
+    if (in_plane + out_of_plane > 18) continue;
+    const double tip_boost = 1 + 1.5 * std::exp(-behind * behind / 2.0);
+    const double amplitude = 0.12 * tip_boost * (0.15 + facing * facing);
+    const double loss = 2 * probe.tgc_db_per_cm_mhz * probe.frequency_mhz * along / 10.0;
+    out[i] += static_cast<float>(amplitude * std::exp(-0.5 * (in_plane + out_of_plane))) *
+              amplitude_from_db(-loss);
+  }
+}
+
+void UltrasoundSimulator::Tables::blur_along(std::span<Complex> line) const {
+  const std::vector<Complex> in(line.begin(), line.end());
+  const auto last = static_cast<int>(in.size()) - 1;
+  for (int i = 0; i <= last; ++i) {
+    Complex sum = axial[0] * in[static_cast<std::size_t>(i)];
+    for (int k = 1; k < static_cast<int>(axial.size()); ++k) {
+      sum += axial[static_cast<std::size_t>(k)] *
+             (in[static_cast<std::size_t>(std::max(i - k, 0))] +
+              in[static_cast<std::size_t>(std::min(i + k, last))]);
+    }
+    line[static_cast<std::size_t>(i)] = sum;
+  }
+}
+
+/// Lateral beam, depth gain, electronic noise and envelope of one line. echo: all lines.
+void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line,
+                                         std::uint64_t sequence, std::span<float> out) const {
+  std::vector<Complex> sum(samples());
+  for (int k = -kMaxLateralTaps; k <= kMaxLateralTaps; ++k) {
+    const auto from = static_cast<std::size_t>(std::clamp(line + k, 0, probe.lines - 1));
+    const Complex* in = echo.data() + from * samples();
+    const float* w = lateral.data() + static_cast<std::size_t>(std::abs(k)) * samples();
+    for (std::size_t i = 0; i < samples(); ++i) sum[i] += w[i] * in[i];
+  }
+  const SpeckleField noise(hash_bits(seed, kNoiseStream, sequence), 1.0);
+  const float noise_level = amplitude_from_db(probe.noise_level_db);
+  for (std::size_t i = 0; i < samples(); ++i) {
+    const Complex electronic =
+        noise_level * noise.at({static_cast<double>(line) + 0.5, static_cast<double>(i) + 0.5, 0});
+    const double along = static_cast<double>(i) * geometry.sample_mm();
+    // The transducer rings after the pulse: a bright band at the face.
+    const auto ring = static_cast<float>(0.6 * std::exp(-along / 0.9));
+    out[i] = std::abs(sum[i] + electronic) * gain[i] + ring;
+  }
+}
+
+UltrasoundSimulator::UltrasoundSimulator(const AbdomenPhantom& phantom, const ProbeModel& probe,
+                                         std::uint64_t seed) {
+  const auto ok = validate(probe);
+  NAV_CHECK(ok.has_value(), ok.has_value() ? "" : ok.error().message);
+  tables_ = std::make_unique<const Tables>(phantom, probe, seed);
+}
+UltrasoundSimulator::~UltrasoundSimulator() = default;
+UltrasoundSimulator::UltrasoundSimulator(UltrasoundSimulator&&) noexcept = default;
+UltrasoundSimulator& UltrasoundSimulator::operator=(UltrasoundSimulator&&) noexcept = default;
+
+const ProbeModel& UltrasoundSimulator::probe() const { return tables_->probe; }
+PixelGrid UltrasoundSimulator::grid() const { return tables_->geometry.grid(); }
+std::optional<SectorOutline> UltrasoundSimulator::outline() const {
+  return tables_->geometry.outline();
+}
+
+ScanLineImage UltrasoundSimulator::envelope(
+    const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
+  const Tables& t = *tables_;
+  const int lines = t.probe.lines;
+  const std::size_t n = t.samples();
+  const std::size_t m = t.tissue_samples();
+  const auto at = [](int line) { return static_cast<std::size_t>(line); };
+  std::vector<TissueSample> tissue(at(lines) * m);
+  tbb::parallel_for(0, lines, [&](int line) {
+    t.sample_tissue(ct_from_image, line, std::span(tissue).subspan(at(line) * m, m));
+  });
+  std::vector<Complex> echo(at(lines) * n);
+  tbb::parallel_for(0, lines, [&](int line) {
+    const auto out = std::span(echo).subspan(at(line) * n, n);
+    t.echoes(ct_from_image, line, tissue, out);
+    if (ct_from_needle) t.add_needle(ct_from_image.inverse() * *ct_from_needle, line, out);
+    t.blur_along(out);
+  });
+  ScanLineImage image;
+  image.lines = lines;
+  image.samples = t.geometry.samples();
+  image.sample_mm = t.geometry.sample_mm();
+  image.amplitude.resize(echo.size());
+  tbb::parallel_for(0, lines, [&](int line) {
+    t.detect(echo, line, sequence, std::span(image.amplitude).subspan(at(line) * n, n));
+  });
+  return image;
+}
+
+UltrasoundFrame UltrasoundSimulator::simulate(
+    const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
+    std::uint64_t sequence,
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
+  ScanLineImage image = envelope(ct_from_image, sequence, ct_from_needle);
+  const auto range = static_cast<float>(tables_->probe.dynamic_range_db);
+  const auto n = static_cast<std::size_t>(image.samples);
+  tbb::parallel_for(0, image.lines, [&](int line) {
+    for (float& v : std::span(image.amplitude).subspan(static_cast<std::size_t>(line) * n, n)) {
+      v = 255.0F * (1.0F + 20.0F * std::log10(std::max(v, 1e-9F)) / range);
+      v = std::clamp(v, 0.0F, 255.0F);
+    }
+  });
+  UltrasoundFrame frame;
+  frame.acquired = acquired;
+  frame.received = acquired;
+  frame.sequence = sequence;
+  frame.pixels = tables_->geometry.convert(image.amplitude);
+  frame.grid = grid();
+  frame.outline = outline();
+  return frame;
+}
+
+}  // namespace nav::sim
