@@ -34,7 +34,7 @@ class BlobPatient {
       const Eigen::Vector3d centre(uniform(-half_extent_mm, half_extent_mm),
                                    uniform(-half_extent_mm, half_extent_mm),
                                    uniform(-half_extent_mm, half_extent_mm));
-      blobs_.push_back({centre, uniform(4, 9), (i % 2 == 0 ? 1 : -1) * uniform(60, 120)});
+      blobs_.push_back({centre, uniform(4, 9), (i % 2 == 0 ? 1 : -1) * uniform(30, 60)});
     }
   }
 
@@ -93,9 +93,9 @@ struct SweepSpec {
   int frames = 24;
   double step_mm = 4;  ///< Between pictures, along the sweep.
   int size_px = 110;   ///< Square pictures of 1 mm pixels.
-  double gain = 0.35;  ///< Grey per HU.
-  double offset = 90;  ///< Grey.
-  double echo = 2.0;   ///< Grey per HU/mm along the beam.
+  double gain = 0.7;   ///< Grey per HU.
+  double offset = 60;  ///< Grey.
+  double echo = 4.0;   ///< Grey per HU/mm along the beam.
   double noise = 4;    ///< Grey, standard deviation.
   unsigned seed = 5;
 };
@@ -158,8 +158,7 @@ inline double cube_error_mm(const Transform<frames::Ct, frames::Reference>& foun
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3d p((corner & 1) != 0 ? 50 : -50, (corner & 2) != 0 ? 50 : -50,
                             (corner & 4) != 0 ? 50 : -50);
-    const Point<frames::Reference> q =
-        truth.inverse() * Point<frames::Ct>{ct_offset_mm + p};
+    const Point<frames::Reference> q = truth.inverse() * Point<frames::Ct>{ct_offset_mm + p};
     sum += ((found * q).mm - (truth * q).mm).squaredNorm() / 8;
   }
   return std::sqrt(sum);
