@@ -32,6 +32,9 @@ Result<void> validate(const AcceptanceLimits& limits) {
   if (!std::isfinite(limits.min_z_score)) {
     return refuse("min_z_score", "a finite number", limits.min_z_score);
   }
+  if (!(limits.max_cost > 0 && limits.max_cost <= 1)) {
+    return refuse("max_cost", "a value in (0, 1]", limits.max_cost);
+  }
   if (!std::isfinite(limits.min_margin)) {
     return refuse("min_margin", "a finite number", limits.min_margin);
   }
@@ -58,9 +61,10 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   const auto at_least = [&](const std::string& what, double found, double limit) {
     if (!(found >= limit)) reasons.push_back(sentence(what, "at least", limit, "", found));
   };
-  const auto at_most = [&](const std::string& what, double found, double limit) {
+  const auto at_most = [&](const std::string& what, double found, double limit,
+                           const std::string& unit) {
     if (!(std::isfinite(found) && found <= limit)) {
-      reasons.push_back(sentence(what, "at most", limit, " mm", found));
+      reasons.push_back(sentence(what, "at most", limit, unit, found));
     }
   };
   if (result.termination == Termination::kFailed) {
@@ -68,18 +72,20 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   }
   at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap);
   at_least("score against random poses", result.z_score, limits.min_z_score);
+  at_most("cost of the match", result.final_cost, limits.max_cost, "");
   if (result.margin) {
     at_least("margin to the next best pose", *result.margin, limits.min_margin);
   }
   if (result.covariance_valid) {
-    at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm);
+    at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
+            " mm");
   } else {
     reasons.push_back("uncertainty: " + result.covariance_fault);
   }
   at_most("disagreement of odd and even pictures", result.split_disagreement_mm,
-          limits.max_split_disagreement_mm);
+          limits.max_split_disagreement_mm, " mm");
   at_most("disagreement of first and second half", result.halves_disagreement_mm,
-          limits.max_halves_disagreement_mm);
+          limits.max_halves_disagreement_mm, " mm");
   const bool accepted = reasons.empty();
   return {accepted, std::move(reasons)};
 }

@@ -170,6 +170,8 @@ void cut_frame(const Sweep& sweep, int index, int order, const Image2d<std::uint
 }  // namespace
 
 std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
+  // Evenly stepped sweeps must not be thinned by the rounding of their origin.
+  constexpr double kAlmost = 1 - 1e-6;
   std::vector<int> kept;
   std::array<Eigen::Vector3d, 4> last;
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
@@ -181,7 +183,7 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
       now[c] = (tracked.reference_from_image * image_corners[c]).mm;
       if (!kept.empty()) moved_mm = std::max(moved_mm, (now[c] - last[c]).norm());
     }
-    if (!kept.empty() && moved_mm < step_mm) continue;
+    if (!kept.empty() && moved_mm < kAlmost * step_mm) continue;
     kept.push_back(static_cast<int>(i));
     last = now;
   }
