@@ -4,6 +4,8 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Threads REQUIRED)
 find_package(TBB REQUIRED)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 # Debian keeps OpenCVConfig.cmake in libopencv-dev, which pulls in every module and its GUI. Two
@@ -15,6 +17,15 @@ foreach(module core imgproc)
   set_target_properties(
     opencv::${module} PROPERTIES IMPORTED_LOCATION ${OPENCV_${module}_LIBRARY}
                                  INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE_DIR})
+endforeach()
+# libwebp and its animation encoder come with pkg-config files only.
+find_path(WEBP_INCLUDE_DIR webp/mux.h REQUIRED)
+foreach(module webp webpmux)
+  find_library(WEBP_${module}_LIBRARY ${module} REQUIRED)
+  add_library(webp::${module} UNKNOWN IMPORTED)
+  set_target_properties(
+    webp::${module} PROPERTIES IMPORTED_LOCATION ${WEBP_${module}_LIBRARY}
+                               INTERFACE_INCLUDE_DIRECTORIES ${WEBP_INCLUDE_DIR})
 endforeach()
 find_package(glm REQUIRED)
 find_package(OpenGL REQUIRED COMPONENTS OpenGL EGL)

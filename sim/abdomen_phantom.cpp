@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/abdomen_phantom.hpp"
 
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "nav/check.hpp"
 #include "sim/anatomy.hpp"
@@ -82,12 +84,24 @@ struct AbdomenPhantom::Anatomy {
     }
   }
 
-  template <class Indices>
-  [[nodiscard]] Tissue topmost(const Indices& indices, const Eigen::Vector3d& p) const {
-    for (auto it = indices.rbegin(); it != indices.rend(); ++it) {
-      if (organs[*it].distance_mm(p) < 0) return organs[*it].tissue;
+  [[nodiscard]] Tissue topmost(const OrgansNear& near, const Eigen::Vector3d& p) const {
+    for (std::size_t i = near.indices.size(); i-- > 0;) {
+      const Organ& organ = organs[near.indices[i]];
+      if ((i == 0 && near.first_fills) || organ.distance_mm(p) < 0) return organ.tissue;
     }
     return Tissue::kAir;
+  }
+
+  /// Calls blend(tissue, share) from the lowest organ up: each covers what was by its share.
+  template <class Blend>
+  void cover(const Eigen::Vector3d& p, double blend_mm, const Blend& blend) const {
+    const OrgansNear near = grid->organs_at(p);
+    for (std::size_t i = 0; i < near.indices.size(); ++i) {
+      const Organ& organ = organs[near.indices[i]];
+      const double share =
+          i == 0 && near.first_fills ? 1.0 : coverage(organ.distance_mm(p), blend_mm);
+      if (share > 0) blend(organ.tissue, share);
+    }
   }
 
   PhantomOptions options;
@@ -112,33 +126,29 @@ Tissue AbdomenPhantom::tissue(const Point<frames::Ct>& p) const {
 }
 
 Tissue AbdomenPhantom::tissue_exhaustive(const Point<frames::Ct>& p) const {
-  std::vector<std::size_t> all(anatomy_->organs.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  return anatomy_->topmost(all, p.mm);
+  std::vector<std::uint16_t> all(anatomy_->organs.size());
+  std::iota(all.begin(), all.end(), std::uint16_t{0});
+  return anatomy_->topmost({all, false}, p.mm);
 }
 
 double AbdomenPhantom::hu(const Point<frames::Ct>& p) const {
   double value = anatomy_->hu[static_cast<std::size_t>(Tissue::kAir)];
-  for (const std::uint16_t index : anatomy_->grid->organs_at(p.mm)) {
-    const Organ& organ = anatomy_->organs[index];
-    const double share = coverage(organ.distance_mm(p.mm), kCtBlendMm);
-    if (share > 0) value += share * (anatomy_->hu[static_cast<std::size_t>(organ.tissue)] - value);
-  }
+  anatomy_->cover(p.mm, kCtBlendMm, [&](Tissue tissue, double share) {
+    value += share * (anatomy_->hu[static_cast<std::size_t>(tissue)] - value);
+  });
   return value;
 }
 
 Acoustics AbdomenPhantom::acoustics(const Point<frames::Ct>& p) const {
   Acoustics value = tissue_acoustics(Tissue::kAir);
-  for (const std::uint16_t index : anatomy_->grid->organs_at(p.mm)) {
-    const Organ& organ = anatomy_->organs[index];
-    const auto share = static_cast<float>(coverage(organ.distance_mm(p.mm), kAcousticBlendMm));
-    if (share <= 0) continue;
-    const Acoustics& own = tissue_acoustics(organ.tissue);
+  anatomy_->cover(p.mm, kAcousticBlendMm, [&](Tissue tissue, double part) {
+    const auto share = static_cast<float>(part);
+    const Acoustics& own = tissue_acoustics(tissue);
     value.impedance_mrayl += share * (own.impedance_mrayl - value.impedance_mrayl);
     value.attenuation_db_per_cm_mhz +=
         share * (own.attenuation_db_per_cm_mhz - value.attenuation_db_per_cm_mhz);
     value.scatter += share * (own.scatter - value.scatter);
-  }
+  });
   return value;
 }
 

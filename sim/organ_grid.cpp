@@ -23,6 +23,7 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) 
   const auto cells = static_cast<std::size_t>(size_.prod());
   const auto slice = static_cast<std::size_t>(size_.x() * size_.y());
   std::vector<std::vector<std::uint16_t>> found(cells);
+  filled_.assign(cells, 0);
   tbb::parallel_for(0, size_.z(), [&](int k) {
     for (std::size_t o = 0; o < organs.size(); ++o) {
       const Organ& organ = organs[o];
@@ -37,9 +38,13 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) 
               box_.min() + kCellMm * (Eigen::Vector3d(i, j, k).array() + 0.5).matrix();
           const double d = organ.distance_mm(centre);
           if (d > kReachMm) continue;
-          auto& list = found[static_cast<std::size_t>(k) * slice +
-                             static_cast<std::size_t>(j * size_.x() + i)];
-          if (d < -kReachMm) list.clear();
+          const std::size_t cell =
+              static_cast<std::size_t>(k) * slice + static_cast<std::size_t>(j * size_.x() + i);
+          auto& list = found[cell];
+          if (d < -kReachMm) {
+            list.clear();
+            filled_[cell] = 1;
+          }
           list.push_back(static_cast<std::uint16_t>(o));
         }
       }
@@ -54,14 +59,15 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) 
   for (std::size_t o = 0; o < organs.size(); ++o) all_.push_back(static_cast<std::uint16_t>(o));
 }
 
-std::span<const std::uint16_t> OrganGrid::organs_at(const Eigen::Vector3d& p) const {
-  if (!box_.contains(p)) return all_;
+OrgansNear OrganGrid::organs_at(const Eigen::Vector3d& p) const {
+  if (!box_.contains(p)) return {all_, false};
   const Eigen::Array3i c =
       ((p - box_.min()).array() / kCellMm).cast<int>().cwiseMax(0).cwiseMin(size_ - 1);
   const auto cell =
       static_cast<std::size_t>(c.z()) * static_cast<std::size_t>(size_.x() * size_.y()) +
       static_cast<std::size_t>(c.y() * size_.x() + c.x());
-  return std::span(lists_).subspan(start_[cell], start_[cell + 1] - start_[cell]);
+  return {std::span(lists_).subspan(start_[cell], start_[cell + 1] - start_[cell]),
+          filled_[cell] != 0};
 }
 
 }  // namespace nav::sim

@@ -10,19 +10,26 @@
 
 namespace nav::sim {
 
+/// The organs to ask at a point, by index, lowest first.
+struct OrgansNear {
+  std::span<const std::uint16_t> indices;
+  bool first_fills = false;  ///< The first fills the whole neighbourhood: no need to ask it.
+};
+
 /// Which organs can matter where: cells of 5 mm, each with the organs whose surface comes near, on
 /// top of the last organ that fills the whole cell. Private to sim/. Thread-safe to read.
 class OrganGrid {
  public:
   /// organs must outlive the grid.
   explicit OrganGrid(const std::vector<Organ>& organs);
-  /// Indices of the organs to ask at a point, lowest first. Outside the box: all of them.
-  [[nodiscard]] std::span<const std::uint16_t> organs_at(const Eigen::Vector3d& p) const;
+  /// Outside the box: all of them.
+  [[nodiscard]] OrgansNear organs_at(const Eigen::Vector3d& p) const;
 
  private:
   Eigen::AlignedBox3d box_;
   Eigen::Array3i size_;
   std::vector<std::uint32_t> start_;
+  std::vector<std::uint8_t> filled_;
   std::vector<std::uint16_t> lists_;
   std::vector<std::uint16_t> all_;
 };

@@ -21,7 +21,7 @@ using frames::Tracker;
 using Vec = Eigen::Vector3d;
 
 constexpr double kStartSeconds = 1.0;
-constexpr double kPauseSeconds = 1.0;  // Between the sweep and the approach.
+constexpr double kPauseSeconds = 2.0;  // Between the sweep and the approach.
 constexpr double kPressMm = 8;         // A curved face is pushed into the soft skin.
 constexpr double kCameraMm = 1500;
 constexpr double kParkedMm = 120;   // Needle tip before the entry while it waits.
@@ -77,7 +77,7 @@ Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
 int blocked_samples(const AbdomenPhantom& phantom, const Vec& from, const Vec& to) {
   const int steps = static_cast<int>((to - from).norm() / 1.5);
   int blocked = 0;
-  for (int i = 6; i <= steps; ++i) {
+  for (int i = 2; i <= steps; ++i) {
     const Vec p = from + (to - from) * (static_cast<double>(i) / steps);
     blocked += blocks_ultrasound(phantom.tissue({p})) ? 1 : 0;
   }
@@ -103,9 +103,14 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
           std::asin(std::clamp(view.cross((target - entry).normalized()).norm(), 0.0, 1.0));
       if (slant > 0.75 || spread < 0.35) continue;
       const Vec halfway = 0.5 * (entry + target);
-      const double score = 3.0 * blocked_samples(phantom, skin, target) +
-                           1.0 * blocked_samples(phantom, skin, halfway) + 12.0 * slant +
-                           0.05 * (target - skin).norm();
+      // Neighbouring scan lines start beside the middle of the face and end beside the target.
+      const Vec side = facing(view, skin - entry) * Vec::UnitX();
+      int blocked = blocked_samples(phantom, skin, halfway);
+      for (const double aside : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+        const Vec start = skin + kPressMm * view + 10.0 * aside * side;
+        blocked += blocked_samples(phantom, start, target + 16.0 * aside * side);
+      }
+      const double score = blocked + 12.0 * slant + 0.05 * (target - skin).norm();
       if (score < best_score) {
         best_score = score;
         best = skin;

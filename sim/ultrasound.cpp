@@ -278,7 +278,7 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line
     const double along = static_cast<double>(i) * geometry.sample_mm();
     // The transducer rings after the pulse: a bright band at the face.
     const auto ring = static_cast<float>(0.6 * std::exp(-along / 0.9));
-    out[i] = std::abs(sum[i] + electronic) * gain[i] + ring;
+    out[i] = std::sqrt(std::norm(sum[i] + electronic)) * gain[i] + ring;
   }
 }
 

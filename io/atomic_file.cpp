@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/atomic_file.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+#include "io/detail/input_file.hpp"
+
+namespace nav::io {
+
+namespace {
+
+Error failed(const std::filesystem::path& path, const char* what) {
+  return {ErrorCode::kIo, path.string() + ": cannot " + what + ": " + std::strerror(errno)};
+}
+
+bool is_special(const std::filesystem::path& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
+}  // namespace
+
+Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
+  AtomicFile file;
+  file.path_ = path;
+  if (path.filename().empty() || std::filesystem::is_directory(path)) {
+    return Error{ErrorCode::kIo, path.string() + ": expected the name of a file, found a folder"};
+  }
+  if (is_special(path)) {
+    file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file.descriptor_ < 0) return failed(path, "open for writing");
+    return file;
+  }
+  // The process and a counter keep two writers of one name apart.
+  static std::atomic<unsigned> counter{0};
+  file.temporary_ = path;
+  file.temporary_ +=
+      "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".partial";
+  file.descriptor_ = ::open(file.temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file.descriptor_ < 0) {
+    file.temporary_.clear();
+    return failed(path, "create");
+  }
+  return file;
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_) {}
+
+AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
+  if (this != &other) {
+    abandon();
+    path_ = std::move(other.path_);
+    temporary_ = std::exchange(other.temporary_, {});
+    descriptor_ = std::exchange(other.descriptor_, -1);
+    size_ = other.size_;
+  }
+  return *this;
+}
+
+AtomicFile::~AtomicFile() { abandon(); }
+
+void AtomicFile::abandon() noexcept {
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
+  NAV_CHECK(descriptor_ >= 0, path_.string());
+  while (!bytes.empty()) {
+    const ssize_t done = ::write(descriptor_, bytes.data(), bytes.size());
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return failed(path_, "write");
+    size_ += static_cast<std::uint64_t>(done);
+    bytes = bytes.subspan(static_cast<std::size_t>(done));
+  }
+  return {};
+}
+
+Result<void> AtomicFile::write(std::string_view text) {
+  return write(std::as_bytes(std::span(text)));
+}
+
+Result<void> AtomicFile::commit() {
+  NAV_CHECK(descriptor_ >= 0, path_.string());
+  const auto fail = [&](const char* what) {
+    const Error error = failed(path_, what);
+    abandon();
+    return error;
+  };
+  // Special files (pipes, /dev/null) cannot be synced; that is no loss.
+  if (::fsync(descriptor_) != 0 && !temporary_.empty()) return fail("sync");
+  if (::close(std::exchange(descriptor_, -1)) != 0) return fail("close");
+  if (temporary_.empty()) return {};
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return fail("rename to its final name");
+  temporary_.clear();
+  // The folder entry too must survive a power cut; a file system that cannot do it is no failure.
+  const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    ::fsync(descriptor);
+    ::close(descriptor);
+  }
+  return {};
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  if (const auto ok = file->write(bytes); !ok) return ok;
+  return file->commit();
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::string_view text) {
+  return write_file(path, std::as_bytes(std::span(text)));
+}
+
+Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  const auto file = detail::InputFile::open(path);
+  if (!file) return file.error();
+  if (static_cast<std::uint64_t>(file->size()) > max_bytes) {
+    return Error{ErrorCode::kMalformedData, path.string() + ": expected at most " +
+                                                std::to_string(max_bytes) + " bytes, found " +
+                                                std::to_string(file->size())};
+  }
+  std::string content(static_cast<std::size_t>(file->size()), '\0');
+  const auto got = file->read_at(0, std::as_writable_bytes(std::span(content)));
+  if (!got) return got.error();
+  content.resize(*got);
+  return content;
+}
+
+}  // namespace nav::io

@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/ct.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "io/atomic_file.hpp"
+#include "io/detail/ct_readers.hpp"
+#include "io/detail/input_file.hpp"
+#include "io/detail/scratch_file.hpp"
+#include "io/detail/text.hpp"
+
+namespace nav::io {
+
+namespace detail {
+
+Result<void> unknown_orientation(const std::filesystem::path& path, const std::string& found,
+                                 Diagnostics& diagnostics, const CtOptions& options) {
+  const std::string message =
+      path.string() + ": expected how the axes lie in the patient, found " + found;
+  if (!options.accept_unknown_orientation) return Error{ErrorCode::kUnsupportedData, message};
+  diagnostics.report(Severity::kWarning, "io.ct",
+                     message + "; taken as left, posterior, superior as asked");
+  return {};
+}
+
+}  // namespace detail
+
+namespace {
+
+Result<std::vector<std::filesystem::path>> files_below(const std::filesystem::path& folder) {
+  constexpr std::size_t kMaxFiles = 200000;
+  std::vector<std::filesystem::path> files;
+  std::error_code code;
+  std::filesystem::recursive_directory_iterator it(folder, code);
+  for (; !code && it != std::filesystem::recursive_directory_iterator(); it.increment(code)) {
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) files.push_back(it->path());
+    if (files.size() > kMaxFiles) {
+      return Error{ErrorCode::kUnsupportedData,
+                   folder.string() + ": expected at most 200000 files, found more"};
+    }
+  }
+  if (code) {
+    return Error{ErrorCode::kIo, folder.string() + ": cannot list: " + code.message()};
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string lower_name(const std::filesystem::path& path) {
+  std::string name = path.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return name;
+}
+
+}  // namespace
+
+Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
+                       const CtOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    const auto files = files_below(path);
+    if (!files) return files.error();
+    return detail::read_ct_dicom(*files, path.string(), diagnostics, options);
+  }
+  const auto file = detail::InputFile::open(path);
+  if (!file) return file.error();
+  const std::string name = lower_name(path);
+  const auto ends = [&](std::initializer_list<const char*> endings) {
+    return std::any_of(endings.begin(), endings.end(),
+                       [&](const char* ending) { return name.ends_with(ending); });
+  };
+  if (ends({".nii", ".nii.gz"})) return detail::read_ct_nifti(path, diagnostics, options);
+  if (ends({".mha", ".mhd", ".nrrd", ".nhdr"})) {
+    return detail::read_ct_image_file(path, diagnostics, options);
+  }
+  if (detail::looks_like_dicom(path)) {
+    return detail::read_ct_dicom({path}, path.string(), diagnostics, options);
+  }
+  return Error{ErrorCode::kUnsupportedData,
+               path.string() +
+                   ": expected DICOM, .nii, .nii.gz, .mha, .mhd, .nrrd or .nhdr, found another "
+                   "kind of file"};
+}
+
+namespace {
+
+std::string meta_header(const VoxelGrid& grid, const std::string& compressed_size) {
+  const auto join = [](const auto& values) {
+    std::string text;
+    for (const auto value : values) {
+      text += (text.empty() ? "" : " ") + detail::to_text(static_cast<double>(value));
+    }
+    return text;
+  };
+  std::string text = "ObjectType = Image\nNDims = 3\nBinaryData = True\n";
+  text += std::string("BinaryDataByteOrderMSB = ") +
+          (std::endian::native == std::endian::big ? "True" : "False") + "\n";
+  text += compressed_size.empty()
+              ? std::string("CompressedData = False\n")
+              : "CompressedData = True\nCompressedDataSize = " + compressed_size + "\n";
+  // Column-major storage is the order of the format: one direction after the other.
+  text += "TransformMatrix = " + join(grid.directions.reshaped()) + "\n";
+  text += "Offset = " + join(grid.origin_mm) + "\nCenterOfRotation = 0 0 0\n";
+  text += "ElementSpacing = " + join(grid.spacing_mm) + "\nDimSize = " + join(grid.size) + "\n";
+  return text + "ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+}
+
+/// The whole volume as one zlib stream.
+Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
+  auto deflater = detail::Deflater::create(detail::DeflateFormat::kZlib);
+  if (!deflater) return deflater.error();
+  std::vector<std::byte> out;
+  const auto collect = [&](std::span<const std::byte> piece) -> Result<void> {
+    out.insert(out.end(), piece.begin(), piece.end());
+    return {};
+  };
+  if (const auto ok = deflater->write(bytes, collect); !ok) return ok.error();
+  if (const auto ok = deflater->finish(collect); !ok) return ok.error();
+  return out;
+}
+
+}  // namespace
+
+Result<void> write_ct_mha(const Volume& volume, const std::filesystem::path& path, bool compress) {
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  std::span<const std::byte> bytes = std::as_bytes(volume.hu());
+  std::vector<std::byte> compressed;
+  if (compress) {
+    auto deflated = deflate_all(bytes);
+    if (!deflated) return deflated.error();
+    compressed = std::move(*deflated);
+    bytes = compressed;
+  }
+  const std::string header =
+      meta_header(volume.grid(), compress ? std::to_string(bytes.size()) : std::string());
+  if (const auto ok = file->write(header); !ok) return ok;
+  if (const auto ok = file->write(bytes); !ok) return ok;
+  return file->commit();
+}
+
+}  // namespace nav::io

@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <vtkDICOMReader.h>
+#include <vtkErrorCode.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+
+#include "io/detail/ct_readers.hpp"
+#include "io/detail/dicom_series.hpp"
+#include "io/detail/text.hpp"
+#include "io/detail/vtk_errors.hpp"
+
+namespace nav::io::detail {
+
+namespace {
+
+std::optional<PixelType> pixel_type(int vtk_type) {
+  switch (vtk_type) {
+    case VTK_UNSIGNED_CHAR:
+      return PixelType::kUint8;
+    case VTK_CHAR:
+    case VTK_SIGNED_CHAR:
+      return PixelType::kInt8;
+    case VTK_UNSIGNED_SHORT:
+      return PixelType::kUint16;
+    case VTK_SHORT:
+      return PixelType::kInt16;
+    case VTK_UNSIGNED_INT:
+      return PixelType::kUint32;
+    case VTK_INT:
+      return PixelType::kInt32;
+    case VTK_FLOAT:
+      return PixelType::kFloat32;
+    case VTK_DOUBLE:
+      return PixelType::kFloat64;
+    default:
+      return {};
+  }
+}
+
+/// Every frame of one file as stored, first row first.
+struct DecodedFile {
+  std::filesystem::path path;
+  PixelType type = PixelType::kInt16;
+  std::size_t frame_bytes = 0;
+  std::vector<std::byte> samples;
+};
+
+Result<DecodedFile> decode_file(const DicomSlice& slice) {
+  vtkNew<vtkDICOMReader> reader;
+  VtkErrors errors;
+  errors.watch(reader);
+  reader->SetFileName(slice.file.c_str());
+  reader->SetSorting(0);
+  reader->SetAutoRescale(0);
+  reader->SetMemoryRowOrderToFileNative();
+  reader->Update();
+  const auto fail = [&](const std::string& what) {
+    return Error{ErrorCode::kMalformedData, slice.file.string() + ": cannot decode: " + what};
+  };
+  if (!errors.first().empty()) return fail(errors.first());
+  if (reader->GetErrorCode() != vtkErrorCode::NoError) {
+    return fail("VTK error code " + std::to_string(reader->GetErrorCode()));
+  }
+  vtkImageData* image = reader->GetOutput();
+  const int* size = image->GetDimensions();
+  if (size[0] != slice.columns || size[1] != slice.rows || size[2] < 1 ||
+      image->GetNumberOfScalarComponents() != 1 || image->GetScalarPointer() == nullptr) {
+    return fail("expected " + std::to_string(slice.columns) + " x " + std::to_string(slice.rows) +
+                " pixels, found " + std::to_string(size[0]) + " x " + std::to_string(size[1]));
+  }
+  DecodedFile out;
+  out.path = slice.file;
+  const auto type = pixel_type(image->GetScalarType());
+  if (!type) return fail(std::string("unexpected samples ") + image->GetScalarTypeAsString());
+  out.type = *type;
+  out.frame_bytes = static_cast<std::size_t>(slice.columns) * static_cast<std::size_t>(slice.rows) *
+                    size_of(out.type);
+  const auto* begin = static_cast<const std::byte*>(image->GetScalarPointer());
+  out.samples.assign(begin, begin + out.frame_bytes * static_cast<std::size_t>(size[2]));
+  return out;
+}
+
+/// Says that a stack is irregular, or refuses it.
+Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
+                             const std::string& name, const CtOptions& options,
+                             Diagnostics& diagnostics) {
+  const std::string gap = to_text(std::round(stack.max_gap_mm * 100) / 100) + " mm before " +
+                          stack.slices[stack.max_gap_at].name();
+  if (stack.max_gap_mm > options.max_gap_mm) {
+    return Error{ErrorCode::kMalformedData, name + ": expected gaps between slices of at most " +
+                                                to_text(options.max_gap_mm) + " mm, found " + gap};
+  }
+  const double tilt_deg = stack.tilt_rad * 180 / M_PI;
+  diagnostics.report(
+      Severity::kWarning, "io.ct",
+      name + ": the stack is not regular: tilted by " + to_text(std::round(tilt_deg * 100) / 100) +
+          " degrees" + (series.tilt_tag.empty() ? "" : " (tag: " + series.tilt_tag + ")") +
+          ", gaps from " + to_text(std::round(stack.min_gap_mm * 100) / 100) + " mm to " + gap +
+          "; resampled by linear interpolation onto a regular orthogonal grid");
+  return {};
+}
+
+}  // namespace
+
+Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name) {
+  HuBuilder builder(stack.grid().voxel_count());
+  std::optional<DecodedFile> open;  // Slices of a multi-frame file usually follow each other.
+  for (const DicomSlice& slice : stack.slices) {
+    if (!open || open->path != slice.file) {
+      auto decoded = decode_file(slice);
+      if (!decoded) return decoded.error();
+      open = std::move(*decoded);
+    }
+    const std::size_t begin = static_cast<std::size_t>(slice.frame) * open->frame_bytes;
+    if (begin + open->frame_bytes > open->samples.size()) {
+      return Error{ErrorCode::kMalformedData,
+                   name + ": " + slice.name() + ": expected pixel data of the frame, found none"};
+    }
+    builder.append(std::span(open->samples).subspan(begin, open->frame_bytes), open->type,
+                   slice.rescale);
+  }
+  return builder;
+}
+
+Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
+                             const std::string& name, Diagnostics& diagnostics,
+                             const CtOptions& options) {
+  auto all = scan_dicom(files, name);
+  if (!all) return all.error();
+  auto series = choose_series(std::move(*all), name, options, diagnostics);
+  if (!series) return series.error();
+  const auto stack = stack_slices(std::move(series->slices), name);
+  if (!stack) return stack.error();
+  VoxelGrid grid = stack->regular ? stack->grid() : regular_grid(*stack);
+  if (!stack->regular) {
+    const auto ok = judge_irregular(*stack, *series, name, options, diagnostics);
+    if (!ok) return ok.error();
+  }
+  if (const auto ok = validate(grid, name); !ok) return ok.error();
+  if (const auto ok = validate(stack->grid(), name); !ok) return ok.error();
+  auto builder = decode_slices(*stack, name);
+  if (!builder) return builder.error();
+  const auto reported = builder->report(name, stack->grid().size, diagnostics);
+  if (!reported) return reported.error();
+  if (stack->regular) return Volume::create(grid, builder->take(), name);
+  return Volume::create(grid, resample(*stack, builder->hu(), grid), name);
+}
+
+}  // namespace nav::io::detail

@@ -1,0 +1,301 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "io/detail/ct_readers.hpp"
+#include "io/detail/hu_builder.hpp"
+#include "io/detail/image_file.hpp"
+#include "io/detail/pixel_stream.hpp"
+#include "io/detail/text.hpp"
+
+namespace nav::io::detail {
+
+namespace {
+
+using Affine = Eigen::Matrix<double, 3, 4>;
+
+/// Numbers of a field, exactly count of them and finite.
+Result<std::vector<double>> numbers(const ImageFile& file, std::string_view key,
+                                    std::size_t count) {
+  auto values = parse_doubles(file.value(key));
+  bool good = values && values->size() == count;
+  for (std::size_t i = 0; good && i < count; ++i) good = std::isfinite((*values)[i]);
+  if (good) return std::move(*values);
+  return bad_field(file, key, std::to_string(count) + " finite numbers", file.value(key));
+}
+
+/// First of several spellings that the header has; the first of all when it has none.
+std::string_view spelling(const ImageFile& file, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) {
+    if (file.has(key)) return key;
+  }
+  return *keys.begin();
+}
+
+/// "RAI" as MetaIO means it: each letter is where the axis comes from, so RAI is LPS.
+std::optional<Eigen::Matrix3d> directions_from_letters(std::string_view letters) {
+  if (letters.size() != 3) return {};
+  Eigen::Matrix3d directions = Eigen::Matrix3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    constexpr std::string_view kFrom = "RAI";
+    constexpr std::string_view kTo = "LPS";
+    const char letter = letters[static_cast<std::size_t>(axis)];
+    for (int patient = 0; patient < 3; ++patient) {
+      const auto p = static_cast<std::size_t>(patient);
+      if (letter == kFrom[p]) directions(patient, axis) = 1;
+      if (letter == kTo[p]) directions(patient, axis) = -1;
+    }
+  }
+  if (std::abs(std::abs(directions.determinant()) - 1) > 0.5) return {};
+  return directions;
+}
+
+/// A warning when letters and matrix contradict each other: the matrix wins, as in ITK.
+void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
+                     Diagnostics& diagnostics) {
+  const std::string_view letters = file.value("AnatomicalOrientation");
+  const auto expected = directions_from_letters(letters);
+  if (!expected) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Index main = 0;
+    directions.col(axis).cwiseAbs().maxCoeff(&main);
+    if ((*expected)(main, axis) * directions(main, axis) > 0) continue;
+    diagnostics.report(Severity::kWarning, "io.ct",
+                       file.path.string() + ": AnatomicalOrientation " + std::string(letters) +
+                           " contradicts TransformMatrix along axis " + std::to_string(axis) +
+                           "; the matrix is used");
+    return;
+  }
+}
+
+Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
+                           const CtOptions& options) {
+  const std::size_t n = file.sizes.size();
+  const auto spacing = numbers(file, spelling(file, {"ElementSpacing", "ElementSize"}), n);
+  if (!spacing) return spacing.error();
+  Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();
+  const auto matrix_key = spelling(file, {"TransformMatrix", "Rotation", "Orientation"});
+  if (file.has(matrix_key)) {
+    const auto matrix = numbers(file, matrix_key, n * n);
+    if (!matrix) return matrix.error();
+    // Each group of numbers is the direction of one axis.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t patient = 0; patient < 3; ++patient) {
+        directions(static_cast<Eigen::Index>(patient), static_cast<Eigen::Index>(axis)) =
+            (*matrix)[axis * n + patient];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double kUnitTolerance = 1e-3;
+      if (std::abs(directions.col(axis).norm() - 1) > kUnitTolerance) {
+        return bad_field(file, matrix_key, "unit vectors", file.value(matrix_key));
+      }
+    }
+    compare_letters(file, directions, diagnostics);
+  } else if (const auto known = directions_from_letters(file.value("AnatomicalOrientation"))) {
+    directions = *known;
+  } else if (const auto ok =
+                 unknown_orientation(file.path, "no TransformMatrix", diagnostics, options);
+             !ok) {
+    return ok.error();
+  }
+  Affine affine = Affine::Zero();
+  const auto offset_key = spelling(file, {"Offset", "Position", "Origin"});
+  if (file.has(offset_key)) {
+    const auto offset = numbers(file, offset_key, n);
+    if (!offset) return offset.error();
+    affine.col(3) << (*offset)[0], (*offset)[1], (*offset)[2];
+  } else {
+    diagnostics.report(Severity::kWarning, "io.ct",
+                       file.path.string() + ": no Offset; the first voxel is placed at 0 0 0 mm");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!((*spacing)[axis] > 0)) {
+      return bad_field(file, "ElementSpacing", "positive spacing in mm",
+                       file.value(spelling(file, {"ElementSpacing", "ElementSize"})));
+    }
+    affine.col(static_cast<Eigen::Index>(axis)) =
+        directions.col(static_cast<Eigen::Index>(axis)) * (*spacing)[axis];
+  }
+  return affine;
+}
+
+/// "(1,0,0)" as three finite numbers.
+std::optional<Eigen::Vector3d> nrrd_vector(std::string_view text) {
+  text = trim(text);
+  if (text.size() < 2 || text.front() != '(' || text.back() != ')') return {};
+  std::string inner(text.substr(1, text.size() - 2));
+  for (char& c : inner) {
+    if (c == ',') c = ' ';
+  }
+  const auto values = parse_doubles(inner);
+  if (!values || values->size() != 3) return {};
+  const Eigen::Vector3d out((*values)[0], (*values)[1], (*values)[2]);
+  return out.allFinite() ? std::optional(out) : std::nullopt;
+}
+
+/// The vectors of "space directions", "none" left out; nothing when one cannot be read.
+std::optional<std::vector<Eigen::Vector3d>> nrrd_vectors(std::string_view text) {
+  std::vector<Eigen::Vector3d> out;
+  for (text = trim(text); !text.empty(); text = trim(text)) {
+    if (text.starts_with("none")) {
+      text.remove_prefix(4);
+      continue;
+    }
+    const auto end = text.find(')');
+    if (end == std::string_view::npos) return {};
+    const auto vector = nrrd_vector(text.substr(0, end + 1));
+    if (!vector) return {};
+    out.push_back(*vector);
+    text.remove_prefix(end + 1);
+  }
+  return out;
+}
+
+/// Turns coordinates of the file's space into LPS; nothing for spaces that are not anatomical.
+std::optional<Eigen::Vector3d> lps_signs(std::string_view space) {
+  if (equals_ignoring_case(space, "left-posterior-superior") || space == "LPS") {
+    return Eigen::Vector3d(1, 1, 1);
+  }
+  if (equals_ignoring_case(space, "right-anterior-superior") || space == "RAS") {
+    return Eigen::Vector3d(-1, -1, 1);
+  }
+  if (equals_ignoring_case(space, "left-anterior-superior") || space == "LAS") {
+    return Eigen::Vector3d(1, -1, 1);
+  }
+  return {};
+}
+
+/// Spacings without directions: usable only where the caller accepts an unknown orientation.
+Result<Affine> nrrd_spacings(const ImageFile& file) {
+  Affine affine = Affine::Zero();
+  const auto spacing = numbers(file, "spacings", file.sizes.size());
+  if (!spacing) return spacing.error();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double s = (*spacing)[static_cast<std::size_t>(axis)];
+    if (!(s > 0)) return bad_field(file, "spacings", "positive spacing", file.value("spacings"));
+    affine(axis, axis) = s;
+  }
+  return affine;
+}
+
+Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
+                           const CtOptions& options) {
+  const auto signs = lps_signs(file.value("space"));
+  if (!signs) {
+    const auto ok = unknown_orientation(
+        file.path, file.has("space") ? "space '" + excerpt(file.value("space")) + "'" : "no space",
+        diagnostics, options);
+    if (!ok) return ok.error();
+  }
+  if (file.has("space units")) {
+    std::string units(file.value("space units"));
+    for (char& c : units) {
+      if (c == '"') c = ' ';
+    }
+    for (const std::string_view unit : split_words(units)) {
+      if (unit != "mm") return bad_field(file, "space units", "mm", file.value("space units"));
+    }
+  }
+  if (!file.has("space directions") && !signs) return nrrd_spacings(file);
+  const auto axes = nrrd_vectors(file.value("space directions"));
+  if (!axes || axes->size() != 3) {
+    return bad_field(file, "space directions", "three vectors of three finite numbers",
+                     file.value("space directions"));
+  }
+  Affine affine = Affine::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    affine.col(axis) = (*axes)[static_cast<std::size_t>(axis)];
+  }
+  if (file.has("space origin")) {
+    const auto origin = nrrd_vector(file.value("space origin"));
+    if (!origin) {
+      return bad_field(file, "space origin", "a vector of three finite numbers",
+                       file.value("space origin"));
+    }
+    affine.col(3) = *origin;
+  } else {
+    diagnostics.report(
+        Severity::kWarning, "io.ct",
+        file.path.string() + ": no space origin; the first voxel is placed at 0 0 0 mm");
+  }
+  if (signs) affine = signs->asDiagonal() * affine;
+  return affine;
+}
+
+Result<std::array<int, 3>> volume_size(ImageFile& file) {
+  if (file.sizes.size() == 4 && file.sizes[3] == 1 && file.format == "NRRD") file.sizes.pop_back();
+  if (file.sizes.size() != 3 || file.components != 1) {
+    return Error{ErrorCode::kUnsupportedData, file.path.string() +
+                                                  ": expected 3 axes of one component, found " +
+                                                  std::to_string(file.sizes.size()) + " axes of " +
+                                                  std::to_string(file.components)};
+  }
+  std::array<int, 3> size{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (file.sizes[axis] < 1 || file.sizes[axis] > std::numeric_limits<int>::max()) {
+      return Error{ErrorCode::kMalformedData, file.path.string() +
+                                                  ": expected sizes from 1 to 2^31, found " +
+                                                  std::to_string(file.sizes[axis])};
+    }
+    size[axis] = static_cast<int>(file.sizes[axis]);
+  }
+  if (size[2] < 2) {
+    return Error{ErrorCode::kMalformedData,
+                 file.path.string() + ": expected at least 2 slices, found 1"};
+  }
+  if (file.encoding == Encoding::kRaw && file.available_bytes < file.sample_bytes) {
+    return Error{ErrorCode::kMalformedData,
+                 file.path.string() + ": pixel data cut short: expected " +
+                     std::to_string(file.sample_bytes) + " bytes, found " +
+                     std::to_string(file.available_bytes)};
+  }
+  for (const auto& [key, unit] : {std::pair("ElementToIntensityFunctionSlope", 1.0),
+                                  std::pair("ElementToIntensityFunctionOffset", 0.0)}) {
+    if (file.has(key) && parse_double(file.value(key)) != unit) {
+      return Error{ErrorCode::kUnsupportedData, file.path.string() + ": " + key + ": expected " +
+                                                    to_text(unit) + ", found '" +
+                                                    excerpt(file.value(key)) + "'"};
+    }
+  }
+  return size;
+}
+
+}  // namespace
+
+Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics& diagnostics,
+                                  const CtOptions& options) {
+  auto file = read_image_file(path);
+  if (!file) return file.error();
+  const auto size = volume_size(*file);
+  if (!size) return size.error();
+  const auto affine = file->format == "NRRD" ? nrrd_affine(*file, diagnostics, options)
+                                             : meta_affine(*file, diagnostics, options);
+  if (!affine) return affine.error();
+  const auto grid = grid_from_affine(*size, *affine, path.string());
+  if (!grid) return grid.error();
+  auto stream = PixelStream::open(file->data, file->encoding);
+  if (!stream) return stream.error();
+  const auto fail = [&](const Error& error) {
+    return Error{error.code, path.string() + ": " + error.message};
+  };
+  HuBuilder builder(grid->voxel_count());
+  const std::size_t slice_bytes = static_cast<std::size_t>((*size)[0]) *
+                                  static_cast<std::size_t>((*size)[1]) * size_of(file->type);
+  std::vector<std::byte> slice(slice_bytes);
+  for (int k = 0; k < (*size)[2]; ++k) {
+    const auto read = stream->read(static_cast<std::int64_t>(slice_bytes) * k, slice);
+    if (!read) return fail(read.error());
+    if (file->big_endian != (std::endian::native == std::endian::big)) {
+      swap_bytes(slice, size_of(file->type));
+    }
+    builder.append(slice, file->type, {});
+  }
+  if (const auto end = stream->expect_end(); !end) return fail(end.error());
+  return std::move(builder).finish(*grid, path.string(), diagnostics);
+}
+
+}  // namespace nav::io::detail

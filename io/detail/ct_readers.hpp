@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "io/ct.hpp"
+
+namespace nav::io::detail {
+
+/// MetaImage or NRRD.
+Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics& diagnostics,
+                                  const CtOptions& options);
+/// NIfTI-1 or -2, single file, plain or gzip.
+Result<Volume> read_ct_nifti(const std::filesystem::path& path, Diagnostics& diagnostics,
+                             const CtOptions& options);
+/// One series among files; those that are not DICOM are passed over. name: what to call them.
+Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
+                             const std::string& name, Diagnostics& diagnostics,
+                             const CtOptions& options);
+/// True for what begins like a DICOM file, with or without the preamble of part 10.
+bool looks_like_dicom(const std::filesystem::path& path);
+
+/// What read_ct does where a file does not say how its axes lie in the patient: a warning when the
+/// caller accepts that, otherwise a refusal.
+Result<void> unknown_orientation(const std::filesystem::path& path, const std::string& found,
+                                 Diagnostics& diagnostics, const CtOptions& options);
+
+}  // namespace nav::io::detail

@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/detail/dicom_series.hpp"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <vtkCommand.h>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMParser.h>
+#include <vtkDICOMSequence.h>
+#include <vtkDICOMValue.h>
+#include <vtkNew.h>
+
+#include "io/detail/input_file.hpp"
+#include "io/detail/text.hpp"
+#include "io/detail/vtk_errors.hpp"
+
+namespace nav::io::detail {
+
+namespace {
+
+/// Finite numbers of an attribute of one frame; empty unless there are exactly count.
+std::vector<double> numbers(vtkDICOMMetaData& meta, int frame, DC::EnumType tag,
+                            std::size_t count) {
+  const vtkDICOMValue& value = meta.Get(0, frame, vtkDICOMTag(tag));
+  if (!value.IsValid() || value.GetNumberOfValues() != count) return {};
+  std::vector<double> out(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    // Text is parsed here: the library's own parser takes "abc" for 0.
+    const auto number = parse_double(value.GetString(i));
+    if (!number || !std::isfinite(*number)) return {};
+    out[i] = *number;
+  }
+  return out;
+}
+
+std::string text(vtkDICOMMetaData& meta, DC::EnumType tag) {
+  const vtkDICOMValue& value = meta.Get(0, 0, vtkDICOMTag(tag));
+  return value.IsValid() ? std::string(trim(value.AsString())) : std::string();
+}
+
+/// Stored values that mean "nothing here", as numbers of the pixel's own signedness.
+std::optional<std::pair<double, double>> padding(vtkDICOMMetaData& meta) {
+  const auto first = numbers(meta, 0, DC::PixelPaddingValue, 1);
+  if (first.empty()) return {};
+  const auto limit = numbers(meta, 0, DC::PixelPaddingRangeLimit, 1);
+  const bool is_signed = meta.Get(0, vtkDICOMTag(DC::PixelRepresentation)).AsInt() == 1;
+  const auto as_stored = [&](double v) { return is_signed && v > 32767 ? v - 65536 : v; };
+  const double a = as_stored(first[0]);
+  const double b = limit.empty() ? a : as_stored(limit[0]);
+  return std::pair(std::min(a, b), std::max(a, b));
+}
+
+/// Reads what places one frame; returns what is wrong with it, or nothing.
+std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_rescale) {
+  const auto position = numbers(meta, slice.frame, DC::ImagePositionPatient, 3);
+  if (position.empty()) return "expected ImagePositionPatient of 3 numbers";
+  const auto orientation = numbers(meta, slice.frame, DC::ImageOrientationPatient, 6);
+  if (orientation.empty()) return "expected ImageOrientationPatient of 6 numbers";
+  const auto spacing = numbers(meta, slice.frame, DC::PixelSpacing, 2);
+  if (spacing.empty() || !(spacing[0] > 0 && spacing[1] > 0)) {
+    return "expected PixelSpacing of 2 positive numbers";
+  }
+  slice.position_mm << position[0], position[1], position[2];
+  slice.row_direction << orientation[0], orientation[1], orientation[2];
+  slice.column_direction << orientation[3], orientation[4], orientation[5];
+  slice.spacing_mm << spacing[1], spacing[0];  // The tag names the distance of rows first.
+  const auto slope = numbers(meta, slice.frame, DC::RescaleSlope, 1);
+  const auto intercept = numbers(meta, slice.frame, DC::RescaleIntercept, 1);
+  has_rescale = !slope.empty() && !intercept.empty();
+  if (has_rescale && slope[0] == 0) return "expected a RescaleSlope other than 0";
+  slice.rescale = {has_rescale ? slope[0] : 1.0, has_rescale ? intercept[0] : 0.0, padding(meta)};
+  return {};
+}
+
+void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, bool has_pixels,
+              DicomSeries& series) {
+  const auto defect = [&](const std::string& what) {
+    if (series.defect.empty()) series.defect = file.filename().string() + ": " + what;
+  };
+  if (!has_pixels) return defect("expected pixel data, found none");
+  if (text(meta, DC::ImageType).find("LOCALIZER") != std::string::npos) {
+    ++series.localizers;
+    return;
+  }
+  const int samples = meta.Get(0, vtkDICOMTag(DC::SamplesPerPixel)).AsInt();
+  if (samples != 1) {
+    return defect("SamplesPerPixel: expected 1, found " + std::to_string(samples));
+  }
+  const int rows = meta.Get(0, vtkDICOMTag(DC::Rows)).AsInt();
+  const int columns = meta.Get(0, vtkDICOMTag(DC::Columns)).AsInt();
+  if (rows < 1 || columns < 1) {
+    return defect("expected Rows and Columns, found " + std::to_string(rows) + " and " +
+                  std::to_string(columns));
+  }
+  constexpr int kMaxFrames = 100000;
+  int frames = 1;
+  if (meta.Has(vtkDICOMTag(DC::NumberOfFrames))) {
+    frames = meta.Get(0, vtkDICOMTag(DC::NumberOfFrames)).AsInt();
+  }
+  if (frames < 1 || frames > kMaxFrames) {
+    return defect("NumberOfFrames: expected 1 to 100000, found " + std::to_string(frames));
+  }
+  for (int frame = 0; frame < frames; ++frame) {
+    DicomSlice slice;
+    slice.file = file;
+    slice.frame = frame;
+    slice.rows = rows;
+    slice.columns = columns;
+    bool has_rescale = false;
+    const std::string wrong = read_slice(meta, slice, has_rescale);
+    if (!wrong.empty()) return defect(wrong);
+    if (!has_rescale) ++series.without_rescale;
+    series.slices.push_back(std::move(slice));
+  }
+}
+
+std::string describe(const DicomSeries& series) {
+  return series.uid + " (" + (series.modality.empty() ? "no modality" : series.modality) + ", " +
+         std::to_string(series.slices.size()) + " slices" +
+         (series.description.empty() ? "" : ", '" + excerpt(series.description) + "'") + ")";
+}
+
+std::string describe(const std::vector<DicomSeries>& all) {
+  std::string text;
+  for (const DicomSeries& series : all) text += (text.empty() ? "" : "; ") + describe(series);
+  return text;
+}
+
+}  // namespace
+
+bool looks_like_dicom(const std::filesystem::path& path) {
+  const auto file = InputFile::open(path);
+  if (!file) return false;
+  std::array<std::byte, 132> head{};
+  const auto got = file->read_at(0, head);
+  if (!got || *got < 16) return false;
+  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
+  if (*got == head.size() && is(128, 'D') && is(129, 'I') && is(130, 'C') && is(131, 'M')) {
+    return true;
+  }
+  // Before part 10: the stream begins with group 2 or 8, little-endian, low element.
+  return (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
+}
+
+Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
+                                            const std::string& name) {
+  std::vector<DicomSeries> all;
+  std::map<std::string, std::size_t> index;
+  for (const std::filesystem::path& file : files) {
+    if (file.filename() == "DICOMDIR" || !looks_like_dicom(file)) continue;
+    vtkNew<vtkDICOMMetaData> meta;
+    vtkNew<vtkDICOMParser> parser;
+    VtkErrors errors;
+    errors.watch(parser);
+    parser->SetMetaData(meta);
+    parser->SetFileName(file.c_str());
+    parser->Update();
+    const std::string uid = text(*meta, DC::SeriesInstanceUID);
+    if (!errors.first().empty()) {
+      return Error{ErrorCode::kMalformedData, file.string() + ": " + errors.first()};
+    }
+    const bool has_pixels = parser->GetPixelDataFound();
+    // Reports, structures and directories carry no Rows and are no pictures.
+    if (!has_pixels && !meta->Has(vtkDICOMTag(DC::Rows))) continue;
+    const auto [place, fresh] = index.emplace(uid, all.size());
+    if (fresh) {
+      all.emplace_back();
+      all.back().uid = uid;
+      all.back().modality = text(*meta, DC::Modality);
+      all.back().description = text(*meta, DC::SeriesDescription);
+      all.back().tilt_tag = text(*meta, DC::GantryDetectorTilt);
+    }
+    add_file(file, *meta, has_pixels, all[place->second]);
+  }
+  if (all.empty()) {
+    return Error{ErrorCode::kNotFound, name + ": expected DICOM pictures, found none in " +
+                                           std::to_string(files.size()) + " files"};
+  }
+  return all;
+}
+
+Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::string& name,
+                                  const CtOptions& options, Diagnostics& diagnostics) {
+  const auto warn = [&](const std::string& message) {
+    diagnostics.report(Severity::kWarning, "io.ct", name + ": " + message);
+  };
+  DicomSeries* best = nullptr;
+  for (DicomSeries& series : all) {
+    if (!options.series_uid.empty()) {
+      if (series.uid == options.series_uid) best = &series;
+      continue;
+    }
+    const bool ct = series.modality == "CT";
+    const bool best_ct = best != nullptr && best->modality == "CT";
+    if (best == nullptr || (ct && !best_ct) ||
+        (ct == best_ct && series.slices.size() > best->slices.size())) {
+      best = &series;
+    }
+  }
+  if (best == nullptr) {
+    return Error{ErrorCode::kNotFound,
+                 name + ": expected the series " + options.series_uid + ", found " + describe(all)};
+  }
+  if (all.size() > 1 && options.series_uid.empty()) {
+    warn("several series, " + best->uid + " is used: " + describe(all));
+  }
+  if (!best->defect.empty()) {
+    return Error{ErrorCode::kMalformedData, name + ": " + best->defect};
+  }
+  if (best->modality != "CT") {
+    warn("expected modality CT, found '" + best->modality + "'; values may not be HU");
+  }
+  if (best->without_rescale > 0) {
+    warn(std::to_string(best->without_rescale) +
+         " slices without RescaleSlope and RescaleIntercept; their values are taken as HU");
+  }
+  if (best->localizers > 0) {
+    warn(std::to_string(best->localizers) + " overview pictures (LOCALIZER) left out");
+  }
+  return std::move(*best);
+}
+
+}  // namespace nav::io::detail

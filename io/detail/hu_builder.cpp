@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/detail/hu_builder.hpp"
+
+#include <Eigen/SVD>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "io/detail/text.hpp"
+
+namespace nav::io::detail {
+
+void HuBuilder::push(double hu) {
+  constexpr double kMax = std::numeric_limits<std::int16_t>::max();
+  if (!std::isfinite(hu)) {
+    if (not_finite_++ == 0) first_not_finite_ = hu_.size();
+    hu_.push_back(kAirHu);
+    return;
+  }
+  double rounded = std::nearbyint(hu);
+  if (rounded < kAirHu) {
+    ++below_;
+    rounded = kAirHu;
+  } else if (rounded > kMax) {
+    ++above_;
+    rounded = kMax;
+  }
+  hu_.push_back(static_cast<std::int16_t>(rounded));
+}
+
+template <class T>
+void HuBuilder::append_as(std::span<const std::byte> samples, const Rescale& rescale) {
+  for (std::size_t i = 0; i + sizeof(T) <= samples.size(); i += sizeof(T)) {
+    T stored;
+    std::memcpy(&stored, samples.data() + i, sizeof(T));
+    const auto value = static_cast<double>(stored);
+    if (rescale.padding && value >= rescale.padding->first && value <= rescale.padding->second) {
+      ++padded_;
+      hu_.push_back(kAirHu);
+    } else {
+      push(rescale.slope * value + rescale.intercept);
+    }
+  }
+}
+
+void HuBuilder::append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) {
+  switch (type) {
+    case PixelType::kUint8:
+      return append_as<std::uint8_t>(samples, rescale);
+    case PixelType::kInt8:
+      return append_as<std::int8_t>(samples, rescale);
+    case PixelType::kUint16:
+      return append_as<std::uint16_t>(samples, rescale);
+    case PixelType::kInt16:
+      return append_as<std::int16_t>(samples, rescale);
+    case PixelType::kUint32:
+      return append_as<std::uint32_t>(samples, rescale);
+    case PixelType::kInt32:
+      return append_as<std::int32_t>(samples, rescale);
+    case PixelType::kFloat32:
+      return append_as<float>(samples, rescale);
+    case PixelType::kFloat64:
+      return append_as<double>(samples, rescale);
+  }
+}
+
+Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>& size,
+                               Diagnostics& diagnostics) const {
+  if (not_finite_ > 0) {
+    const auto row = static_cast<std::size_t>(size[0]);
+    const std::size_t slice = row * static_cast<std::size_t>(size[1]);
+    const std::size_t i = first_not_finite_;
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected finite voxels, found " + std::to_string(not_finite_) +
+                     " NaN or Inf, the first at index (" + std::to_string(i % row) + ", " +
+                     std::to_string(i % slice / row) + ", " + std::to_string(i / slice) + ")"};
+  }
+  const auto say = [&](Severity severity, std::size_t count, const std::string& what) {
+    if (count > 0) {
+      diagnostics.report(severity, "io.ct",
+                         name + ": " + std::to_string(count) + " voxels " + what);
+    }
+  };
+  say(Severity::kInfo, padded_, "of padding set to -1024 HU");
+  say(Severity::kInfo, below_, "below -1024 HU set to -1024 HU");
+  say(Severity::kWarning, above_, "above 32767 HU set to 32767 HU");
+  return {};
+}
+
+Result<Volume> HuBuilder::finish(const VoxelGrid& grid, const std::string& name,
+                                 Diagnostics& diagnostics) && {
+  if (const auto ok = report(name, grid.size, diagnostics); !ok) return ok.error();
+  return Volume::create(grid, std::move(hu_), name);
+}
+
+Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
+                                   const Eigen::Matrix<double, 3, 4>& ct_from_index,
+                                   const std::string& name) {
+  constexpr double kMaxShear = 1e-3;
+  constexpr double kExact = 1e-9;  // Below: keep the numbers of the file.
+  VoxelGrid grid;
+  grid.size = size;
+  grid.origin_mm = ct_from_index.col(3);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = ct_from_index.col(axis).norm();
+    if (!std::isfinite(length) || length <= 0) {
+      return Error{ErrorCode::kMalformedData, name +
+                                                  ": expected a positive spacing in mm along "
+                                                  "axis " +
+                                                  std::to_string(axis) + ", found " +
+                                                  to_text(length)};
+    }
+    grid.spacing_mm[axis] = length;
+    grid.directions.col(axis) = ct_from_index.col(axis) / length;
+  }
+  grid.directions.array() += 0.0;  // No negative zeros in reports.
+  const Eigen::Matrix3d& d = grid.directions;
+  const double shear = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(shear <= kMaxShear)) {
+    return Error{ErrorCode::kUnsupportedData,
+                 name + ": expected orthogonal axes, found cosines up to " + to_text(shear) +
+                     " between them (a sheared, tilted stack)"};
+  }
+  if (shear > kExact) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(d, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    grid.directions = Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose());
+  }
+  if (const auto ok = validate(grid, name); !ok) return ok.error();
+  return grid;
+}
+
+}  // namespace nav::io::detail

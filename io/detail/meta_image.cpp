@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+
+#include "io/detail/image_file.hpp"
+#include "io/detail/text.hpp"
+
+namespace nav::io::detail {
+
+namespace {
+
+std::optional<PixelType> element_type(std::string_view text) {
+  struct Name {
+    std::string_view text;
+    PixelType type;
+  };
+  // MET_LONG is 4 bytes in MetaIO.
+  constexpr std::array kTypes = {
+      Name{"MET_UCHAR", PixelType::kUint8},   Name{"MET_CHAR", PixelType::kInt8},
+      Name{"MET_USHORT", PixelType::kUint16}, Name{"MET_SHORT", PixelType::kInt16},
+      Name{"MET_UINT", PixelType::kUint32},   Name{"MET_INT", PixelType::kInt32},
+      Name{"MET_ULONG", PixelType::kUint32},  Name{"MET_LONG", PixelType::kInt32},
+      Name{"MET_FLOAT", PixelType::kFloat32}, Name{"MET_DOUBLE", PixelType::kFloat64}};
+  for (const Name& name : kTypes) {
+    if (name.text == text) return name.type;
+  }
+  return {};
+}
+
+Result<bool> flag(const ImageFile& file, std::string_view key, bool when_absent) {
+  const std::string_view text = file.value(key);
+  if (text.empty()) return when_absent;
+  if (equals_ignoring_case(text, "True") || text == "1") return true;
+  if (equals_ignoring_case(text, "False") || text == "0") return false;
+  return bad_field(file, key, "True or False", text);
+}
+
+Result<void> read_sizes(ImageFile& file) {
+  const auto dimensions = parse_int(file.value("NDims"));
+  if (!dimensions || *dimensions < 2 || *dimensions > 4) {
+    return bad_field(file, "NDims", "2, 3 or 4", file.value("NDims"));
+  }
+  const auto words = split_words(file.value("DimSize"));
+  if (static_cast<std::int64_t>(words.size()) != *dimensions) {
+    return bad_field(file, "DimSize", std::to_string(*dimensions) + " sizes",
+                     file.value("DimSize"));
+  }
+  for (const std::string_view word : words) {
+    const auto size = parse_int(word);
+    if (!size || *size < 0) return bad_field(file, "DimSize", "sizes >= 0", file.value("DimSize"));
+    file.sizes.push_back(*size);
+  }
+  if (!file.has("Kinds")) return {};
+  file.kinds = split_words(file.value("Kinds"));
+  if (file.kinds.size() != file.sizes.size()) {
+    return bad_field(file, "Kinds", std::to_string(file.sizes.size()) + " kinds",
+                     file.value("Kinds"));
+  }
+  return {};
+}
+
+Result<void> read_sample_type(ImageFile& file) {
+  const auto type = element_type(file.value("ElementType"));
+  if (!type) {
+    return bad_field(file, "ElementType", "MET_UCHAR, MET_SHORT, … of one component",
+                     file.value("ElementType"));
+  }
+  file.type = *type;
+  if (file.has("ElementNumberOfChannels")) {
+    const auto channels = parse_int(file.value("ElementNumberOfChannels"));
+    if (!channels || *channels < 1 || *channels > 4) {
+      return bad_field(file, "ElementNumberOfChannels", "1 to 4",
+                       file.value("ElementNumberOfChannels"));
+    }
+    file.components = static_cast<int>(*channels);
+  }
+  const auto binary = flag(file, "BinaryData", true);
+  if (!binary) return binary.error();
+  if (!*binary) {
+    return Error{ErrorCode::kUnsupportedData,
+                 file.path.string() + ": BinaryData: expected True, found numbers as text"};
+  }
+  const char* order =
+      file.has("ElementByteOrderMSB") ? "ElementByteOrderMSB" : "BinaryDataByteOrderMSB";
+  const auto msb = flag(file, order, false);
+  if (!msb) return msb.error();
+  file.big_endian = *msb;
+  const auto compressed = flag(file, "CompressedData", false);
+  if (!compressed) return compressed.error();
+  file.encoding = *compressed ? Encoding::kDeflate : Encoding::kRaw;
+  return {};
+}
+
+/// Bytes of raw samples; 0 when there are none or their number overflows (refused later).
+std::int64_t raw_bytes(const ImageFile& file) {
+  std::int64_t bytes = static_cast<std::int64_t>(size_of(file.type)) * file.components;
+  for (const std::int64_t size : file.sizes) {
+    if (__builtin_mul_overflow(bytes, size, &bytes)) return 0;
+  }
+  return bytes;
+}
+
+Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t file_size) {
+  const std::string_view name = file.value("ElementDataFile");
+  if (equals_ignoring_case(name, "LOCAL")) {
+    file.data.push_back({file.path, data_offset, file_size - data_offset});
+  } else {
+    std::int64_t skip = 0;
+    if (file.has("HeaderSize")) {
+      const auto size = parse_int(file.value("HeaderSize"));
+      if (!size || *size < -1) {
+        return bad_field(file, "HeaderSize", "-1 or a number of bytes", file.value("HeaderSize"));
+      }
+      skip = *size;
+    }
+    auto parts = detached_parts(file, "ElementDataFile", name, std::max<std::int64_t>(skip, 0));
+    if (!parts) return parts.error();
+    file.data = std::move(*parts);
+    if (skip == -1) {  // The samples are the last bytes of each file.
+      const std::int64_t each = raw_bytes(file) / static_cast<std::int64_t>(file.data.size());
+      for (DataPart& part : file.data) {
+        part.offset = std::max<std::int64_t>(part.size - each, 0);
+        part.size -= part.offset;
+      }
+    }
+  }
+  if (file.encoding == Encoding::kRaw || !file.has("CompressedDataSize")) return {};
+  const auto stated = parse_int(file.value("CompressedDataSize"));
+  if (!stated || *stated < 0) {
+    return bad_field(file, "CompressedDataSize", "a number of bytes",
+                     file.value("CompressedDataSize"));
+  }
+  // What follows the stream does not belong to it; a missing end shows when it is inflated.
+  if (file.data.size() == 1 && *stated > 0) {
+    file.data[0].size = std::min(file.data[0].size, *stated);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
+                                  std::int64_t file_size) {
+  if (file.has("ObjectType") && file.value("ObjectType") != "Image") {
+    return Error{ErrorCode::kUnsupportedData, file.path.string() +
+                                                  ": ObjectType: expected Image, found '" +
+                                                  excerpt(file.value("ObjectType")) + "'"};
+  }
+  if (const auto ok = read_sizes(file); !ok) return ok;
+  if (const auto ok = read_sample_type(file); !ok) return ok;
+  return find_data(file, data_offset, file_size);
+}
+
+}  // namespace nav::io::detail

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "io/detail/image_file.hpp"
+#include "io/detail/input_file.hpp"
+#include "nav/result.hpp"
+
+namespace nav::io::detail {
+
+/// The decoded samples of an image file as one sequence of bytes, at most a buffer of it in memory.
+/// Raw data are read in any order; compressed data forward, an earlier offset starts again.
+/// Messages name no file: the caller knows what it asked for.
+class PixelStream {
+ public:
+  static Result<PixelStream> open(const std::vector<DataPart>& parts, Encoding encoding);
+  PixelStream(PixelStream&&) noexcept;
+  PixelStream& operator=(PixelStream&&) noexcept;
+  ~PixelStream();
+
+  /// Fills out exactly. kMalformedData when the data end before or are damaged.
+  Result<void> read(std::int64_t offset, std::span<std::byte> out);
+  /// After everything was read: the compressed stream must end here, checksum included.
+  Result<void> expect_end();
+
+ private:
+  struct Inflater;
+  PixelStream();
+  Result<std::size_t> read_raw(std::int64_t offset, std::span<std::byte> out) const;
+  Result<std::size_t> inflate(std::span<std::byte> out);
+  Result<void> rewind();
+
+  struct Part {
+    InputFile file;
+    DataPart place;
+  };
+  std::vector<Part> parts_;
+  std::unique_ptr<Inflater> inflater_;
+};
+
+/// Reverses the bytes of each sample in place; a trailing part of a sample stays.
+void swap_bytes(std::span<std::byte> bytes, std::size_t sample_size);
+
+}  // namespace nav::io::detail

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/detail/scratch_file.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <limits>
+#include <string>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+#include <zlib.h>
+
+namespace nav::io::detail {
+
+namespace {
+
+Error failed(const std::filesystem::path& path, const char* what) {
+  return {ErrorCode::kIo, path.string() + ": cannot " + what + ": " + std::strerror(errno)};
+}
+
+constexpr std::size_t kPieceBytes = 1 << 20;
+
+}  // namespace
+
+Result<ScratchFile> ScratchFile::create(const std::filesystem::path& path) {
+  static std::atomic<unsigned> counter{0};
+  ScratchFile file;
+  file.path_ = path;
+  std::filesystem::path name = path;
+  name += "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".scratch";
+  file.descriptor_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (file.descriptor_ < 0) return failed(path, "create");
+  ::unlink(name.c_str());
+  return file;
+}
+
+ScratchFile::ScratchFile(ScratchFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_) {}
+
+ScratchFile& ScratchFile::operator=(ScratchFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+ScratchFile::~ScratchFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<void> ScratchFile::append(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::pwrite(descriptor_, bytes.data(), bytes.size(), size_);
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return failed(path_, "write");
+    size_ += done;
+    bytes = bytes.subspan(static_cast<std::size_t>(done));
+  }
+  return {};
+}
+
+Result<void> ScratchFile::read_all(
+    const std::function<Result<void>(std::span<const std::byte>)>& sink) const {
+  std::vector<std::byte> piece(kPieceBytes);
+  for (std::int64_t at = 0; at < size_;) {
+    const ssize_t got = ::pread(descriptor_, piece.data(), piece.size(), at);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return failed(path_, "read back");
+    const auto ok = sink(std::span(piece).first(static_cast<std::size_t>(got)));
+    if (!ok) return ok;
+    at += got;
+  }
+  return {};
+}
+
+struct Deflater::State {
+  z_stream stream{};
+  bool started = false;
+  std::vector<std::byte> out = std::vector<std::byte>(kPieceBytes);
+  ~State() {
+    if (started) deflateEnd(&stream);
+  }
+};
+
+Deflater::Deflater(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Deflater::Deflater(Deflater&&) noexcept = default;
+Deflater& Deflater::operator=(Deflater&&) noexcept = default;
+Deflater::~Deflater() = default;
+
+Result<Deflater> Deflater::create(DeflateFormat format) {
+  // Fast enough to keep up with a live recording; 15: largest window; + 16: gzip framing.
+  constexpr int kLevel = 3;
+  constexpr int kMemory = 8;
+  auto state = std::make_unique<State>();
+  const int window = format == DeflateFormat::kGzip ? 15 + 16 : 15;
+  if (deflateInit2(&state->stream, kLevel, Z_DEFLATED, window, kMemory, Z_DEFAULT_STRATEGY) !=
+      Z_OK) {
+    return Error{ErrorCode::kIo, "zlib cannot start"};
+  }
+  state->started = true;
+  return Deflater(std::move(state));
+}
+
+Result<void> Deflater::pump(int flush, const Sink& sink) {
+  z_stream& z = state_->stream;
+  int code = Z_OK;
+  do {
+    z.next_out = reinterpret_cast<Bytef*>(state_->out.data());
+    z.avail_out = static_cast<uInt>(state_->out.size());
+    code = deflate(&z, flush);
+    if (code == Z_STREAM_ERROR) return Error{ErrorCode::kIo, "zlib failed"};
+    const auto ok = sink(std::span(state_->out).first(state_->out.size() - z.avail_out));
+    if (!ok) return ok;
+  } while (z.avail_out == 0 || (flush == Z_FINISH && code != Z_STREAM_END));
+  return {};
+}
+
+Result<void> Deflater::write(std::span<const std::byte> bytes, const Sink& sink) {
+  while (!bytes.empty()) {
+    const std::size_t now = std::min<std::size_t>(bytes.size(), std::numeric_limits<int>::max());
+    state_->stream.next_in =
+        const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));  // zlib only reads it.
+    state_->stream.avail_in = static_cast<uInt>(now);
+    if (const auto ok = pump(Z_NO_FLUSH, sink); !ok) return ok;
+    bytes = bytes.subspan(now);
+  }
+  return {};
+}
+
+Result<void> Deflater::finish(const Sink& sink) { return pump(Z_FINISH, sink); }
+
+}  // namespace nav::io::detail

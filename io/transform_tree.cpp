@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/transform_tree.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <sstream>
+
+namespace nav::io {
+
+namespace {
+
+/// The inverse, or nothing when there is none to speak of.
+std::optional<Eigen::Matrix4d> inverse_of(const Eigen::Matrix4d& m) {
+  if (!m.allFinite()) return {};
+  const Eigen::FullPivLU<Eigen::Matrix4d> lu(m);
+  if (!lu.isInvertible()) return {};
+  return Eigen::Matrix4d(lu.inverse());
+}
+
+/// Ok, then unknown, then the statuses that mean there is no pose; the first of these names it.
+TrackingStatus worse(TrackingStatus a, TrackingStatus b) {
+  const auto rank = [](TrackingStatus s) {
+    return s == TrackingStatus::kOk ? 0 : s == TrackingStatus::kUnknown ? 1 : 2;
+  };
+  return rank(b) > rank(a) ? b : a;
+}
+
+std::string edge_name(const std::string& from, const std::string& to) { return from + "To" + to; }
+
+}  // namespace
+
+std::optional<std::pair<std::string, std::string>> split_transform_name(std::string_view name) {
+  const auto starts_name = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); };
+  std::optional<std::pair<std::string, std::string>> found;
+  for (auto at = name.find("To", 1); at != std::string_view::npos; at = name.find("To", at + 1)) {
+    if (at + 2 >= name.size() || !starts_name(name[at + 2])) continue;
+    if (found) return {};  // "AToBToC" could be split in two ways.
+    found.emplace(name.substr(0, at), name.substr(at + 2));
+  }
+  return found;
+}
+
+Result<TransformTree> TransformTree::create(const std::vector<std::string>& frame_transforms,
+                                            const std::vector<CoordinateDefinition>& definitions) {
+  TransformTree tree;
+  for (const std::string& name : frame_transforms) {
+    const auto ends = split_transform_name(name);
+    if (!ends || ends->first == ends->second) continue;
+    tree.edges_.push_back(
+        {ends->first, ends->second, true, Eigen::Matrix4d::Constant(std::nan(""))});
+  }
+  for (const CoordinateDefinition& definition : definitions) {
+    if (!inverse_of(definition.to_from_from)) {
+      std::ostringstream found;
+      found << definition.to_from_from.reshaped<Eigen::RowMajor>().transpose();
+      return Error{ErrorCode::kMalformedData,
+                   "configuration transform " + edge_name(definition.from, definition.to) +
+                       ": expected a finite matrix that can be inverted, found " + found.str()};
+    }
+    tree.edges_.push_back({definition.from, definition.to, false, definition.to_from_from});
+  }
+  return tree;
+}
+
+std::string TransformTree::describe() const {
+  std::string text;
+  for (const Edge& edge : edges_) {
+    text += (text.empty() ? "" : ", ") + edge.from + "→" + edge.to +
+            (edge.from_frame ? " (frames)" : " (configuration)");
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+Result<Chain> TransformTree::find(const std::string& from, const std::string& to) const {
+  struct Step {
+    const Edge* edge;
+    bool inverted;
+    std::string before;
+  };
+  std::map<std::string, Step> reached = {{from, {nullptr, false, ""}}};
+  std::deque<std::string> queue = {from};
+  while (!queue.empty() && reached.count(to) == 0) {
+    const std::string here = queue.front();
+    queue.pop_front();
+    for (const Edge& edge : edges_) {  // Frames come first in the list, so they win.
+      for (const bool inverted : {false, true}) {
+        const std::string& start = inverted ? edge.to : edge.from;
+        const std::string& end = inverted ? edge.from : edge.to;
+        if (start != here || reached.count(end) != 0) continue;
+        reached.emplace(end, Step{&edge, inverted, here});
+        queue.push_back(end);
+      }
+    }
+  }
+  if (reached.count(to) == 0) {
+    return Error{ErrorCode::kNotFound, "no transform from " + from + " to " + to +
+                                           ": expected a chain between them, known: " + describe()};
+  }
+  Chain chain{from, to, {}};
+  for (std::string at = to; reached.at(at).edge != nullptr; at = reached.at(at).before) {
+    const auto& [edge, inverted, before] = reached.at(at);
+    ChainLink link{edge_name(edge->from, edge->to), edge->from_frame, inverted, edge->to_from_from};
+    if (inverted && !edge->from_frame) link.step = *inverse_of(edge->to_from_from);
+    chain.links.insert(chain.links.begin(), std::move(link));
+  }
+  return chain;
+}
+
+Result<NamedTransform> Chain::evaluate(const SequenceFrame& frame) const {
+  NamedTransform out{edge_name(from, to), Eigen::Matrix4d::Identity(), TrackingStatus::kOk};
+  for (const ChainLink& link : links) {
+    Eigen::Matrix4d step = link.step;
+    if (link.from_frame) {
+      const auto found = transform(frame, link.name);
+      if (!found) return found.error();
+      out.status = worse(out.status, found->status);
+      step = found->to_from_from;
+      if (link.inverted && step.allFinite()) {
+        const auto inverse = inverse_of(step);
+        const bool claimed =
+            found->status == TrackingStatus::kOk || found->status == TrackingStatus::kUnknown;
+        if (!inverse && claimed) {
+          return Error{ErrorCode::kMalformedData,
+                       "frame " + std::to_string(frame.index) + ": " + link.name +
+                           "Transform: expected a matrix that can be inverted"};
+        }
+        step = inverse.value_or(Eigen::Matrix4d::Constant(std::nan("")));
+      }
+    }
+    out.to_from_from = step * out.to_from_from;
+  }
+  return out;
+}
+
+Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_from_pixels,
+                                                 int width, int height) {
+  const auto refuse = [](const std::string& expected, const auto& found) {
+    std::ostringstream text;
+    text << "ImageToProbe: expected " << expected << ", found " << found;
+    return Error{ErrorCode::kMalformedData, text.str()};
+  };
+  if (width < 1 || height < 1) {
+    return refuse("a picture with pixels", std::to_string(width) + " x " + std::to_string(height));
+  }
+  Eigen::Matrix<double, 4, 3> used;  // Columns, rows, origin: the third column is not of the plane.
+  used << probe_from_pixels.col(0), probe_from_pixels.col(1), probe_from_pixels.col(3);
+  if (!used.allFinite()) return refuse("finite numbers", used.reshaped().transpose());
+  constexpr double kLastRowTolerance = 1e-6;
+  const Eigen::RowVector3d affine(0, 0, 1);
+  if ((used.row(3) - affine).cwiseAbs().maxCoeff() > kLastRowTolerance) {
+    return refuse("the last row 0 0 0 1", probe_from_pixels.row(3));
+  }
+  const Eigen::Vector3d along_columns = used.col(0).head<3>();
+  const Eigen::Vector3d along_rows = used.col(1).head<3>();
+  constexpr double kMinSpacingMm = 1e-4;
+  if (along_columns.norm() < kMinSpacingMm || along_rows.norm() < kMinSpacingMm) {
+    return refuse("pixels of at least 1e-4 mm",
+                  Eigen::RowVector2d(along_columns.norm(), along_rows.norm()));
+  }
+  const Eigen::Vector3d x = along_columns.normalized();
+  PixelGrid grid;
+  // How far the row step misses the normal of the columns is the shear, which stays in the grid.
+  const Eigen::Vector3d across = along_rows - x.dot(along_rows) * x;
+  grid.mm_per_pixel << along_columns.norm(), x.dot(along_rows), 0, across.norm();
+  const double middle = 0.5 * (width - 1);
+  grid.origin_mm << -middle * along_columns.norm(), 0;
+  if (const auto ok = validate(grid); !ok) return ok.error();
+  const Eigen::Vector3d y = across.normalized();
+  Eigen::Matrix3d axes;
+  axes << x, y, x.cross(y);
+  return ImageCalibration{
+      Transform<frames::Probe, frames::Image>(Eigen::Quaterniond(axes).normalized(),
+                                              used.col(2).head<3>() + middle * along_columns),
+      grid};
+}
+
+}  // namespace nav::io

@@ -1,0 +1,252 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/sequence.hpp"
+
+namespace nav::sim {
+namespace {
+
+/// Frames looked at for names and calibration: a first frame may lack what later ones have.
+constexpr std::int64_t kFramesToInspect = 64;
+/// Text with six digits moves a spacing by less than this share from frame to frame.
+constexpr double kGridTolerance = 1e-3;
+
+bool is_claimed(TrackingStatus status) {
+  return status == TrackingStatus::kOk || status == TrackingStatus::kUnknown;
+}
+
+bool uses_frames(const io::Chain& chain) {
+  return std::ranges::any_of(chain.links, [](const io::ChainLink& l) { return l.from_frame; });
+}
+
+std::string describe(const io::Chain& chain) {
+  std::string text = chain.from + "→" + chain.to + ":";
+  for (const io::ChainLink& link : chain.links) {
+    text += " " + link.name + (link.inverted ? " inverted" : "") +
+            (link.from_frame ? " (frames)" : " (configuration)");
+  }
+  return text;
+}
+
+struct Chains {
+  ReplayForm form;
+  io::Chain probe;                     ///< Image to reference in kImageInReference.
+  std::optional<io::Chain> reference;  ///< Reference to tracker.
+};
+
+/// A chain whose poses come with the frames.
+std::optional<io::Chain> moving(const io::TransformTree& tree, const std::string& from,
+                                const std::string& to) {
+  auto chain = tree.find(from, to);
+  if (!chain || !uses_frames(*chain)) return std::nullopt;
+  return std::move(*chain);
+}
+
+Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions& o) {
+  const bool no_reference = o.reference_frame == o.tracker_frame;
+  const auto probe = moving(tree, o.probe_frame, o.tracker_frame);
+  if (probe) {
+    if (no_reference) return Chains{ReplayForm::kTracked, *probe, std::nullopt};
+    const auto reference = tree.find(o.reference_frame, o.tracker_frame);
+    if (reference) return Chains{ReplayForm::kTracked, *probe, *reference};
+    return Error{reference.error().code,
+                 reference.error().message +
+                     "; without a reference body, name the tracker frame as the reference"};
+  }
+  if (const auto direct = moving(tree, o.probe_frame, o.reference_frame)) {
+    return Chains{ReplayForm::kProbeInReference, *direct, std::nullopt};
+  }
+  if (const auto image = moving(tree, o.image_frame, o.reference_frame)) {
+    return Chains{ReplayForm::kImageInReference, *image, std::nullopt};
+  }
+  return Error{ErrorCode::kNotFound, "replay: expected frames that place " + o.probe_frame +
+                                         " in " + o.tracker_frame + " or " + o.reference_frame +
+                                         ", or " + o.image_frame + " in " + o.reference_frame +
+                                         ", found " + tree.describe()};
+}
+
+bool same_grid(const PixelGrid& a, const PixelGrid& b) {
+  const double scale = b.mm_per_pixel.cwiseAbs().maxCoeff();
+  return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
+}
+
+/// The first of the leading frames in which a chain has a usable value, or the last reason why not.
+Result<Eigen::Matrix4d> first_value(const io::SequenceReader& reader, const io::Chain& chain) {
+  if (!uses_frames(chain)) {
+    const auto value = chain.evaluate(io::SequenceFrame{});
+    if (!value) return value.error();
+    return value->to_from_from;
+  }
+  Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
+  for (std::int64_t i = 0; i < std::min(reader.header().frame_count, kFramesToInspect); ++i) {
+    const auto frame = reader.frame_fields(i);
+    if (!frame) {
+      reason = frame.error();
+      continue;
+    }
+    const auto value = chain.evaluate(*frame);
+    if (value && is_claimed(value->status)) return value->to_from_from;
+    reason = value ? Error{ErrorCode::kMalformedData,
+                           describe(chain) + ": expected a frame with a valid pose, found " +
+                               to_string(value->status)}
+                   : value.error();
+  }
+  return reason;
+}
+
+Result<io::ImageCalibration> calibrate(const io::SequenceReader& reader,
+                                       const io::TransformTree& tree, const Chains& chains,
+                                       const ReplayOptions& options) {
+  const bool direct = chains.form == ReplayForm::kImageInReference;
+  const auto chain = direct ? Result<io::Chain>(chains.probe)
+                            : tree.find(options.image_frame, options.probe_frame);
+  if (!chain) return chain.error();
+  const auto value = first_value(reader, *chain);
+  if (!value) return value.error();
+  auto calibration =
+      io::calibration_from_matrix(*value, reader.header().width, reader.header().height);
+  if (!calibration || !direct) return calibration;
+  // The image plays the probe, so the step between them is that of a frame onto itself.
+  return io::ImageCalibration{{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()},
+                              calibration->grid};
+}
+
+}  // namespace
+
+struct ReplaySession::State {
+  State(io::SequenceReader r, Chains c, Diagnostics& d)
+      : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
+
+  /// A pose of a frame, or NaN with the reason told.
+  RawPose pose(const io::Chain& chain, const io::SequenceFrame& frame, Timestamp time) const {
+    RawPose out;
+    out.acquired = time;
+    out.received = time;
+    out.status = TrackingStatus::kInvalid;
+    const auto value = chain.evaluate(frame);
+    if (!value) {
+      diagnostics.report(Severity::kWarning, "sim.replay", value.error().message);
+      return out;
+    }
+    out.status = value->status;
+    out.tracker_from_body = value->to_from_from;
+    if (&chain == &chains.probe && chains.form == ReplayForm::kImageInReference) {
+      take_scale_out(frame.index, out);
+    }
+    return out;
+  }
+
+  /// ImageToReference maps pixels; what remains without the pixel grid is rigid.
+  void take_scale_out(std::int64_t index, RawPose& pose) const {
+    const Eigen::Matrix4d m = pose.tracker_from_body;
+    pose.tracker_from_body.setConstant(std::nan(""));
+    if (!is_claimed(pose.status) || !calibration) return;
+    const auto placed =
+        io::calibration_from_matrix(m, reader.header().width, reader.header().height);
+    if (placed && same_grid(placed->grid, calibration->grid)) {
+      pose.tracker_from_body = placed->probe_from_image.matrix();
+      return;
+    }
+    pose.status = TrackingStatus::kInvalid;
+    diagnostics.report(
+        Severity::kWarning, "sim.replay",
+        "frame " + std::to_string(index) + ": " +
+            (placed ? std::string("expected the pixel size of the first frame, found another")
+                    : placed.error().message));
+  }
+
+  Result<UltrasoundFrame> picture(const io::SequenceFrame& frame, Timestamp time) const {
+    auto pixels = io::brightness_image(reader.header(), frame);
+    if (!pixels) return pixels.error();
+    UltrasoundFrame out;
+    out.acquired = time;
+    out.received = time;
+    out.sequence = static_cast<std::uint64_t>(frame.index);
+    out.pixels = std::move(*pixels);
+    out.grid = calibration->grid;
+    return out;
+  }
+
+  io::SequenceReader reader;
+  Chains chains;
+  Diagnostics& diagnostics;
+  std::optional<io::ImageCalibration> calibration;
+  std::string description;
+  std::int64_t position = 0;
+};
+
+ReplaySession::ReplaySession(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ReplaySession::ReplaySession(ReplaySession&&) noexcept = default;
+ReplaySession& ReplaySession::operator=(ReplaySession&&) noexcept = default;
+ReplaySession::~ReplaySession() = default;
+
+Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
+                                          const io::PlusConfig* config,
+                                          const ReplayOptions& options, Diagnostics& diagnostics) {
+  auto reader = io::SequenceReader::open(sequence);
+  if (!reader) return reader.error();
+  const auto blame = [&](const Error& error) {
+    return Error{error.code, sequence.string() + ": " + error.message};
+  };
+  std::set<std::string> names;
+  for (std::int64_t i = 0; i < std::min(reader->header().frame_count, kFramesToInspect); ++i) {
+    const auto frame = reader->frame_fields(i);
+    if (!frame) continue;  // Told when the frame itself is replayed.
+    for (auto& name : io::transform_names(*frame)) names.insert(std::move(name));
+  }
+  const auto tree = io::TransformTree::create(
+      {names.begin(), names.end()},
+      config != nullptr ? config->transforms : std::vector<io::CoordinateDefinition>{});
+  if (!tree) return blame(tree.error());
+  auto chains = choose_chains(*tree, options);
+  if (!chains) return blame(chains.error());
+  auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
+  if (state->reader.header().width > 0) {
+    auto calibration = calibrate(state->reader, *tree, state->chains, options);
+    if (!calibration) return blame(calibration.error());
+    state->calibration = *calibration;
+  }
+  state->description = describe(state->chains.probe);
+  if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
+  return ReplaySession(std::move(state));
+}
+
+Result<ReplayEvent> ReplaySession::next() {
+  State& s = *state_;
+  if (s.position >= total_frames()) {
+    return Error{ErrorCode::kEndOfStream, s.reader.header().path.string() + ": no more frames"};
+  }
+  const std::int64_t index = s.position++;
+  const auto frame = s.reader.read(index);
+  if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
+  const auto refuse = [&](const Error& error) {
+    ReplayEvent event{index, {}, error, {}, {}};
+    event.probe.status = TrackingStatus::kInvalid;
+    if (s.chains.reference) event.reference = event.probe;
+    return event;
+  };
+  if (!frame) return refuse(frame.error());
+  if (!frame->timestamp_s || !is_representable_seconds(*frame->timestamp_s)) {
+    return refuse({ErrorCode::kMalformedData,
+                   "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
+  }
+  const Timestamp time(from_seconds(*frame->timestamp_s));
+  ReplayEvent event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time), {}};
+  if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
+  return event;
+}
+
+void ReplaySession::rewind() { state_->position = 0; }
+const std::optional<io::ImageCalibration>& ReplaySession::calibration() const {
+  return state_->calibration;
+}
+ReplayForm ReplaySession::form() const { return state_->chains.form; }
+std::int64_t ReplaySession::total_frames() const { return state_->reader.header().frame_count; }
+const std::string& ReplaySession::description() const { return state_->description; }
+
+}  // namespace nav::sim

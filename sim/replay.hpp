@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "io/plus_config.hpp"
+#include "io/transform_tree.hpp"
+#include "nav/diagnostics.hpp"
+#include "nav/pose.hpp"
+#include "nav/ultrasound_frame.hpp"
+
+namespace nav::sim {
+
+/// What the coordinate frames are called in a recording.
+struct ReplayOptions {
+  std::string image_frame = "Image";
+  std::string probe_frame = "Probe";
+  std::string tracker_frame = "Tracker";
+  /// Patient-fixed frame. The name of the tracker frame says explicitly that there is none.
+  std::string reference_frame = "Reference";
+};
+
+/// How the poses of a recording are written.
+enum class ReplayForm {
+  kTracked,           ///< Probe (and reference) in the tracker.
+  kProbeInReference,  ///< Probe in the reference already: the reference plays the tracker.
+  kImageInReference,  ///< Pictures placed directly: calibration is part of every pose, so the
+                      ///< image plays the probe and the reference the tracker.
+};
+
+/// One frame of a recording, unjudged.
+struct ReplayEvent {
+  std::int64_t index = 0;
+  std::optional<Timestamp> acquired;  ///< As recorded; absent when the frame has no timestamp.
+  Result<UltrasoundFrame> picture;    ///< Or why there is none.
+  RawPose probe;  ///< tracker_from_probe. Status and numbers as recorded; what cannot be read at
+                  ///< all is kInvalid with NaN and is named in the diagnostics.
+  std::optional<RawPose> reference;  ///< tracker_from_reference; absent when the reference is, or
+                                     ///< plays, the tracker.
+};
+
+/// A PLUS recording streamed through the live pipeline on the virtual clock: one frame at a time,
+/// no threads, no sleeping. received equals acquired. Not thread-safe.
+class ReplaySession {
+ public:
+  /// config: the device set with the calibration, or nullptr when the recording carries it;
+  /// needed during the call only. diagnostics must outlive the session. Errors: those of the
+  /// reader; kNotFound when no chain of transforms places the probe, the reference or the picture
+  /// (the message lists what exists); kMalformedData for a calibration that cannot be.
+  static Result<ReplaySession> open(const std::filesystem::path& sequence,
+                                    const io::PlusConfig* config, const ReplayOptions& options,
+                                    Diagnostics& diagnostics);
+  ReplaySession(ReplaySession&&) noexcept;
+  ReplaySession& operator=(ReplaySession&&) noexcept;
+  ~ReplaySession();
+
+  /// The next frame in order of the file; kEndOfStream after the last. A frame that cannot be read
+  /// is an event with a refusal; only failures of the file itself are errors.
+  Result<ReplayEvent> next();
+  /// Back to the first frame.
+  void rewind();
+
+  /// Absent in recordings without pictures.
+  [[nodiscard]] const std::optional<io::ImageCalibration>& calibration() const;
+  [[nodiscard]] ReplayForm form() const;
+  [[nodiscard]] std::int64_t total_frames() const;
+  /// The chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
+  [[nodiscard]] const std::string& description() const;
+
+ private:
+  struct State;
+  explicit ReplaySession(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace nav::sim
