@@ -12,10 +12,10 @@
 namespace nav::registration {
 
 /// What a registration must show before anything is drawn with it. Every limit is inclusive. The
-/// defaults are frozen on simulated patients (12 of each kind), where right pairs had scores above
-/// 18, costs below 0.28 and halves that agreed within 0.6 mm, and other patients of like anatomy
-/// scores below 15.5, costs above 0.40 and halves 1.0 to 4.5 mm apart. They say nothing yet about
-/// real patients.
+/// defaults are frozen on simulated patients: 14 right pairs had scores above 18, costs below 0.28
+/// and halves that agreed within 0.6 mm; 36 pairs with another patient of like anatomy had scores
+/// below 15.6, costs above 0.40 and halves 1.0 to 4.5 mm apart. They say nothing yet about real
+/// patients.
 struct AcceptanceLimits {
   double min_overlap = 0.6;                 ///< Fraction of the ultrasound inside the CT, [0, 1].
   double min_z_score = 16;                  ///< Against random poses.

@@ -9,8 +9,6 @@
 #include <memory>
 #include <set>
 #include <sstream>
-#include <tbb/parallel_invoke.h>
-#include <tbb/task_arena.h>
 
 #include "registration/pose_solver.hpp"
 #include "registration/sandwich.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
