@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
-#include <set>
 #include <sstream>
 
+#include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/sandwich.hpp"
 #include "registration/starts.hpp"
@@ -21,8 +20,6 @@ namespace {
 constexpr const char* kSource = "registration";
 // c.4: scale space of both pictures for samples one step apart.
 constexpr double kSigmaPerStep = 0.75;
-// Fewer patches than this do not hold six unknowns against outliers.
-constexpr std::size_t kMinPatches = 20;
 // The funnel: starts that are solved on the first level, and distinct poses that go on.
 constexpr std::size_t kSolvedStarts = 8;
 constexpr int kStartIterations = 12;
@@ -31,9 +28,6 @@ constexpr std::size_t kKeptOnFinest = 2;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// The box of the random poses of the z score.
-constexpr double kRandomPoseMm = 40;
-constexpr double kRandomPoseRad = 0.6;
 // Room around the sweep on finer levels, where poses move little.
 constexpr double kFineMarginMm = 12;
 constexpr double kSolveProgress = 0.9;
@@ -83,10 +77,7 @@ class Registrar {
   void solve_starts(Level& level);
   void solve_candidates(Level& level, std::size_t keep);
   void drop_duplicates(std::size_t keep);
-  [[nodiscard]] double z_score(const Candidate& best) const;
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
-  template <class Side>
-  [[nodiscard]] double disagreement_mm(const Candidate& best, Side side) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   bool keep_going();
   [[nodiscard]] Error cancelled() const {
@@ -239,27 +230,6 @@ void Registrar::drop_duplicates(std::size_t keep) {
   candidates_ = std::move(kept);
 }
 
-/// How far below the costs of random poses the result lies, in their standard deviations.
-double Registrar::z_score(const Candidate& best) const {
-  const Level& level = *levels_[std::min<std::size_t>(1, levels_.size() - 1)];
-  const Pose& pose = best.solution.pose;
-  const Eigen::Vector3d centre = (pose * points_.centroid).mm;
-  std::vector<double> costs;
-  for (const Vector6d& twist :
-       spread_twists(options_.z_score_poses, kRandomPoseRad, kRandomPoseMm, options_.seed + 1)) {
-    costs.push_back(level.cost->cost(moved(pose, centre, twist)).cost);
-  }
-  const auto n = static_cast<double>(costs.size());
-  double mean = 0;
-  for (const double cost : costs) mean += cost / n;
-  double variance = 0;
-  for (const double cost : costs) variance += (cost - mean) * (cost - mean) / (n - 1);
-  const double deviation = std::sqrt(variance);
-  // Equal costs everywhere: nothing to tell a pose by.
-  if (!(deviation > 0)) return 0;
-  return (mean - level.cost->cost(pose).cost) / deviation;
-}
-
 std::optional<double> Registrar::margin(const Candidate& best) const {
   std::optional<double> second;
   for (const Candidate& other : candidates_) {
@@ -270,54 +240,35 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
   return (*second - best.solution.final_cost) / std::max(best.solution.final_cost, 1e-12);
 }
 
-/// RMS distance of the poses that two halves of the pictures give; side(order, count) chooses.
-template <class Side>
-double Registrar::disagreement_mm(const Candidate& best, Side side) const {
-  const Level& level = *levels_.back();
-  std::set<int> frames;
-  for (const Patch& patch : level.patches.patches) frames.insert(patch.frame);
-  const std::vector<int> order(frames.begin(), frames.end());
-  std::vector<Pose> poses;
-  for (const bool wanted : {false, true}) {
-    const PatchSet half = subset(level.patches, [&](const Patch& patch) {
-      const auto rank = std::lower_bound(order.begin(), order.end(), patch.frame) - order.begin();
-      return side(static_cast<std::size_t>(rank), order.size()) == wanted;
-    });
-    if (half.patches.size() < kMinPatches) return std::numeric_limits<double>::infinity();
-    const Lc2Cost cost(level.channels, half, options_.ridge, options_.threads);
-    poses.push_back(
-        solve_pose(cost, best.solution.pose, points_.centroid, options_.max_iterations, {}).pose);
-  }
-  return distance_mm(points_, poses[0], poses[1]);
-}
-
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = *levels_.back();
+  const Level& second = *levels_[std::min<std::size_t>(1, levels_.size() - 1)];
   const Pose& pose = best.solution.pose;
   const SandwichCovariance covariance =
       sandwich_covariance(*finest.cost, pose, pose * points_.centroid,
                           0.25 * finest.options.sample_step_mm, options_.bias_floor_mm);
-  ImageRegistrationResult result{pose,
-                                 best.solution.termination,
-                                 best.solution.message,
-                                 0,
-                                 finest.cost->cost(initial_).cost,
-                                 best.solution.final_cost,
-                                 overlap(ct_.grid(), points_, pose),
-                                 static_cast<int>(finest.patches.patches.size()),
-                                 covariance.uncertainty,
-                                 covariance.valid,
-                                 covariance.fault,
-                                 z_score(best),
-                                 margin(best),
-                                 0,
-                                 0,
-                                 {},
-                                 0};
-  result.split_disagreement_mm =
-      disagreement_mm(best, [](std::size_t rank, std::size_t) { return rank % 2 == 1; });
-  result.halves_disagreement_mm =
-      disagreement_mm(best, [](std::size_t rank, std::size_t count) { return 2 * rank >= count; });
+  ImageRegistrationResult result{
+      pose,
+      best.solution.termination,
+      best.solution.message,
+      0,
+      finest.cost->cost(initial_).cost,
+      best.solution.final_cost,
+      overlap(ct_.grid(), points_, pose),
+      static_cast<int>(finest.patches.patches.size()),
+      covariance.uncertainty,
+      covariance.valid,
+      covariance.fault,
+      z_score(*second.cost, points_, pose, options_.z_score_poses, options_.seed + 1),
+      margin(best),
+      0,
+      0,
+      {},
+      0};
+  const HalvesProblem problem{finest.channels, finest.patches,   points_,
+                              options_.ridge,  options_.threads, options_.max_iterations};
+  result.split_disagreement_mm = disagreement_mm(problem, pose, Halves::kOddEven);
+  result.halves_disagreement_mm = disagreement_mm(problem, pose, Halves::kFirstSecond);
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const Level& level = *levels_[i];
     const LevelSolve& solve = best.history[i];
