@@ -29,7 +29,8 @@ struct LevelOptions {
 
 /// How to register a sweep to a CT. The defaults are meant for an abdominal sweep.
 struct ImageRegistrationOptions {
-  /// Coarse to fine; the first also ranks the starts. At least one.
+  /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
+  /// fit into the pictures is left out and reported; the last must fit.
   std::vector<LevelOptions> levels = {
       {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {0.8, 13, 1400, 2.0}};
   ShadowMaskOptions mask;
@@ -70,13 +71,12 @@ struct LevelReport {
 struct ImageRegistrationResult {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   Termination termination;
-  std::string message;     ///< Why the solve stopped, in the solver's words.
-  int iterations;          ///< Of the chosen candidate, all levels.
-  double initial_cost;     ///< Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match.
-  double final_cost;       ///< Finest-level cost at the result, [0, 1].
-  double overlap;          ///< Fraction of the usable ultrasound inside the CT, [0, 1].
-  int patches;             ///< On the finest level.
-  int non_finite_patches;  ///< Patches whose cost was not finite anywhere on the way; 0 is normal.
+  std::string message;  ///< Why the solve stopped, in the solver's words.
+  int iterations;       ///< Of the chosen candidate, all levels.
+  double initial_cost;  ///< Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match.
+  double final_cost;    ///< Finest-level cost at the result, [0, 1].
+  double overlap;       ///< Fraction of the usable ultrasound inside the CT, [0, 1].
+  int patches;          ///< On the finest level.
 
   PoseUncertainty uncertainty;   ///< About the sweep's centroid; meaningless unless valid.
   bool covariance_valid;         ///< False: a direction is not determined by the sweep.
@@ -86,7 +86,9 @@ struct ImageRegistrationResult {
   /// (cost of the best other minimum − cost) / cost, finest level; other: more than 5 mm away.
   /// Absent when no start ended in another minimum.
   std::optional<double> margin;
-  double split_disagreement_mm;   ///< RMS over the sweep between solves of odd and even pictures.
+  /// RMS over the sweep between the poses of odd and of even pictures, mm; infinite when there are
+  /// too few pictures to split.
+  double split_disagreement_mm;
   double halves_disagreement_mm;  ///< The same between the first and the second half.
 
   std::vector<LevelReport> levels;  ///< Coarse to fine.

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/acceptance.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "nav/check.hpp"
+
+namespace nav::registration {
+namespace {
+
+std::string sentence(const std::string& what, const std::string& relation, double limit,
+                     const std::string& unit, double found) {
+  std::ostringstream text;
+  text.precision(3);
+  text << what << ": expected " << relation << ' ' << limit << unit << ", found " << found << unit;
+  return text.str();
+}
+
+}  // namespace
+
+Result<void> validate(const AcceptanceLimits& limits) {
+  const auto refuse = [](const std::string& what, const std::string& expected, double found) {
+    std::ostringstream text;
+    text << "acceptance: " << what << ": expected " << expected << ", found " << found;
+    return Error{ErrorCode::kUsage, text.str()};
+  };
+  if (!(limits.min_overlap >= 0 && limits.min_overlap <= 1)) {
+    return refuse("min_overlap", "0 to 1", limits.min_overlap);
+  }
+  if (!std::isfinite(limits.min_z_score)) {
+    return refuse("min_z_score", "a finite number", limits.min_z_score);
+  }
+  if (!(limits.max_cost > 0 && limits.max_cost <= 1)) {
+    return refuse("max_cost", "a value in (0, 1]", limits.max_cost);
+  }
+  if (!std::isfinite(limits.min_margin)) {
+    return refuse("min_margin", "a finite number", limits.min_margin);
+  }
+  if (!(limits.max_tre_rms_mm > 0)) {
+    return refuse("max_tre_rms_mm", "a positive number", limits.max_tre_rms_mm);
+  }
+  if (!(limits.max_split_disagreement_mm > 0)) {
+    return refuse("max_split_disagreement_mm", "a positive number",
+                  limits.max_split_disagreement_mm);
+  }
+  if (!(limits.max_halves_disagreement_mm > 0)) {
+    return refuse("max_halves_disagreement_mm", "a positive number",
+                  limits.max_halves_disagreement_mm);
+  }
+  return {};
+}
+
+Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
+                const Point<frames::Ct>& target) {
+  const auto ok = validate(limits);
+  NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
+  std::vector<std::string> reasons;
+  // Comparisons are written so that NaN fails them.
+  const auto at_least = [&](const std::string& what, double found, double limit) {
+    if (!(found >= limit)) reasons.push_back(sentence(what, "at least", limit, "", found));
+  };
+  const auto at_most = [&](const std::string& what, double found, double limit,
+                           const std::string& unit) {
+    if (!(std::isfinite(found) && found <= limit)) {
+      reasons.push_back(sentence(what, "at most", limit, unit, found));
+    }
+  };
+  if (result.termination == Termination::kFailed) {
+    reasons.push_back("solver: expected it to converge, found: " + result.message);
+  }
+  at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap);
+  at_least("score against random poses", result.z_score, limits.min_z_score);
+  at_most("cost of the match", result.final_cost, limits.max_cost, "");
+  if (result.margin) {
+    at_least("margin to the next best pose", *result.margin, limits.min_margin);
+  }
+  if (result.covariance_valid) {
+    at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
+            " mm");
+  } else {
+    reasons.push_back("uncertainty: " + result.covariance_fault);
+  }
+  at_most("disagreement of odd and even pictures", result.split_disagreement_mm,
+          limits.max_split_disagreement_mm, " mm");
+  at_most("disagreement of first and second half", result.halves_disagreement_mm,
+          limits.max_halves_disagreement_mm, " mm");
+  const bool accepted = reasons.empty();
+  return {accepted, std::move(reasons)};
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "nav/volume.hpp"
+
+namespace nav::registration {
+
+/// The CT as the similarity sees it on one level: soft tissue and its gradient, smoothed, on its
+/// own grid. Coordinates "Grid" are mm along the axes of the voxel grid from its first voxel:
+/// y = directionsᵀ (p_ct − origin). Grid may be left-handed.
+struct CtChannels {
+  std::array<int, 3> size{};     ///< >= 2 along each axis; i fastest.
+  Eigen::Vector3d spacing_mm;    ///< > 0.
+  Eigen::Vector3d origin_ct_mm;  ///< Centre of texel (0, 0, 0).
+  Eigen::Matrix3d directions;    ///< ct_from_grid, orthonormal, det ±1.
+  /// [f, gx, gy, gz]: f = clamp(HU, −150, 250)/100 smoothed; g = σ·∇f in Grid axes, so that both
+  /// have the same unit and the same noise.
+  std::vector<std::array<float, 4>> texels;
+
+  [[nodiscard]] Eigen::Vector3d grid_of(const Eigen::Vector3d& p_ct_mm) const {
+    return directions.transpose() * (p_ct_mm - origin_ct_mm);
+  }
+};
+
+/// A box in CT coordinates, mm.
+struct CtBox {
+  Eigen::Vector3d low, high;
+};
+
+/// Crops the CT to the box (whole voxels, at least 2 along each axis), smooths with a Gaussian of
+/// sigma_mm and keeps about every 0.7 sigma_mm one texel, but none finer than 1 mm or the CT.
+/// An axis with one voxel is repeated. Refuses a box that does not touch the CT (kRefused).
+Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double sigma_mm);
+
+}  // namespace nav::registration

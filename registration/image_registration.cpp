@@ -1,0 +1,326 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/image_registration.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <sstream>
+
+#include "registration/assessment.hpp"
+#include "registration/pose_solver.hpp"
+#include "registration/sandwich.hpp"
+#include "registration/starts.hpp"
+#include "registration/sweep_points.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr const char* kSource = "registration";
+// c.4: scale space of both pictures for samples one step apart.
+constexpr double kSigmaPerStep = 0.75;
+// The funnel: starts that are solved on the first level, and distinct poses that go on.
+constexpr std::size_t kSolvedStarts = 8;
+constexpr int kStartIterations = 12;
+constexpr std::size_t kKeptCandidates = 3;
+constexpr std::size_t kKeptOnFinest = 2;
+// Poses this close are one candidate on the way, and one minimum in the end.
+constexpr double kSameCandidateMm = 1.0;
+constexpr double kSameMinimumMm = 5.0;
+// Room around the sweep on finer levels, where poses move little.
+constexpr double kFineMarginMm = 12;
+constexpr double kSolveProgress = 0.9;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// One rung of the ladder, ready to be evaluated.
+struct Level {
+  LevelOptions options;
+  PatchSet patches;
+  CtChannels channels;
+  std::unique_ptr<Lc2Cost> cost;
+  double preparation_s = 0;
+};
+
+struct LevelSolve {
+  double initial_cost, final_cost, seconds;
+  int iterations, candidates;
+};
+
+/// A pose on its way through the levels.
+struct Candidate {
+  PoseSolution solution;
+  bool plain;  ///< Descends from the initial pose alone: never dropped.
+  std::vector<LevelSolve> history;
+};
+
+class Registrar {
+ public:
+  Registrar(const Volume& ct, const Sweep& sweep, const Pose& initial,
+            const ImageRegistrationOptions& options, Diagnostics& diagnostics,
+            const std::function<bool(double)>& progress)
+      : ct_(ct),
+        sweep_(sweep),
+        initial_(initial),
+        options_(options),
+        diagnostics_(diagnostics),
+        progress_(progress) {}
+
+  Result<ImageRegistrationResult> run();
+
+ private:
+  Result<void> find_patches();
+  Result<void> prepare(std::size_t level);
+  void solve_starts(Level& level);
+  void solve_candidates(Level& level, std::size_t keep);
+  void drop_duplicates(std::size_t keep);
+  [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
+  [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
+  bool keep_going();
+  [[nodiscard]] Error cancelled() const {
+    return {ErrorCode::kCancelled, "image registration: cancelled by the caller"};
+  }
+
+  const Volume& ct_;
+  const Sweep& sweep_;
+  const Pose& initial_;
+  const ImageRegistrationOptions& options_;
+  Diagnostics& diagnostics_;
+  const std::function<bool(double)>& progress_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  SweepPoints points_;
+  std::vector<std::unique_ptr<Level>> levels_;
+  std::vector<Candidate> candidates_;
+  double fraction_ = 0;
+  bool cancelled_ = false;
+  int non_finite_ = 0;
+};
+
+bool Registrar::keep_going() {
+  if (!cancelled_ && progress_ && !progress_(fraction_)) cancelled_ = true;
+  return !cancelled_;
+}
+
+/// Masks and the patches of all levels; neither depends on the pose.
+Result<void> Registrar::find_patches() {
+  const auto masks = shadow_masks(sweep_, options_.mask);
+  if (!masks) return masks.error();
+  points_ = sweep_points(sweep_, *masks);
+  for (std::size_t i = 0; i < options_.levels.size(); ++i) {
+    if (!keep_going()) return cancelled();
+    auto level = std::make_unique<Level>();
+    const auto start = std::chrono::steady_clock::now();
+    level->options = options_.levels[i];
+    level->patches =
+        make_patches(sweep_, *masks, level->options, kSigmaPerStep * level->options.sample_step_mm);
+    level->preparation_s = seconds_since(start);
+    const std::size_t found = level->patches.patches.size();
+    if (found >= kMinPatches && !points_.points.empty()) {
+      levels_.push_back(std::move(level));
+      continue;
+    }
+    std::ostringstream text;
+    text << "level " << i << " (" << level->options.sample_step_mm << " mm): expected at least "
+         << kMinPatches << " patches outside shadows, found " << found;
+    if (i + 1 == options_.levels.size()) {
+      return Error{ErrorCode::kRefused, "image registration: " + text.str()};
+    }
+    diagnostics_.report(Severity::kInfo, kSource, text.str() + "; the level is left out");
+  }
+  return {};
+}
+
+/// CT channels around all poses that the level will see.
+Result<void> Registrar::prepare(std::size_t index) {
+  Level& level = *levels_[index];
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<Pose> poses{initial_};
+  for (const Candidate& candidate : candidates_) poses.push_back(candidate.solution.pose);
+  double margin = kFineMarginMm;
+  if (index == 0) {
+    margin += options_.start_range_mm + options_.start_range_rad * points_.radius_mm;
+  }
+  // The second level also judges the random poses.
+  if (index == std::min<std::size_t>(1, levels_.size() - 1)) {
+    margin = std::max(margin, kRandomPoseMm);
+  }
+  auto channels = make_ct_channels(ct_, box_around(points_, poses, margin),
+                                   kSigmaPerStep * level.options.sample_step_mm);
+  if (!channels) return channels.error();
+  level.channels = std::move(*channels);
+  level.cost =
+      std::make_unique<Lc2Cost>(level.channels, level.patches, options_.ridge, options_.threads);
+  level.preparation_s += seconds_since(start);
+  return {};
+}
+
+/// First level: rank the seeded starts by cost alone, solve the best and the initial pose.
+void Registrar::solve_starts(Level& level) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto go_on = [this] { return keep_going(); };
+  const Eigen::Vector3d centre = (initial_ * points_.centroid).mm;
+  std::vector<std::pair<double, Pose>> ranked;
+  for (const Vector6d& twist : spread_twists(options_.starts, options_.start_range_rad,
+                                             options_.start_range_mm, options_.seed)) {
+    const Pose pose = moved(initial_, centre, twist);
+    const CostTerms terms = level.cost->cost(pose);
+    non_finite_ = std::max(non_finite_, terms.non_finite);
+    ranked.emplace_back(terms.cost, pose);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto add = [&](const Pose& pose, int iterations, bool plain) {
+    if (!keep_going()) return;
+    PoseSolution solution = solve_pose(*level.cost, pose, points_.centroid, iterations, go_on);
+    non_finite_ = std::max(non_finite_, solution.non_finite);
+    const LevelSolve solve{solution.initial_cost, solution.final_cost, 0, solution.iterations, 0};
+    candidates_.push_back({std::move(solution), plain, {solve}});
+  };
+  add(initial_, options_.max_iterations, true);
+  for (std::size_t i = 0; i < std::min(kSolvedStarts, ranked.size()); ++i) {
+    add(ranked[i].second, kStartIterations, false);
+  }
+  for (Candidate& candidate : candidates_) {
+    candidate.history.back().seconds = seconds_since(start);
+    candidate.history.back().candidates = static_cast<int>(candidates_.size());
+  }
+  drop_duplicates(kKeptCandidates);
+}
+
+void Registrar::solve_candidates(Level& level, std::size_t keep) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto go_on = [this] { return keep_going(); };
+  for (Candidate& candidate : candidates_) {
+    if (cancelled_) return;
+    candidate.solution = solve_pose(*level.cost, candidate.solution.pose, points_.centroid,
+                                    options_.max_iterations, go_on);
+    const PoseSolution& solution = candidate.solution;
+    non_finite_ = std::max(non_finite_, solution.non_finite);
+    candidate.history.push_back(
+        {solution.initial_cost, solution.final_cost, 0, solution.iterations, 0});
+  }
+  for (Candidate& candidate : candidates_) {
+    candidate.history.back().seconds = seconds_since(start);
+    candidate.history.back().candidates = static_cast<int>(candidates_.size());
+  }
+  drop_duplicates(keep);
+}
+
+/// Best first; keeps at most so many distinct ones and always the plain one.
+void Registrar::drop_duplicates(std::size_t keep) {
+  std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
+    return a.solution.final_cost < b.solution.final_cost;
+  });
+  std::vector<Candidate> kept;
+  std::size_t others = 0;
+  for (Candidate& candidate : candidates_) {
+    const auto same = std::find_if(kept.begin(), kept.end(), [&](const Candidate& k) {
+      return distance_mm(points_, k.solution.pose, candidate.solution.pose) < kSameCandidateMm;
+    });
+    if (same != kept.end()) {
+      same->plain |= candidate.plain;
+    } else if (candidate.plain || others < keep) {
+      if (!candidate.plain) ++others;
+      kept.push_back(std::move(candidate));
+    }
+  }
+  candidates_ = std::move(kept);
+}
+
+std::optional<double> Registrar::margin(const Candidate& best) const {
+  std::optional<double> second;
+  for (const Candidate& other : candidates_) {
+    if (distance_mm(points_, other.solution.pose, best.solution.pose) <= kSameMinimumMm) continue;
+    if (!second || other.solution.final_cost < *second) second = other.solution.final_cost;
+  }
+  if (!second) return {};
+  return (*second - best.solution.final_cost) / std::max(best.solution.final_cost, 1e-12);
+}
+
+ImageRegistrationResult Registrar::report(const Candidate& best) {
+  const Level& finest = *levels_.back();
+  const Level& second = *levels_[std::min<std::size_t>(1, levels_.size() - 1)];
+  const Pose& pose = best.solution.pose;
+  const SandwichCovariance covariance =
+      sandwich_covariance(*finest.cost, pose, pose * points_.centroid,
+                          0.25 * finest.options.sample_step_mm, options_.bias_floor_mm);
+  ImageRegistrationResult result{
+      pose,
+      best.solution.termination,
+      best.solution.message,
+      0,
+      finest.cost->cost(initial_).cost,
+      best.solution.final_cost,
+      overlap(ct_.grid(), points_, pose),
+      static_cast<int>(finest.patches.patches.size()),
+      covariance.uncertainty,
+      covariance.valid,
+      covariance.fault,
+      z_score(*second.cost, points_, pose, options_.z_score_poses, options_.seed + 1),
+      margin(best),
+      0,
+      0,
+      {},
+      0};
+  const HalvesProblem problem{finest.channels, finest.patches,   points_,
+                              options_.ridge,  options_.threads, options_.max_iterations};
+  result.split_disagreement_mm = disagreement_mm(problem, pose, Halves::kOddEven);
+  result.halves_disagreement_mm = disagreement_mm(problem, pose, Halves::kFirstSecond);
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    const Level& level = *levels_[i];
+    const LevelSolve& solve = best.history[i];
+    result.iterations += solve.iterations;
+    result.levels.push_back({level.options.sample_step_mm,
+                             static_cast<int>(level.patches.patches.size()), level.patches.frames,
+                             solve.candidates, solve.iterations, solve.initial_cost,
+                             solve.final_cost, level.preparation_s, solve.seconds});
+  }
+  result.total_s = seconds_since(start_);
+  return result;
+}
+
+Result<ImageRegistrationResult> Registrar::run() {
+  if (const auto ok = find_patches(); !ok) return ok.error();
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    if (!keep_going()) return cancelled();
+    if (const auto ok = prepare(i); !ok) return ok.error();
+    if (i == 0) {
+      solve_starts(*levels_[i]);
+    } else {
+      const bool before_finest = i + 2 == levels_.size();
+      solve_candidates(*levels_[i], before_finest ? kKeptOnFinest : kKeptCandidates);
+    }
+    if (cancelled_) return cancelled();
+    fraction_ = kSolveProgress * static_cast<double>(i + 1) / static_cast<double>(levels_.size());
+  }
+  if (!keep_going()) return cancelled();
+  const auto best = std::min_element(candidates_.begin(), candidates_.end(),
+                                     [](const Candidate& a, const Candidate& b) {
+                                       return a.solution.final_cost < b.solution.final_cost;
+                                     });
+  if (non_finite_ > 0) {
+    return Error{ErrorCode::kNumerical,
+                 "image registration: expected a finite similarity of every "
+                 "patch, found " +
+                     std::to_string(non_finite_) + " that were not"};
+  }
+  const ImageRegistrationResult result = report(*best);
+  fraction_ = 1;
+  if (!keep_going()) return cancelled();
+  return result;
+}
+
+}  // namespace
+
+Result<ImageRegistrationResult> register_sweep(
+    const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options, Diagnostics& diagnostics,
+    const std::function<bool(double fraction)>& progress) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  return Registrar(ct, sweep, initial, options, diagnostics, progress).run();
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "registration/image_registration.hpp"
+#include "registration/lc2_kernel.hpp"
+
+namespace nav::registration {
+namespace {
+
+Error refuse(const std::string& what, const std::string& expected, double found) {
+  std::ostringstream text;
+  text << "image registration: " << what << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kUsage, text.str()};
+}
+
+Result<void> validate_level(const LevelOptions& level, std::size_t index) {
+  const std::string name = "levels[" + std::to_string(index) + "].";
+  if (!(level.sample_step_mm > 0.05 && level.sample_step_mm <= 20)) {
+    return refuse(name + "sample_step_mm", "a value in (0.05, 20]", level.sample_step_mm);
+  }
+  if (level.patch_side < 5 || level.patch_side > kMaxPatchSide || level.patch_side % 2 == 0) {
+    return refuse(name + "patch_side", "an odd number of 5 to 21", level.patch_side);
+  }
+  if (level.patches < 50 || level.patches > 1000000) {
+    return refuse(name + "patches", "50 to 1000000", level.patches);
+  }
+  if (!(level.frame_step_mm > 0 && level.frame_step_mm <= 100)) {
+    return refuse(name + "frame_step_mm", "a value in (0, 100]", level.frame_step_mm);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const ImageRegistrationOptions& options) {
+  if (options.levels.empty()) return refuse("levels", "at least 1", 0);
+  for (std::size_t i = 0; i < options.levels.size(); ++i) {
+    if (const auto ok = validate_level(options.levels[i], i); !ok) return ok.error();
+    if (i > 0 && options.levels[i].sample_step_mm > options.levels[i - 1].sample_step_mm) {
+      return refuse("levels[" + std::to_string(i) + "].sample_step_mm", "coarse to fine",
+                    options.levels[i].sample_step_mm);
+    }
+  }
+  if (const auto ok = validate(options.mask); !ok) return ok.error();
+  if (!(options.ridge >= 1e-4 && options.ridge <= 10)) {
+    return refuse("ridge", "1e-4 to 10", options.ridge);
+  }
+  if (options.max_iterations < 1 || options.max_iterations > 1000) {
+    return refuse("max_iterations", "1 to 1000", options.max_iterations);
+  }
+  if (options.starts < 0 || options.starts > 1000000) {
+    return refuse("starts", "0 to 1000000", options.starts);
+  }
+  if (!(options.start_range_mm >= 0 && options.start_range_mm <= 200)) {
+    return refuse("start_range_mm", "0 to 200", options.start_range_mm);
+  }
+  if (!(options.start_range_rad >= 0 && options.start_range_rad <= M_PI)) {
+    return refuse("start_range_rad", "0 to pi", options.start_range_rad);
+  }
+  if (options.z_score_poses < 10 || options.z_score_poses > 100000) {
+    return refuse("z_score_poses", "10 to 100000", options.z_score_poses);
+  }
+  if (!(options.bias_floor_mm >= 0 && options.bias_floor_mm <= 100)) {
+    return refuse("bias_floor_mm", "0 to 100", options.bias_floor_mm);
+  }
+  if (options.threads < 1 || options.threads > 64) {
+    return refuse("threads", "1 to 64", options.threads);
+  }
+  return {};
+}
+
+const char* to_string(Termination termination) {
+  switch (termination) {
+    case Termination::kConverged:
+      return "converged";
+    case Termination::kIterationLimit:
+      return "iteration_limit";
+    case Termination::kFailed:
+      return "failed";
+  }
+  return "failed";
+}
+
+double ImageRegistrationResult::tre_rms_mm(const Point<frames::Ct>& target) const {
+  if (!covariance_valid) return std::numeric_limits<double>::infinity();
+  return uncertainty.tre_rms_mm(target);
+}
+
+}  // namespace nav::registration

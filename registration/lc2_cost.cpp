@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/lc2_cost.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include "registration/lc2_kernel.hpp"
+
+namespace nav::registration {
+namespace {
+
+// Fixed, so that the order of the sum does not depend on the threads.
+constexpr std::size_t kPatchesPerChunk = 32;
+
+/// ct_from_reference followed by the change to Grid axes.
+struct GridPose {
+  Eigen::Matrix3d rotation;  ///< May reflect.
+  Eigen::Vector3d translation_mm;
+};
+
+GridPose grid_pose(const CtChannels& ct, const Pose& pose) {
+  return {ct.directions.transpose() * pose.rotation().toRotationMatrix(),
+          ct.grid_of(pose.translation_mm())};
+}
+
+PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose) {
+  const Patch& patch = set.patches[i];
+  return {pose.rotation * patch.centre_mm + pose.translation_mm,
+          pose.rotation * patch.step_a,
+          pose.rotation * patch.step_b,
+          pose.rotation * patch.beam,
+          set.side,
+          set.u(i)};
+}
+
+/// Twist about a patch centre from the twist about a common centre, r apart (Grid):
+/// t_patch = t + ω × r.
+Matrix6d patch_from_common(const Eigen::Vector3d& r) {
+  Matrix6d m = Matrix6d::Identity();
+  m.bottomLeftCorner<3, 3>() = -cross_matrix(r);
+  return m;
+}
+
+/// Grid twist from Ct twist. A rotation is an axial vector: it changes sign under reflection.
+Matrix6d grid_from_ct(const CtChannels& ct) {
+  Matrix6d m = Matrix6d::Zero();
+  m.topLeftCorner<3, 3>() =
+      (ct.directions.determinant() < 0 ? -1.0 : 1.0) * ct.directions.transpose();
+  m.bottomRightCorner<3, 3>() = ct.directions.transpose();
+  return m;
+}
+
+}  // namespace
+
+Lc2Cost::Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads)
+    : ct_(ct), patches_(patches), ridge_(ridge), threads_(threads) {
+  NAV_CHECK(ridge > 0, ridge);
+  NAV_CHECK(threads >= 1, threads);
+}
+
+template <class Visit>
+void Lc2Cost::for_each_chunk(const Visit& visit) const {
+  const std::size_t n = patches_.patches.size();
+  const std::size_t chunks = (n + kPatchesPerChunk - 1) / kPatchesPerChunk;
+  const auto run = [&](std::size_t chunk) {
+    visit(chunk, chunk * kPatchesPerChunk, std::min((chunk + 1) * kPatchesPerChunk, n));
+  };
+  if (threads_ == 1 || chunks < 2) {
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
+    return;
+  }
+  tbb::task_arena arena(threads_);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
+}
+
+CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
+  const GridPose pose = grid_pose(ct_, ct_from_reference);
+  std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
+  for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double s = patch_cost(ct_, place(patches_, i, pose), ridge_);
+      const bool finite = !std::isnan(s);
+      parts[chunk].cost += patches_.patches[i].weight * (finite ? s : 1.0);
+      parts[chunk].non_finite += finite ? 0 : 1;
+    }
+  });
+  CostTerms sum;
+  for (const CostTerms& part : parts) {
+    sum.cost += part.cost;
+    sum.non_finite += part.non_finite;
+  }
+  return sum;
+}
+
+CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
+                         bool keep_patch_gradients) const {
+  const GridPose pose = grid_pose(ct_, ct_from_reference);
+  const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
+  std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
+  std::vector<Vector6d> gradients(keep_patch_gradients ? patches_.patches.size() : 0);
+  for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    CostTerms& part = parts[chunk];
+    for (std::size_t i = begin; i < end; ++i) {
+      const PlacedPatch placed = place(patches_, i, pose);
+      const PatchTerms terms = patch_terms(ct_, placed, ridge_);
+      const double w = patches_.patches[i].weight;
+      if (keep_patch_gradients) gradients[i].setZero();
+      if (std::isnan(terms.s)) {
+        part.cost += w;
+        ++part.non_finite;
+        continue;
+      }
+      const Matrix6d m = patch_from_common(placed.centre - centre);
+      const Vector6d g = w * (m.transpose() * terms.gradient);
+      part.cost += w * terms.s;
+      part.gradient += g;
+      part.hessian += w * (m.transpose() * terms.hessian * m);
+      if (keep_patch_gradients) gradients[i] = g;
+    }
+  });
+  CostTerms sum;
+  for (const CostTerms& part : parts) {
+    sum.cost += part.cost;
+    sum.gradient += part.gradient;
+    sum.hessian += part.hessian;
+    sum.non_finite += part.non_finite;
+  }
+  const Matrix6d to_grid = grid_from_ct(ct_);
+  sum.gradient = to_grid.transpose() * sum.gradient;
+  sum.hessian = to_grid.transpose() * sum.hessian * to_grid;
+  sum.patch_gradients = std::move(gradients);
+  for (Vector6d& g : sum.patch_gradients) g = to_grid.transpose() * g;
+  return sum;
+}
+
+}  // namespace nav::registration

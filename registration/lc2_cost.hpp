@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "nav/transform.hpp"
+#include "registration/ct_channels.hpp"
+#include "registration/patches.hpp"
+#include "registration/twist.hpp"
+
+namespace nav::registration {
+
+using Pose = Transform<frames::Ct, frames::Reference>;
+
+/// E = Σ wᵢ sᵢ of a patch set at a pose, with the derivatives of E/2.
+struct CostTerms {
+  double cost = 0;                        ///< [0, 1]; a patch that is not finite counts as 1.
+  Vector6d gradient = Vector6d::Zero();   ///< By a twist [rad | mm] about the centre, Ct.
+  Matrix6d hessian = Matrix6d::Zero();    ///< Gauss–Newton, the same twist.
+  int non_finite = 0;                     ///< Patches whose term was not finite.
+  std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
+};
+
+/// One level's similarity: thread-safe to read. Keeps references to both parts.
+class Lc2Cost {
+ public:
+  /// Preconditions: ridge > 0, threads >= 1, otherwise a Bug.
+  Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads);
+
+  /// Cost only; a bit more than half the time of terms().
+  [[nodiscard]] CostTerms cost(const Pose& ct_from_reference) const;
+  /// Cost, gradient and Gauss–Newton Hessian by a twist about centre_ct_mm. Sums are taken over
+  /// fixed chunks, so that the number of threads does not change a bit.
+  [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
+                                bool keep_patch_gradients = false) const;
+  [[nodiscard]] const PatchSet& patches() const { return patches_; }
+
+ private:
+  template <class Visit>
+  void for_each_chunk(const Visit& visit) const;
+
+  const CtChannels& ct_;
+  const PatchSet& patches_;
+  double ridge_;
+  int threads_;
+};
+
+}  // namespace nav::registration

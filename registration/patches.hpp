@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "nav/image.hpp"
+#include "nav/sweep.hpp"
+#include "registration/image_registration.hpp"
+
+namespace nav::registration {
+
+/// A square of ultrasound samples in its picture's plane, fixed in Reference.
+struct Patch {
+  Eigen::Vector3d centre_mm;       ///< Reference.
+  Eigen::Vector3d step_a, step_b;  ///< Reference, mm per sample along the picture's x and y.
+  Eigen::Vector3d beam;            ///< Reference, unit, away from the transducer.
+  double weight;                   ///< >= 0; the weights of a set sum to 1.
+  int frame;                       ///< Index of the picture in the sweep.
+};
+
+/// The patches of one level.
+struct PatchSet {
+  int side = 0;
+  std::vector<Patch> patches;
+  std::vector<float> samples;  ///< side² values per patch, mean 0, norm 1.
+  int frames = 0;              ///< Thinned pictures that were looked at.
+
+  [[nodiscard]] std::span<const float> u(std::size_t patch) const {
+    const auto n = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    return {samples.data() + patch * n, n};
+  }
+};
+
+/// Indices of pictures about step_mm apart: the first, then each whose corners have moved at least
+/// step_mm since the last kept.
+std::vector<int> thin_frames(const Sweep& sweep, double step_mm);
+
+/// Cuts patches on a grid of half their width, all samples inside the mask, and keeps those of
+/// highest variance, at most twice the fair share from each picture and depth third. The picture
+/// is smoothed to the level first, ignoring masked pixels. May be empty. Deterministic.
+PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
+                      const LevelOptions& level, double sigma_mm);
+
+/// The patches for which keep(patch) holds, weights again summing to 1.
+template <class Predicate>
+PatchSet subset(const PatchSet& all, Predicate keep) {
+  PatchSet out{all.side, {}, {}, all.frames};
+  double total = 0;
+  for (std::size_t i = 0; i < all.patches.size(); ++i) {
+    if (!keep(all.patches[i])) continue;
+    out.patches.push_back(all.patches[i]);
+    total += all.patches[i].weight;
+    const auto u = all.u(i);
+    out.samples.insert(out.samples.end(), u.begin(), u.end());
+  }
+  for (Patch& patch : out.patches) patch.weight /= total;
+  return out;
+}
+
+}  // namespace nav::registration

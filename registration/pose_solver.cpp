@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/pose_solver.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <ceres/ceres.h>
+#include <cmath>
+
+namespace nav::registration {
+namespace {
+
+// A start that needs more than this from one level is in another basin.
+constexpr double kMaxTravelMm = 60;
+// Directions with less curvature carry only rounding noise of the float kernel.
+constexpr double kMinCurvatureRatio = 1e-9;
+
+/// Equation: R(δ)ᵀR(δ) = E(moved(start, c, δ)); 7 residuals, dimensionless; δ = [60 ω | t] mm.
+class TwistCost final : public ceres::SizedCostFunction<7, 6> {
+ public:
+  TwistCost(const Lc2Cost& cost, const Pose& start, const Eigen::Vector3d& centre, int& non_finite)
+      : cost_(cost), start_(start), centre_(centre), non_finite_(non_finite) {}
+
+  static Vector6d twist_of(const double* delta) {
+    Vector6d twist = Eigen::Map<const Vector6d>(delta);
+    twist.head<3>() /= kRotationScaleMm;
+    return twist;
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Vector6d> delta(parameters[0]);
+    if (!delta.allFinite() || delta.norm() > kMaxTravelMm) return false;
+    const Vector6d twist = twist_of(parameters[0]);
+    const Pose pose = moved(start_, centre_, twist);
+    Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);
+    r.setZero();
+    if (jacobians == nullptr || jacobians[0] == nullptr) {
+      const CostTerms terms = cost_.cost(pose);
+      non_finite_ = std::max(non_finite_, terms.non_finite);
+      r[6] = std::sqrt(terms.cost);
+      return std::isfinite(terms.cost);
+    }
+    const CostTerms terms = cost_.terms(pose, centre_ + twist.tail<3>());
+    non_finite_ = std::max(non_finite_, terms.non_finite);
+    if (!std::isfinite(terms.cost) || !terms.hessian.allFinite()) return false;
+    fill(terms, twist, r, Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>(jacobians[0]));
+    return true;
+  }
+
+ private:
+  static void fill(const CostTerms& terms, const Vector6d& twist,
+                   Eigen::Map<Eigen::Matrix<double, 7, 1>> r,
+                   Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> jacobian) {
+    // The twist's own derivative: a left increment about the moved centre.
+    Matrix6d chain = Matrix6d::Identity();
+    chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
+    const Vector6d g = chain.transpose() * terms.gradient;
+    const Matrix6d h = chain.transpose() * terms.hessian * chain;
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
+    const double floor = kMinCurvatureRatio * std::max(eigen.eigenvalues()[5], 0.0);
+    jacobian.setZero();
+    double explained = 0;
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const double lambda = eigen.eigenvalues()[i];
+      if (!(lambda > floor)) continue;
+      const double root = std::sqrt(lambda);
+      r[i] = eigen.eigenvectors().col(i).dot(g) / root;
+      jacobian.row(i) = root * eigen.eigenvectors().col(i).transpose();
+      explained += r[i] * r[i];
+    }
+    r[6] = std::sqrt(std::max(terms.cost - explained, 0.0));
+  }
+
+  const Lc2Cost& cost_;
+  Pose start_;
+  Eigen::Vector3d centre_;
+  int& non_finite_;
+};
+
+class AskToGoOn final : public ceres::IterationCallback {
+ public:
+  explicit AskToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    if (!keep_going_ || keep_going_()) return ceres::SOLVER_CONTINUE;
+    cancelled = true;
+    return ceres::SOLVER_ABORT;
+  }
+  bool cancelled = false;
+
+ private:
+  const std::function<bool()>& keep_going_;
+};
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.num_threads = 1;  // The one residual block is parallel inside.
+  options.logging_type = ceres::SILENT;
+  options.function_tolerance = 1e-6;
+  options.gradient_tolerance = 1e-10;
+  options.parameter_tolerance = 1e-5;
+  // Too long steps are refused by the cost; each halves the trust region faster.
+  options.max_num_consecutive_invalid_steps = 20;
+  return options;
+}
+
+Termination termination_of(ceres::TerminationType type) {
+  if (type == ceres::CONVERGENCE) return Termination::kConverged;
+  if (type == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
+  return Termination::kFailed;
+}
+
+}  // namespace
+
+PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
+                        const Point<frames::Reference>& centroid, int max_iterations,
+                        const std::function<bool()>& keep_going) {
+  const Eigen::Vector3d centre = (start * centroid).mm;
+  int non_finite = 0;
+  Vector6d delta = Vector6d::Zero();
+  ceres::Problem problem;
+  problem.AddResidualBlock(new TwistCost(cost, start, centre, non_finite), nullptr, delta.data());
+  ceres::Solver::Options options = solver_options(max_iterations);
+  AskToGoOn callback(keep_going);
+  options.callbacks.push_back(&callback);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  const bool usable = summary.IsSolutionUsable() && delta.allFinite();
+  if (!usable) delta.setZero();
+  std::string message = summary.message;
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  // Ceres counts ½‖R‖²; its costs are -1 where it never got one.
+  const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
+  const double last = usable && summary.final_cost >= 0 ? 2 * summary.final_cost : initial;
+  return {moved(start, centre, TwistCost::twist_of(delta.data())),
+          initial,
+          last,
+          std::max(static_cast<int>(summary.iterations.size()) - 1, 0),
+          non_finite,
+          termination_of(summary.termination_type),
+          message,
+          callback.cancelled};
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,242 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/shadow_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace nav::registration {
+namespace {
+
+constexpr int kOutside = -1;
+
+Error refuse(const std::string& what, const std::string& expected, double found) {
+  std::ostringstream text;
+  text << what << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kUsage, text.str()};
+}
+
+/// Scan line and depth bin of each pixel, the same for all pictures with one grid and outline.
+struct ScanGeometry {
+  int lines = 0;
+  int depths = 0;
+  double bin_mm = 1;
+  std::vector<int> line_of, depth_of;  ///< By pixel, row-major; kOutside outside the outline.
+};
+
+/// Beam coordinates of a point: angle or lateral distance in mm at mid depth, and depth in mm.
+struct BeamPoint {
+  double across_mm, depth_mm;
+};
+
+std::optional<BeamPoint> beam_point(const Eigen::Vector2d& p,
+                                    const std::optional<SectorOutline>& outline) {
+  if (!outline) return BeamPoint{p.x(), p.y()};
+  if (!outline->contains(p)) return {};
+  const Eigen::Vector2d d = p - outline->apex_mm;
+  const double mid_radius = 0.5 * (outline->radius_min_mm + outline->radius_max_mm);
+  return BeamPoint{std::atan2(d.x(), d.y()) * mid_radius, d.norm() - outline->radius_min_mm};
+}
+
+ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm) {
+  const int width = frame.pixels.width();
+  const int height = frame.pixels.height();
+  std::vector<std::optional<BeamPoint>> points;
+  points.reserve(frame.pixels.pixels().size());
+  BeamPoint low{1e300, 1e300};
+  BeamPoint high{-1e300, -1e300};
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      points.push_back(beam_point(frame.grid.at(column, row).mm.head<2>(), frame.outline));
+      if (!points.back()) continue;
+      low = {std::min(low.across_mm, points.back()->across_mm),
+             std::min(low.depth_mm, points.back()->depth_mm)};
+      high = {std::max(high.across_mm, points.back()->across_mm),
+              std::max(high.depth_mm, points.back()->depth_mm)};
+    }
+  }
+  ScanGeometry geometry;
+  geometry.line_of.assign(points.size(), kOutside);
+  geometry.depth_of.assign(points.size(), kOutside);
+  if (low.across_mm > high.across_mm) return geometry;
+  // Bins no finer than a pixel, so that none stays empty along a line.
+  geometry.bin_mm =
+      std::max({1.0, frame.grid.mm_per_pixel.col(0).norm(), frame.grid.mm_per_pixel.col(1).norm()});
+  const double line_mm = std::max(line_spacing_mm, frame.grid.mm_per_pixel.col(0).norm());
+  const double first_depth = frame.outline ? 0.0 : low.depth_mm;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i]) continue;
+    geometry.line_of[i] = static_cast<int>((points[i]->across_mm - low.across_mm) / line_mm);
+    geometry.depth_of[i] = static_cast<int>((points[i]->depth_mm - first_depth) / geometry.bin_mm);
+    geometry.lines = std::max(geometry.lines, geometry.line_of[i] + 1);
+    geometry.depths = std::max(geometry.depths, geometry.depth_of[i] + 1);
+  }
+  return geometry;
+}
+
+bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
+  if (a.grid.mm_per_pixel != b.grid.mm_per_pixel || a.grid.origin_mm != b.grid.origin_mm ||
+      a.outline.has_value() != b.outline.has_value()) {
+    return false;
+  }
+  return !a.outline || (a.outline->apex_mm == b.outline->apex_mm &&
+                        a.outline->radius_min_mm == b.outline->radius_min_mm &&
+                        a.outline->radius_max_mm == b.outline->radius_max_mm &&
+                        a.outline->half_angle_rad == b.outline->half_angle_rad);
+}
+
+/// Mean grey of each (line, depth) cell; kOutside where the picture has no pixel there. Averaging
+/// over the cell tames speckle and the noise floor, whose single pixels can be bright.
+std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
+  const auto cells =
+      static_cast<std::size_t>(geometry.lines) * static_cast<std::size_t>(geometry.depths);
+  std::vector<float> sums(cells, 0);
+  std::vector<int> counts(cells, 0);
+  const auto pixels = frame.pixels.pixels();
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (geometry.line_of[i] == kOutside) continue;
+    const auto cell =
+        static_cast<std::size_t>(geometry.line_of[i] * geometry.depths + geometry.depth_of[i]);
+    sums[cell] += static_cast<float>(pixels[i]);
+    ++counts[cell];
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    sums[cell] = counts[cell] > 0 ? sums[cell] / static_cast<float>(counts[cell]) : -1.0f;
+  }
+  return sums;
+}
+
+/// 75th percentile over all lines and pictures, by depth.
+std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
+  std::vector<int> usual(static_cast<std::size_t>(depths), 0);
+  for (int depth = 0; depth < depths; ++depth) {
+    std::array<std::size_t, 256> histogram{};
+    std::size_t total = 0;
+    for (const auto& cells : means) {
+      for (int line = 0; line < lines; ++line) {
+        const float grey = cells[static_cast<std::size_t>(line * depths + depth)];
+        if (grey < 0) continue;
+        ++histogram[static_cast<std::size_t>(std::min(grey, 255.0f))];
+        ++total;
+      }
+    }
+    std::size_t seen = 0;
+    for (int grey = 0; grey < 256; ++grey) {
+      seen += histogram[static_cast<std::size_t>(grey)];
+      if (4 * seen >= 3 * total) {
+        usual[static_cast<std::size_t>(depth)] = grey;
+        break;
+      }
+    }
+  }
+  return usual;
+}
+
+/// First depth bin of each line that is no longer usable.
+std::vector<int> line_ends(const std::vector<float>& means, const std::vector<int>& usual,
+                           int lines, int depths, const ShadowMaskOptions& options) {
+  std::vector<int> own(static_cast<std::size_t>(lines), 0);
+  for (int line = 0; line < lines; ++line) {
+    for (int depth = depths - 1; depth >= 0; --depth) {
+      const float grey = means[static_cast<std::size_t>(line * depths + depth)];
+      // The limit is at least 1, so that black is never an echo.
+      const int limit = std::max(usual[static_cast<std::size_t>(depth)] - options.drop_grey, 1);
+      if (grey >= static_cast<float>(limit)) {
+        own[static_cast<std::size_t>(line)] = depth + 1;
+        break;
+      }
+    }
+  }
+  std::vector<int> ends(own.size());
+  for (int line = 0; line < lines; ++line) {
+    const int from = std::max(line - options.neighbour_lines, 0);
+    const int to = std::min(line + options.neighbour_lines, lines - 1);
+    ends[static_cast<std::size_t>(line)] =
+        *std::min_element(own.begin() + from, own.begin() + to + 1);
+  }
+  return ends;
+}
+
+Result<void> check_geometry(const Sweep& sweep) {
+  for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
+    const UltrasoundFrame& frame = sweep.frames()[i].frame;
+    const std::string name = "sweep frame " + std::to_string(i) + ": ";
+    if (const auto ok = nav::validate(frame.grid); !ok) {
+      return Error{ok.error().code, name + ok.error().message};
+    }
+    if (!frame.outline) continue;
+    const SectorOutline& outline = *frame.outline;
+    const bool good = outline.apex_mm.allFinite() && outline.radius_min_mm >= 0 &&
+                      outline.radius_max_mm > outline.radius_min_mm &&
+                      std::isfinite(outline.radius_max_mm) && outline.half_angle_rad > 0 &&
+                      outline.half_angle_rad < M_PI_2;
+    if (!good) {
+      std::ostringstream text;
+      text << name << "expected an outline with 0 <= radius_min < radius_max and a half angle in "
+           << "(0, pi/2), found radii " << outline.radius_min_mm << " and " << outline.radius_max_mm
+           << " mm, half angle " << outline.half_angle_rad << " rad";
+      return Error{ErrorCode::kMalformedData, text.str()};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const ShadowMaskOptions& options) {
+  if (!(options.near_field_mm >= 0 && options.near_field_mm < 1e3)) {
+    return refuse("near_field_mm", "0 to 1000", options.near_field_mm);
+  }
+  if (options.drop_grey < 1 || options.drop_grey > 254) {
+    return refuse("drop_grey", "1 to 254", options.drop_grey);
+  }
+  if (options.neighbour_lines < 0 || options.neighbour_lines > 1000) {
+    return refuse("neighbour_lines", "0 to 1000", options.neighbour_lines);
+  }
+  if (!(options.line_spacing_mm > 0 && options.line_spacing_mm < 100)) {
+    return refuse("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
+  }
+  return {};
+}
+
+Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
+                                                        const ShadowMaskOptions& options) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  if (const auto ok = check_geometry(sweep); !ok) return ok.error();
+  const auto& frames = sweep.frames();
+  const UltrasoundFrame& first = frames.front().frame;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (!same_geometry(first, frames[i].frame)) {
+      return Error{ErrorCode::kMalformedData,
+                   "sweep frame " + std::to_string(i) +
+                       ": expected the pixel grid and outline of frame 0, found others"};
+    }
+  }
+  const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);
+  std::vector<std::vector<float>> means;
+  means.reserve(frames.size());
+  for (const auto& tracked : frames) means.push_back(cell_means(tracked.frame, geometry));
+  const std::vector<int> usual = usual_grey(means, geometry.lines, geometry.depths);
+  const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
+
+  std::vector<Image2d<std::uint8_t>> masks;
+  masks.reserve(frames.size());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const std::vector<int> ends =
+        line_ends(means[f], usual, geometry.lines, geometry.depths, options);
+    std::vector<std::uint8_t> mask(geometry.line_of.size(), 0);
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      if (geometry.line_of[i] == kOutside) continue;
+      const int end = ends[static_cast<std::size_t>(geometry.line_of[i])];
+      mask[i] = geometry.depth_of[i] >= near && geometry.depth_of[i] < end ? 1 : 0;
+    }
+    masks.emplace_back(first.pixels.width(), first.pixels.height(), std::move(mask));
+  }
+  return masks;
+}
+
+}  // namespace nav::registration

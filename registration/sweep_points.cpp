@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/sweep_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace nav::registration {
+
+SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks) {
+  constexpr double kStepMm = 4;
+  SweepPoints out{{}, {Eigen::Vector3d::Zero()}, 0};
+  for (const int index : thin_frames(sweep, kStepMm)) {
+    const auto i = static_cast<std::size_t>(index);
+    const TrackedFrame& tracked = sweep.frames()[i];
+    const PixelGrid& grid = tracked.frame.grid;
+    const auto stride = [&](int axis) {
+      return std::max(1,
+                      static_cast<int>(std::lround(kStepMm / grid.mm_per_pixel.col(axis).norm())));
+    };
+    for (int row = stride(1) / 2; row < masks[i].height(); row += stride(1)) {
+      for (int column = stride(0) / 2; column < masks[i].width(); column += stride(0)) {
+        if (masks[i].at(column, row) == 0) continue;
+        out.points.push_back(tracked.reference_from_image * grid.at(column, row));
+        out.centroid.mm += out.points.back().mm;
+      }
+    }
+  }
+  if (out.points.empty()) return out;
+  out.centroid.mm /= static_cast<double>(out.points.size());
+  for (const auto& p : out.points) {
+    out.radius_mm = std::max(out.radius_mm, (p - out.centroid).v.norm());
+  }
+  return out;
+}
+
+double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose) {
+  if (sweep.points.empty()) return 0;
+  std::size_t inside = 0;
+  const Eigen::Array3d last =
+      Eigen::Array3d(grid.size[0], grid.size[1], grid.size[2]) - Eigen::Array3d::Ones();
+  for (const auto& p : sweep.points) {
+    const Eigen::Array3d index = grid.index_of(pose * p).array();
+    if ((index >= 0).all() && (index <= last).all()) ++inside;
+  }
+  return static_cast<double>(inside) / static_cast<double>(sweep.points.size());
+}
+
+double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b) {
+  double sum = 0;
+  for (const auto& p : sweep.points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(sweep.points.size(), 1)));
+}
+
+CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm) {
+  CtBox box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+  for (const Pose& pose : poses) {
+    for (const auto& p : sweep.points) {
+      const Eigen::Vector3d q = (pose * p).mm;
+      box.low = box.low.cwiseMin(q);
+      box.high = box.high.cwiseMax(q);
+    }
+  }
+  box.low.array() -= margin_mm;
+  box.high.array() += margin_mm;
+  return box;
+}
+
+}  // namespace nav::registration

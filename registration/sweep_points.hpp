@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "nav/sweep.hpp"
+#include "nav/volume.hpp"
+#include "registration/ct_channels.hpp"
+#include "registration/lc2_cost.hpp"
+
+namespace nav::registration {
+
+/// Usable points of a sweep, thinly spread: what overlap and distances of poses are counted on.
+struct SweepPoints {
+  std::vector<Point<frames::Reference>> points;
+  Point<frames::Reference> centroid;  ///< Of the points.
+  double radius_mm = 0;               ///< Farthest point from the centroid.
+};
+
+/// Every 4 mm or more of the pictures 4 mm or more apart, where the mask allows.
+SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks);
+
+/// Fraction of the points inside the box of voxel centres, [0, 1]; 0 without points.
+double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
+
+/// RMS distance of the points between two poses, mm.
+double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
+
+/// Box that holds all points at all poses and a margin around. Preconditions: neither is empty.
+CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm);
+
+}  // namespace nav::registration

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/acceptance.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+const Point<frames::Ct> kTarget{{10, 20, 30}};
+
+/// A result that meets every default limit.
+ImageRegistrationResult good() {
+  ImageRegistrationResult result{{Eigen::Quaterniond::Identity(), {0, 0, 0}},
+                                 Termination::kConverged,
+                                 "done",
+                                 20,
+                                 0.7,
+                                 0.2,
+                                 0.95,
+                                 1000,
+                                 {{{0, 0, 0}}, Eigen::Matrix<double, 6, 6>::Zero()},
+                                 true,
+                                 "",
+                                 20,
+                                 {},
+                                 0.3,
+                                 0.4,
+                                 {},
+                                 1.0};
+  result.uncertainty.covariance.diagonal() << 1e-5, 1e-5, 1e-5, 0.04, 0.04, 0.04;
+  return result;
+}
+
+TEST(AcceptanceTest, AcceptsAGoodResult) {
+  const Decision decision = decide(good(), {}, kTarget);
+  EXPECT_TRUE(decision.accepted);
+  EXPECT_TRUE(decision.reasons.empty());
+}
+
+TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
+  const double nan = std::nan("");
+  const double inf = std::numeric_limits<double>::infinity();
+  using Spoil = std::function<void(ImageRegistrationResult&)>;
+  const std::vector<std::pair<std::string, Spoil>> cases{
+      {"overlap", [](auto& r) { r.overlap = 0.59; }},
+      {"overlap", [&](auto& r) { r.overlap = nan; }},
+      {"random poses", [](auto& r) { r.z_score = 1; }},
+      {"random poses", [&](auto& r) { r.z_score = nan; }},
+      {"cost", [](auto& r) { r.final_cost = 0.4; }},
+      {"cost", [&](auto& r) { r.final_cost = nan; }},
+      {"margin", [](auto& r) { r.margin = 0.05; }},
+      {"margin", [&](auto& r) { r.margin = nan; }},
+      {"predicted error", [](auto& r) { r.uncertainty.covariance *= 1000; }},
+      {"predicted error", [&](auto& r) { r.uncertainty.covariance(0, 0) = nan; }},
+      {"along Ct z",
+       [](auto& r) {
+         r.covariance_valid = false;
+         r.covariance_fault = "unknown along Ct z";
+       }},
+      {"odd and even", [&](auto& r) { r.split_disagreement_mm = inf; }},
+      {"second half", [](auto& r) { r.halves_disagreement_mm = 30; }},
+      {"solver", [](auto& r) { r.termination = Termination::kFailed; }},
+  };
+  for (const auto& [name, spoil] : cases) {
+    ImageRegistrationResult result = good();
+    spoil(result);
+    const Decision decision = decide(result, {}, kTarget);
+    EXPECT_FALSE(decision.accepted) << name;
+    ASSERT_EQ(decision.reasons.size(), 1u) << name;
+    EXPECT_NE(decision.reasons[0].find(name), std::string::npos) << decision.reasons[0];
+  }
+}
+
+TEST(AcceptanceTest, TheTargetDecidesThePredictedError) {
+  // 0.0032 rad per axis about the origin: fine beside it, too much 2 m away.
+  EXPECT_TRUE(decide(good(), {}, {{0, 0, 0}}).accepted);
+  const Decision far = decide(good(), {}, {{2000, 0, 0}});
+  EXPECT_FALSE(far.accepted);
+  // Two axes of 0.0032 rad times 2 m, and three of 0.2 mm.
+  EXPECT_NEAR(good().tre_rms_mm({{2000, 0, 0}}), std::sqrt(2 * 1e-5 * 4e6 + 3 * 0.04), 1e-9);
+}
+
+TEST(AcceptanceTest, AnInvalidCovarianceHasInfiniteError) {
+  ImageRegistrationResult result = good();
+  result.covariance_valid = false;
+  EXPECT_TRUE(std::isinf(result.tre_rms_mm(kTarget)));
+}
+
+TEST(AcceptanceTest, RefusesLimitsThatCannotBe) {
+  AcceptanceLimits limits;
+  limits.min_overlap = 1.5;
+  EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"min_overlap", "1.5"}));
+  EXPECT_THROW((void)decide(good(), limits, kTarget), Bug);
+  limits = {};
+  limits.max_tre_rms_mm = std::nan("");
+  EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"max_tre_rms_mm"}));
+}
+
+}  // namespace
+}  // namespace nav::registration

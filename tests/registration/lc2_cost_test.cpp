@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/lc2_cost.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "registration/pose_solver.hpp"
+#include "registration/sandwich.hpp"
+#include "registration/starts.hpp"
+#include "tests/registration/synthetic.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr double kRidge = 0.02;
+
+struct Scene {
+  test::BlobPatient patient{11};
+  Volume ct = test::blob_ct(patient, grid());
+  CtChannels channels =
+      *make_ct_channels(ct, {Eigen::Vector3d::Constant(-80), Eigen::Vector3d::Constant(80)}, 2.25);
+  Sweep sweep = test::blob_sweep(patient, spec());
+  PatchSet patches = make_patches(sweep, *shadow_masks(sweep, {}), {3.0, 9, 200, 6.0}, 2.25);
+
+  /// Oblique and left-handed, so that every change of axes is exercised.
+  static VoxelGrid grid() {
+    VoxelGrid grid;
+    grid.size = {80, 80, 80};
+    grid.spacing_mm.setConstant(2.0);
+    grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) *
+                      Eigen::Vector3d(1, 1, -1).asDiagonal();
+    grid.origin_mm = -grid.directions * Eigen::Vector3d::Constant(79);
+    return grid;
+  }
+  static test::SweepSpec spec() {
+    test::SweepSpec spec;
+    spec.frames = 10;
+    spec.step_mm = 8;
+    return spec;
+  }
+};
+const Scene& scene() {
+  static const Scene instance;
+  return instance;
+}
+/// Off the optimum, where the gradient is large.
+Pose off_pose() { return test::off_by(test::true_pose(), 3, 0.05, 2); }
+
+TEST(Lc2CostTest, GradientMatchesCentralDifferencesInCt) {
+  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Eigen::Vector3d centre(5, -8, 3);
+  const Vector6d gradient = cost.terms(off_pose(), centre).gradient;
+  // Float sums need a step that moves the cost well; kinks of the interpolant limit it above.
+  constexpr double kStepMm = 0.02;
+  constexpr double kRelative = 0.01;
+  for (int i = 0; i < 6; ++i) {
+    Vector6d step = Vector6d::Zero();
+    const double scale = i < 3 ? 1 / kRotationScaleMm : 1.0;
+    step[i] = kStepMm * scale;
+    const double difference = (cost.cost(moved(off_pose(), centre, step)).cost -
+                               cost.cost(moved(off_pose(), centre, -step)).cost) /
+                              (2 * kStepMm);
+    EXPECT_NEAR(gradient[i] * scale, 0.5 * difference, kRelative * gradient.tail<3>().norm()) << i;
+  }
+}
+
+TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
+  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const CostTerms terms = cost.terms(off_pose(), {0, 0, 0}, true);
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(terms.hessian);
+  EXPECT_GT(eigen.eigenvalues()[0], 0);
+  Vector6d sum = Vector6d::Zero();
+  for (const Vector6d& g : terms.patch_gradients) sum += g;
+  EXPECT_LT((sum - terms.gradient).norm(), 1e-12 * terms.gradient.norm() + 1e-15);
+}
+
+TEST(Lc2CostTest, ThreadsDoNotChangeABit) {
+  const Lc2Cost one(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost two(scene().channels, scene().patches, kRidge, 2);
+  const CostTerms a = one.terms(off_pose(), {1, 2, 3});
+  const CostTerms b = two.terms(off_pose(), {1, 2, 3});
+  EXPECT_EQ(a.cost, b.cost);
+  EXPECT_EQ(a.gradient, b.gradient);
+  EXPECT_EQ(a.hessian, b.hessian);
+  EXPECT_EQ(one.cost(off_pose()).cost, a.cost);
+}
+
+TEST(Lc2CostTest, NonFiniteChannelsCountAsNoMatch) {
+  CtChannels poisoned = scene().channels;
+  for (std::size_t i = 0; i < poisoned.texels.size(); i += 2) {
+    poisoned.texels[i][0] = std::numeric_limits<float>::quiet_NaN();
+  }
+  const Lc2Cost cost(poisoned, scene().patches, kRidge, 1);
+  const CostTerms terms = cost.terms(test::true_pose(), {0, 0, 0});
+  EXPECT_EQ(terms.non_finite, static_cast<int>(scene().patches.patches.size()));
+  EXPECT_NEAR(terms.cost, 1.0, 1e-12);
+  EXPECT_TRUE(terms.gradient.allFinite() && terms.hessian.allFinite());
+}
+
+TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
+  const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
+  const Point<frames::Reference> centroid = scene().sweep.centroid();
+  const PoseSolution solution = solve_pose(cost, off_pose(), centroid, 30, {});
+  EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_LT(solution.final_cost, 0.5 * solution.initial_cost);
+  constexpr double kToleranceMm = 0.6;  // 3 mm samples, 200 patches of 10 pictures.
+  EXPECT_LT(test::cube_error_mm(solution.pose, test::true_pose()), kToleranceMm);
+  // Ceres squares and adds roots.
+  EXPECT_NEAR(solution.final_cost, cost.cost(solution.pose).cost, 1e-9);
+}
+
+TEST(Lc2CostTest, TheSolverStopsWhenAsked) {
+  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const auto solution =
+      solve_pose(cost, off_pose(), scene().sweep.centroid(), 30, [] { return false; });
+  EXPECT_TRUE(solution.cancelled);
+}
+
+TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
+  // A CT that does not change along z: sliding along z costs nothing.
+  CtChannels prism = scene().channels;
+  const auto slice = static_cast<std::size_t>(prism.size[0] * prism.size[1]);
+  for (std::size_t i = 0; i < prism.texels.size(); ++i) {
+    prism.texels[i] = scene().channels.texels[40 * slice + i % slice];
+    prism.texels[i][3] = 0;
+  }
+  const Lc2Cost cost(prism, scene().patches, kRidge, 1);
+  const auto result = sandwich_covariance(cost, test::true_pose(), {{0, 0, 0}}, 0.5, 0.15);
+  EXPECT_FALSE(result.valid);
+  EXPECT_NE(result.fault.find("does not determine"), std::string::npos) << result.fault;
+}
+
+TEST(SandwichTest, RespectsTheBiasFloor) {
+  const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
+  const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), 30, {});
+  const Point<frames::Ct> centre = solution.pose * scene().sweep.centroid();
+  const auto small = sandwich_covariance(cost, solution.pose, centre, 0.5, 0.0);
+  const auto large = sandwich_covariance(cost, solution.pose, centre, 0.5, 2.0);
+  ASSERT_TRUE(small.valid) << small.fault;
+  ASSERT_TRUE(large.valid) << large.fault;
+  EXPECT_GT(small.uncertainty.tre_rms_mm(centre), 0.0);
+  // Three translations of 2 mm each, in quadrature.
+  EXPECT_NEAR(std::pow(large.uncertainty.tre_rms_mm(centre), 2) -
+                  std::pow(small.uncertainty.tre_rms_mm(centre), 2),
+              3 * 4.0, 1e-9);
+}
+
+TEST(StartsTest, FillTheBoxEvenlyAndRepeat) {
+  const auto twists = spread_twists(600, 0.2, 15, 7);
+  ASSERT_EQ(twists.size(), 600u);
+  Vector6d mean = Vector6d::Zero();
+  for (const Vector6d& twist : twists) {
+    EXPECT_LE(twist.head<3>().cwiseAbs().maxCoeff(), 0.2);
+    EXPECT_LE(twist.tail<3>().cwiseAbs().maxCoeff(), 15);
+    mean += twist / 600;
+  }
+  // A random set would have 15/√3/√600 = 0.35 mm; Halton points lie closer to even.
+  EXPECT_LT(mean.tail<3>().cwiseAbs().maxCoeff(), 0.35);
+  EXPECT_LT(mean.head<3>().cwiseAbs().maxCoeff(), 0.2 / 15 * 0.35);
+  EXPECT_EQ(twists, spread_twists(600, 0.2, 15, 7));
+  EXPECT_NE(twists, spread_twists(600, 0.2, 15, 8));
+}
+
+TEST(TwistTest, LeftJacobianIsTheDerivativeOfExp) {
+  const Eigen::Vector3d omega(0.4, -0.7, 0.2);
+  constexpr double kStep = 1e-6;
+  for (const double scale : {1.0, 1e-5}) {
+    const Eigen::Vector3d w = scale * omega;
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+      const Eigen::Quaterniond change = exp_rotation(w + step) * exp_rotation(w).conjugate();
+      const Eigen::Vector3d found = 2 * change.vec() / kStep;
+      EXPECT_LT((found - left_jacobian(w).col(i)).norm(), 1e-5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nav::registration

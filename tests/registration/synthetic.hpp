@@ -1,0 +1,187 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nav/sweep.hpp"
+#include "nav/volume.hpp"
+
+/// A small analytic patient: smooth blobs of known HU, so that CT and ultrasound come from the same
+/// formula and the pose between them is known exactly.
+namespace nav::test {
+
+struct Blob {
+  Eigen::Vector3d centre;
+  double sigma_mm, hu;
+};
+
+/// Sum of Gaussians about the origin of Ct.
+class BlobPatient {
+ public:
+  explicit BlobPatient(unsigned seed, int count = 60, double half_extent_mm = 75) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double a, double b) {
+      return a + (b - a) * (static_cast<double>(random()) / 4294967296.0);
+    };
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector3d centre(uniform(-half_extent_mm, half_extent_mm),
+                                   uniform(-half_extent_mm, half_extent_mm),
+                                   uniform(-half_extent_mm, half_extent_mm));
+      blobs_.push_back({centre, uniform(4, 9), (i % 2 == 0 ? 1 : -1) * uniform(30, 60)});
+    }
+  }
+
+  [[nodiscard]] double hu(const Eigen::Vector3d& p) const {
+    double sum = 50;
+    for (const Blob& blob : blobs_) {
+      const double r2 = (p - blob.centre).squaredNorm() / (blob.sigma_mm * blob.sigma_mm);
+      if (r2 < 30) sum += blob.hu * std::exp(-0.5 * r2);
+    }
+    return sum;
+  }
+  /// Derivative of hu() along a direction, HU/mm.
+  [[nodiscard]] double slope(const Eigen::Vector3d& p, const Eigen::Vector3d& d) const {
+    double sum = 0;
+    for (const Blob& blob : blobs_) {
+      const double s2 = blob.sigma_mm * blob.sigma_mm;
+      const double r2 = (p - blob.centre).squaredNorm() / s2;
+      if (r2 < 30) sum -= blob.hu * std::exp(-0.5 * r2) * (p - blob.centre).dot(d) / s2;
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<Blob> blobs_;
+};
+
+/// CT of the patient; offset moves the patient and the grid together.
+inline Volume blob_ct(const BlobPatient& patient, const VoxelGrid& grid,
+                      const Eigen::Vector3d& offset_mm = Eigen::Vector3d::Zero()) {
+  std::vector<std::int16_t> hu;
+  hu.reserve(grid.voxel_count());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Eigen::Vector3d p = grid.at(Eigen::Vector3d(i, j, k)).mm;
+        hu.push_back(static_cast<std::int16_t>(std::lround(patient.hu(p))));
+      }
+    }
+  }
+  VoxelGrid placed = grid;
+  placed.origin_mm += offset_mm;
+  return *Volume::create(placed, std::move(hu), "blob patient");
+}
+
+/// 2 mm voxels, centred on the origin.
+inline VoxelGrid cubic_grid(double half_extent_mm = 80, double spacing_mm = 2.0) {
+  VoxelGrid grid;
+  const int n = static_cast<int>(2 * half_extent_mm / spacing_mm) + 1;
+  grid.size = {n, n, n};
+  grid.spacing_mm.setConstant(spacing_mm);
+  grid.origin_mm.setConstant(-half_extent_mm);
+  return grid;
+}
+
+struct SweepSpec {
+  int frames = 24;
+  double step_mm = 4;  ///< Between pictures, along the sweep.
+  int size_px = 110;   ///< Square pictures of 1 mm pixels.
+  double gain = 0.7;   ///< Grey per HU.
+  double offset = 60;  ///< Grey.
+  double echo = 4.0;   ///< Grey per HU/mm along the beam.
+  double noise = 4;    ///< Grey, standard deviation.
+  unsigned seed = 5;
+};
+
+inline Transform<frames::Ct, frames::Reference> true_pose(
+    const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero()) {
+  const Eigen::AngleAxisd turn(0.4, Eigen::Vector3d(1, -2, 0.5).normalized());
+  return {Eigen::Quaterniond(turn), ct_offset_mm + Eigen::Vector3d(12, -7, 5)};
+}
+
+/// Linear-probe pictures, fanned by 12 degrees over the sweep, that follow the formula
+/// grey = offset + gain·HU + echo·|slope along the beam| + noise.
+inline Sweep blob_sweep(const BlobPatient& patient, const SweepSpec& spec,
+                        const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero(),
+                        const Eigen::Vector3d& reference_offset_mm = Eigen::Vector3d::Zero()) {
+  std::mt19937 random(spec.seed);
+  const auto uniform = [&] { return (static_cast<double>(random()) + 0.5) / 4294967296.0; };
+  const auto normal = [&] {
+    const double radius = std::sqrt(-2 * std::log(uniform()));
+    return radius * std::cos(2 * std::numbers::pi * uniform());
+  };
+  const auto reference_from_ct = true_pose(ct_offset_mm).inverse();
+  std::vector<TrackedFrame> frames;
+  for (int f = 0; f < spec.frames; ++f) {
+    const double along = spec.step_mm * (f - 0.5 * (spec.frames - 1));
+    const double tilt = 0.1 * std::sin(2.0 * f / spec.frames * std::numbers::pi);
+    const Transform<frames::Ct, frames::Image> ct_from_image(
+        Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitX())),
+        ct_offset_mm + Eigen::Vector3d(0, -0.5 * spec.size_px, along));
+    const PixelGrid grid = PixelGrid::centred(spec.size_px, 1.0, 1.0);
+    const Eigen::Vector3d beam = ct_from_image.rotation() * Eigen::Vector3d::UnitY();
+    std::vector<std::uint8_t> pixels;
+    for (int row = 0; row < spec.size_px; ++row) {
+      for (int column = 0; column < spec.size_px; ++column) {
+        const Eigen::Vector3d p = (ct_from_image * grid.at(column, row)).mm - ct_offset_mm;
+        const double grey = spec.offset + spec.gain * patient.hu(p) +
+                            spec.echo * std::abs(patient.slope(p, beam)) + spec.noise * normal();
+        pixels.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0))));
+      }
+    }
+    UltrasoundFrame frame;
+    frame.acquired = Timestamp(from_seconds(0.1 * f));
+    frame.received = frame.acquired;
+    frame.sequence = static_cast<std::uint64_t>(f);
+    frame.pixels = Image2d<std::uint8_t>(spec.size_px, spec.size_px, std::move(pixels));
+    frame.grid = grid;
+    auto pose = reference_from_ct * ct_from_image;
+    const Transform<frames::Reference, frames::Image> moved(
+        pose.rotation(), pose.translation_mm() + reference_offset_mm);
+    frames.push_back({std::move(frame), moved, Duration{0}});
+  }
+  return *Sweep::create(std::move(frames), "synthetic");
+}
+
+/// RMS distance of the corners of a 100 mm cube about the CT's patient between two maps.
+inline double cube_error_mm(const Transform<frames::Ct, frames::Reference>& found,
+                            const Transform<frames::Ct, frames::Reference>& truth,
+                            const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero()) {
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p((corner & 1) != 0 ? 50 : -50, (corner & 2) != 0 ? 50 : -50,
+                            (corner & 4) != 0 ? 50 : -50);
+    const Point<frames::Reference> q = truth.inverse() * Point<frames::Ct>{ct_offset_mm + p};
+    sum += ((found * q).mm - (truth * q).mm).squaredNorm() / 8;
+  }
+  return std::sqrt(sum);
+}
+
+/// The truth, off by so many mm and rad about the patient's origin.
+inline Transform<frames::Ct, frames::Reference> off_by(
+    const Transform<frames::Ct, frames::Reference>& truth, double mm, double rad, unsigned seed,
+    const Eigen::Vector3d& centre_ct_mm = Eigen::Vector3d::Zero()) {
+  std::mt19937 random(seed);
+  const auto direction = [&] {
+    Eigen::Vector3d v;
+    do {
+      for (int axis = 0; axis < 3; ++axis) {
+        v[axis] = static_cast<double>(random()) / 2147483648.0 - 1.0;
+      }
+    } while (v.norm() > 1 || v.norm() < 0.1);
+    return Eigen::Vector3d(v.normalized());
+  };
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(rad, direction()));
+  const Eigen::Vector3d shift = mm * direction();
+  return {(turn * truth.rotation()).normalized(),
+          centre_ct_mm + turn * (truth.translation_mm() - centre_ct_mm) + shift};
+}
+
+}  // namespace nav::test
