@@ -19,27 +19,27 @@ Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSu
 
 Result<Placement> place_ct(const SessionConfig& config, const Volume& ct,
                            const SweepSurvey& sweep) {
+  Placement found{{centred(ct, sweep),
+                   {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}},
+                  "centred",
+                  "The CT is not registered: for want of a placement, the sweep's centre lies at "
+                  "the CT's centre, the depth of the pictures points to posterior and their "
+                  "lateral axis to the patient's left."};
   if (!config.placement.registration.empty()) {
     auto registered = read_registration(config.placement.registration, ct);
     if (!registered) return registered.error();
-    return Placement{{*registered, {SafetyState::kValid, ""}},
-                     "registered",
-                     "The CT was registered: " + config.placement.registration.string() + "."};
-  }
-  const Safety doubt{SafetyState::kDegraded, "the CT is placed by declaration, not registered"};
-  if (config.placement.ct_from_reference) {
+    found.placement = {*registered, {SafetyState::kValid, ""}};
+    found.kind = "registered";
+    found.statement = "The CT was registered: " + config.placement.registration.string() + ".";
+  } else if (config.placement.ct_from_reference) {
     auto declared =
         rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
     if (!declared) return declared.error();
-    return Placement{{*declared, doubt},
-                     "declared",
-                     "The CT is not registered: it lies where the user declared it to lie."};
+    found.placement.ct_from_reference = *declared;
+    found.kind = "declared";
+    found.statement = "The CT is not registered: it lies where the user declared it to lie.";
   }
-  return Placement{{centred(ct, sweep), doubt},
-                   "centred",
-                   "The CT is not registered: for want of a placement, the sweep's centre lies at "
-                   "the CT's centre, the depth of the pictures points to posterior and their "
-                   "lateral axis to the patient's left."};
+  return found;
 }
 
 }  // namespace nav::app
