@@ -34,8 +34,8 @@ Result<void> describe_frames(io::SequenceReader& reader, Json& json) {
     for (const std::string& name : io::transform_names(*frame)) {
       const auto transform = io::transform(*frame, name);
       const std::string status = transform ? to_string(transform->status) : "unreadable";
-      Json& counts = transforms[name];
-      counts[status] = counts.value(status, 0) + 1;
+      Json& count = transforms[name][status];
+      count = count.is_null() ? 1 : count.get<int>() + 1;
     }
   }
   json["transforms"] = transforms;
