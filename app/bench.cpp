@@ -53,7 +53,8 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   if (!presenter) return presenter.error();
   presenter->set_plan(procedure.plan());
   presenter->set_focus(procedure.plan().target_ct);
-  presenter->set_typical_plane(procedure.ct_from_image(procedure.end()));
+  presenter->set_typical_plane(procedure.ct_from_image(procedure.end()),
+                               procedure.options().probe.depth_mm);
   const auto& approach = procedure.phases().back();
   const Timestamp middle = procedure.frame_time(approach.first_frame + approach.frame_count / 2);
   const sim::UltrasoundSimulator simulator(procedure.phantom(), procedure.options().probe, 1);

@@ -60,7 +60,8 @@ class Demo {
         navigator_(procedure.probe_from_image(), std::nullopt, navigator_options(), console) {
     presenter_.set_plan(procedure.plan());
     presenter_.set_focus(procedure.plan().target_ct);
-    presenter_.set_typical_plane(procedure.ct_from_image(procedure.end()));
+    presenter_.set_typical_plane(procedure.ct_from_image(procedure.end()),
+                                 procedure.options().probe.depth_mm);
     presenter_.set_banner("simulated patient " + std::to_string(options.seed));
     navigator_.set_plan(procedure.plan());
   }

@@ -82,15 +82,17 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   segment(tip, ahead, 1, 1);
 }
 
-void draw_label(Canvas& canvas, int x, int y, const std::string& words, Rgba8 colour) {
-  canvas.text(x, y, words.starts_with("withdrawn") ? 13 : 15, words, colour);
-}
-
 /// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
 std::string shorten(const Canvas& canvas, int size, std::string words, int width) {
   if (canvas.text_width(size, words) <= width) return words;
   while (!words.empty() && canvas.text_width(size, words + "...") > width) words.pop_back();
   return words + "...";
+}
+
+/// A line of words at the left of a panel, cut to its width.
+void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
+                int size = 15) {
+  canvas.text(x + 8, y, size, shorten(canvas, size, words, width - 16), colour);
 }
 
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
@@ -103,11 +105,10 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
     draw_scale(canvas, view, epoch.frame->frame);
     if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
   }
-  draw_label(canvas, x + 8, 20, "Ultrasound", kWords);
+  draw_label(canvas, x, 20, width, "Ultrasound", kWords);
   if (!live) {
-    draw_label(canvas, x + 8, half / 2,
-               shorten(canvas, 13, "withdrawn: " + epoch.ultrasound.cause, width - 16),
-               colour_of(epoch.ultrasound.state));
+    draw_label(canvas, x, half / 2, width, "withdrawn: " + epoch.ultrasound.cause,
+               colour_of(epoch.ultrasound.state), 13);
   }
   const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
   if (placed) {
@@ -117,11 +118,10 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
                 view.x, view.y);
     draw_guidance(canvas, view, context);
   }
-  draw_label(canvas, x + 8, half + 20, "CT along the ultrasound plane", kWords);
+  draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kWords);
   if (!placed) {
-    draw_label(canvas, x + 8, half + half / 2,
-               shorten(canvas, 13, "withdrawn: " + epoch.plane.cause, width - 16),
-               colour_of(epoch.plane.state));
+    draw_label(canvas, x, half + half / 2, width, "withdrawn: " + epoch.plane.cause,
+               colour_of(epoch.plane.state), 13);
   }
   canvas.fill(x, 0, 1, height, kFaint);
   canvas.fill(x, half, width, 1, kFaint);
@@ -156,7 +156,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
     if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kWords);
   }
-  if (end > 0 && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
+  if (end > x && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
 }
 
 }  // namespace
@@ -166,9 +166,10 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   const int side = view_3d.height() * 2 / 3;
   Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
   canvas.copy(view_3d, 0, 0);
-  // Small pictures are for tests of the 3D view: words need room.
-  constexpr int kSmallest = 300;
-  if (view_3d.height() >= kSmallest) {
+  // Words need room: smaller pictures show the 3D view alone.
+  constexpr int kSmallestHeight = 300;
+  constexpr int kSmallestWidth = 400;
+  if (view_3d.height() >= kSmallestHeight && canvas.width() >= kSmallestWidth) {
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   }

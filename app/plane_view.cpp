@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace nav::app {
 
-PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height) {
+namespace {
+
+/// Box about the picture's pixel centres in the Image frame: lower and upper corner, mm.
+std::pair<Eigen::Vector2d, Eigen::Vector2d> box(const UltrasoundFrame& frame) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = -low;
   for (const double column : {0.0, frame.pixels.width() - 1.0}) {
@@ -17,11 +21,23 @@ PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height)
       high = high.cwiseMax(p);
     }
   }
+  return {low, high};
+}
+
+}  // namespace
+
+PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height) {
+  const auto [low, high] = box(frame);
   constexpr double kMargin = 1.04;
   const Eigen::Vector2d size = (high - low).cwiseMax(1e-3);
   const double scale = kMargin * std::max(size.x() / width, size.y() / height);
   const Eigen::Vector2d centre = 0.5 * (low + high);
   return {x, y, width, height, centre - 0.5 * scale * Eigen::Vector2d(width, height), scale};
+}
+
+double extent_mm(const UltrasoundFrame& frame) {
+  const auto [low, high] = box(frame);
+  return (high - low).norm();
 }
 
 double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {

@@ -29,6 +29,9 @@ struct PlaneView {
 /// Fits a whole picture, with its true proportions, into a rectangle of a canvas.
 PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height);
 
+/// Diagonal of the box about a picture, mm.
+double extent_mm(const UltrasoundFrame& frame);
+
 /// Grey value at a point of the Image frame, bilinear, 0 to 255; -1 outside the picture's outline.
 double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm);
 

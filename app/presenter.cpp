@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/presenter.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/panels.hpp"
@@ -51,6 +52,12 @@ render::Camera Presenter::camera() const {
     const double aspect = std::min(1.0, 1.0 * options_.width / options_.height);
     const double half = std::atan(std::tan(fov / 2) * aspect);
     distance_mm = 0.5 * ct_->grid().extent_mm().norm() / std::sin(half) * 0.8;
+    // A small picture in a large CT would be a stamp: go nearer, but keep its surroundings.
+    constexpr double kSurroundings = 3.2;
+    if (typical_plane_) {
+      distance_mm =
+          std::min(distance_mm, kSurroundings * typical_extent_mm_ / (2 * std::tan(half)));
+    }
   }
   const Eigen::Vector3d towards_eye = direction_to_eye();
   render::Camera camera;

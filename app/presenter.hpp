@@ -37,9 +37,12 @@ class Presenter {
   /// What the 3D view looks at; the centre of the CT unless told.
   void set_focus(const Point<frames::Ct>& focus_ct) { focus_ct_ = focus_ct; }
   /// The plane that the view is chosen for, where the user chose none: seen from the side that is
-  /// nearer to the patient's front and feet, off its normal, so that it shows its picture.
-  void set_typical_plane(const Transform<frames::Ct, frames::Image>& ct_from_image) {
+  /// nearer to the patient's front and feet, off its normal, and near enough to show its picture.
+  /// extent_mm: diagonal of the picture.
+  void set_typical_plane(const Transform<frames::Ct, frames::Image>& ct_from_image,
+                         double extent_mm) {
     typical_plane_ = ct_from_image;
+    typical_extent_mm_ = extent_mm;
   }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
@@ -68,6 +71,7 @@ class Presenter {
   std::optional<NeedlePlan> plan_;
   Point<frames::Ct> focus_ct_;
   std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
+  double typical_extent_mm_ = 0;
   std::string banner_;
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   int views_cast_ = 0;

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "app/plane_view.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
 
@@ -67,12 +68,8 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
     options.reference_frame = source.tracker_frame;
     statement = "nothing tracks the patient: the tracker itself (" + source.tracker_frame +
                 ") is taken as the patient's frame";
-    auto again = open_with();
-    // The first error is the better one when neither way exists.
-    if (again) {
-      replay = std::move(again);
-      diagnostics.report(Severity::kWarning, "replay", statement);
-    }
+    replay = open_with();
+    if (replay) diagnostics.report(Severity::kWarning, "replay", statement);
   }
   if (!replay) return replay.error();
   if (!replay->calibration()) {
@@ -191,6 +188,7 @@ Result<SweepSurvey> survey(RecordedSession& session) {
     sum += (tracked.reference_from_image * centre).mm;
     found.lateral += axes.col(0);
     found.deep += axes.col(1);
+    found.picture_extent_mm = extent_mm(tracked.frame);
     ++found.paired;
   };
   for (;;) {

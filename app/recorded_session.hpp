@@ -69,6 +69,7 @@ struct SweepSurvey {
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
+  double picture_extent_mm = 0;                       ///< Diagonal of the last picture.
 };
 /// Orthonormal mean axes of the pictures (columns x, y, z of Image in Reference); absent where the
 /// pictures look every way and their axes cancel out.

@@ -242,9 +242,11 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!presenter) return presenter.error();
   presenter->set_focus(placement->placement.ct_from_reference * sweep->centroid);
   if (const auto axes = mean_axes(*sweep)) {
-    presenter->set_typical_plane(placement->placement.ct_from_reference *
-                                 Transform<frames::Reference, frames::Image>(
-                                     Eigen::Quaterniond(*axes).normalized(), sweep->centroid.mm));
+    presenter->set_typical_plane(
+        placement->placement.ct_from_reference *
+            Transform<frames::Reference, frames::Image>(Eigen::Quaterniond(*axes).normalized(),
+                                                        sweep->centroid.mm),
+        sweep->picture_extent_mm);
   }
   presenter->set_banner(placement->kind == "registered" ? "recording"
                                                         : "recording, CT NOT REGISTERED");
