@@ -112,6 +112,13 @@ class CommandLine {
     return json_.empty() ? std::nullopt : std::optional(json_);
   }
   int fail(const Error& error) const;
+  [[nodiscard]] std::string verbs() const {
+    std::string names;
+    for (const CLI::App* verb : app_.get_subcommands([](const CLI::App*) { return true; })) {
+      names += (names.empty() ? "" : ", ") + verb->get_name();
+    }
+    return names;
+  }
 
   CLI::App app_;
   bool verbose_ = false;
@@ -279,6 +286,14 @@ int CommandLine::run(int argc, const char* const* argv) {
     app_.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
     return app_.exit(success);
+  } catch (const CLI::RequiredError& problem) {
+    // A wrong verb is missing to the parser; to the user it is wrong.
+    const std::string first = argc > 1 ? argv[1] : "";
+    if (!first.empty() && first[0] != '-' &&
+        (", " + verbs() + ", ").find(", " + first + ",") == std::string::npos) {
+      return fail({ErrorCode::kUsage, "expected one of " + verbs() + ", found '" + first + "'"});
+    }
+    return fail({ErrorCode::kUsage, std::string(problem.what()) + " (see sonde --help)"});
   } catch (const CLI::ParseError& problem) {
     return fail({ErrorCode::kUsage, std::string(problem.what()) + " (see sonde --help)"});
   }

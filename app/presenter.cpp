@@ -55,8 +55,9 @@ render::Camera Presenter::camera() const {
     // A small picture in a large CT would be a stamp: go nearer, but keep its surroundings.
     constexpr double kSurroundings = 3.2;
     if (typical_plane_) {
-      distance_mm =
-          std::min(distance_mm, kSurroundings * typical_extent_mm_ / (2 * std::tan(half)));
+      constexpr double kLeastMm = 20;
+      const double extent_mm = std::max(typical_extent_mm_, kLeastMm);
+      distance_mm = std::min(distance_mm, kSurroundings * extent_mm / (2 * std::tan(half)));
     }
   }
   const Eigen::Vector3d towards_eye = direction_to_eye();
