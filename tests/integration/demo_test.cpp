@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// From the simulated tracker to the rendered picture.
+#include "app/demo.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "app/report.hpp"
+#include "io/picture.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+/// The promise of the demo: from 10 mm and 8 degrees to this error at the target.
+constexpr double kPromisedErrorMm = 2.0;
+/// The needle's pose is measured with noise and shown through the registration.
+constexpr double kFinalTipMm = 3.0;
+
+DemoOptions small_demo(const std::filesystem::path& out) {
+  DemoOptions options;
+  options.output.folder = out;
+  options.output.width = 160;
+  options.output.height = 120;
+  options.output.frames = 3;
+  options.output.threads = 1;
+  options.output.step_voxels = 1;
+  return options;
+}
+
+Json report_of(const std::filesystem::path& out) {
+  std::ifstream file(out / "report.json");
+  return Json::parse(file, nullptr, false);
+}
+
+TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  ASSERT_TRUE(test::has_value(run_demo(small_demo(folder / "one"), console)));
+  const Json report = report_of(folder / "one");
+  EXPECT_NEAR(report["start_translation_mm"].get<double>(), 10, 0);
+  EXPECT_GT(report["start_error_mm"].get<double>(), 5);
+  EXPECT_TRUE(report["registration"]["accepted"]);
+  EXPECT_LT(report["target_error_mm"].get<double>(), kPromisedErrorMm);
+  EXPECT_LT(report["final_tip_to_target_mm"].get<double>(), kFinalTipMm);
+  EXPECT_TRUE(report["ledger"]["balanced"]);
+  EXPECT_GT(report["ledger"]["superseded"], 0) << "pictures come faster than refreshes";
+  for (const auto& file : report["frames"]) {
+    EXPECT_TRUE(std::filesystem::exists(folder / "one" / file.get<std::string>())) << file;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "one" / "report.html"));
+  EXPECT_GT(std::filesystem::file_size(folder / "one" / "demo.webp"), 1000u);
+
+  // The same input gives the same bytes with one and two threads.
+  DemoOptions two = small_demo(folder / "two");
+  two.output.threads = 2;
+  ASSERT_TRUE(test::has_value(run_demo(two, console)));
+  const Json again = report_of(folder / "two");
+  EXPECT_EQ(again["pose_log_sha256"], report["pose_log_sha256"]);
+  EXPECT_EQ(again["image_sha256"], report["image_sha256"]);
+  EXPECT_EQ(again["target_error_mm"], report["target_error_mm"]);
+}
+
+TEST(DemoTest, ARefusedRegistrationNeverShowsThePlane) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  DemoOptions hopeless = small_demo(folder / "out");
+  hopeless.start_error_mm = 80;
+  hopeless.start_error_deg = 70;
+  const auto outcome = run_demo(hopeless, console);
+  EXPECT_TRUE(test::refuses(outcome, ErrorCode::kRefused, {"refused"}));
+  const Json report = report_of(folder / "out");
+  EXPECT_FALSE(report["registration"]["accepted"]);
+  EXPECT_FALSE(report["registration"]["reasons"].empty());
+  EXPECT_TRUE(report["final_tip_to_target_mm"].is_null()) << "no number without a registration";
+  for (const auto& file : report["frames"]) {
+    EXPECT_FALSE(file.get<std::string>().starts_with("approach_")) << file;
+  }
+  EXPECT_TRUE(report["ledger"]["balanced"]);
+}
+
+}  // namespace
+}  // namespace nav::app
