@@ -221,22 +221,22 @@ std::string to_text(const RenderBenchReport& report) {
       << " pixels\nagainst the converged double-precision reference; with shading it includes that "
          "VTK lights\notherwise than the reference. VTK's fixed-point mapper smooths its picture "
          "when it draws it.\n\n"
-      << std::fixed << std::left << std::setw(20) << "scene" << std::setw(16) << "engine"
+      << std::fixed << std::left << std::setw(40) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(10) << "cpu ms" << std::setw(10)
       << "wall ms" << std::setw(10) << "rms" << std::setw(10) << "max" << '\n';
   for (const RenderBenchRow& row : report.rows) {
-    out << std::left << std::setw(20) << row.scene << std::setw(16) << row.engine << std::right
+    out << std::left << std::setw(40) << row.scene << std::setw(16) << row.engine << std::right
         << std::setprecision(3) << std::setw(7) << row.step << std::setprecision(1) << std::setw(10)
         << 1e3 * row.cpu_s << std::setw(10) << 1e3 * row.wall_s << std::setprecision(5)
         << std::setw(10) << row.rms << std::setw(10) << row.max << '\n';
   }
   out << '\n'
-      << std::left << std::setw(20) << "scene" << std::setw(24) << "times faster (cpu s)"
+      << std::left << std::setw(40) << "scene" << std::setw(24) << "times faster (cpu s)"
       << std::right << std::setw(7) << "step" << std::setw(12) << "same step" << std::setw(14)
       << "equal error" << '\n'
       << std::setprecision(2);
   for (const RenderBenchRatio& ratio : report.ratios) {
-    out << std::left << std::setw(20) << ratio.scene << std::setw(24) << ratio.name << std::right
+    out << std::left << std::setw(40) << ratio.scene << std::setw(24) << ratio.name << std::right
         << std::setprecision(3) << std::setw(7) << ratio.step << std::setprecision(2)
         << std::setw(12) << ratio.same_step << std::setw(14) << ratio.equal_error << '\n';
   }

@@ -41,9 +41,9 @@ TRADES = {
     "CLI11": (re.compile(r"^CLI/"), {"app"}),
     "TBB": (re.compile(r"^(oneapi/)?tbb/"), {"render", "sim", "registration", "tests", "bench"}),
 }
-# Private headers (never included from another folder) may show trade types.
+# Private headers (of use to their own folder, tests and benchmarks alone) may show trade types.
 PRIVATE_HEADER = re.compile(
-    r"^(render/(vtk_|gl_)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
+    r"^(render/(vtk_|gl_|cpu_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -66,7 +66,8 @@ def problems_in(root: pathlib.Path) -> list[str]:
                         found.append(f"{where}: expected a path from the root of the project")
                     elif top not in allowed:
                         found.append(f"{where}: {folder}/ may see only {', '.join(sorted(allowed))}")
-                    elif top != folder and folder != "tests" and PRIVATE_HEADER.match(target):
+                    elif (top != folder and folder not in {"tests", "bench"}
+                          and PRIVATE_HEADER.match(target)):
                         found.append(f"{where}: a private header of {top}/")
                 for trade, (pattern, homes) in TRADES.items():
                     if not pattern.match(target):

@@ -4,8 +4,8 @@
 // caches warm; "prepare" is what a new volume or a new transfer function costs once.
 #include <benchmark/benchmark.h>
 
+#include "bench/support/synthetic_ct.hpp"
 #include "render/engine.hpp"
-#include "tests/render/synthetic_ct.hpp"
 
 namespace {
 

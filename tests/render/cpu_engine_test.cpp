@@ -5,8 +5,8 @@
 #include <cstring>
 #include <random>
 
+#include "bench/support/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
-#include "tests/render/synthetic_ct.hpp"
 
 namespace nav::render {
 namespace {
