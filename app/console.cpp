@@ -58,6 +58,11 @@ void Console::end(const std::string& outcome) {
   stage_.clear();
 }
 
+void Console::say(const std::string& line) {
+  if (!stage_.empty()) end();
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
 void Console::draw(double fraction) {
   if (!terminal_ || stage_.empty()) return;
   const int percent = static_cast<int>(fraction * 100);

@@ -25,6 +25,8 @@ class Console final : public Diagnostics {
   void progress(double fraction);
   /// Ends the current stage with a word on its outcome and the time it took.
   void end(const std::string& outcome = "done");
+  /// One plain line for the user, such as where the report lies.
+  void say(const std::string& line);
 
  private:
   void draw(double fraction);

@@ -194,6 +194,7 @@ Result<void> Demo::run() {
   }
   out_.list("demo.webp");
   if (auto written = write_report(); !written) return written;
+  console_.say("pictures and report: " + (out_ / "report.html").string());
   if (!decision_.accepted) {
     std::string reasons;
     for (const std::string& reason : decision_.reasons) {

@@ -56,7 +56,9 @@ class Replay {
       }
       out_.list("replay.webp");
     }
-    return write_report(json);
+    if (auto written = write_report(json); !written) return written;
+    console_.say("pictures and report: " + (out_ / "report.html").string());
+    return {};
   }
 
  private:
