@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "render/engine.hpp"
+#include "sim/ultrasound.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav {
+namespace {
+
+constexpr int kThreads = 4;
+
+TEST(ThreadsTest, DiagnosticsCountEveryReportOfEveryThread) {
+  CollectingDiagnostics diagnostics;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&diagnostics, t] {
+      for (int i = 0; i < 1000; ++i) {
+        diagnostics.report(Severity::kInfo, "source", "text " + std::to_string(i % 10));
+        if (i % 100 == t) (void)diagnostics.entries();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::size_t total = 0;
+  for (const DiagnosticEntry& entry : diagnostics.entries()) total += entry.count;
+  EXPECT_EQ(total, 1000u * kThreads);
+}
+
+render::Scene scene() {
+  VoxelGrid grid;
+  grid.size = {48, 48, 48};
+  grid.spacing_mm = {4, 4, 4};
+  grid.origin_mm = {-94, -94, -94};
+  std::vector<std::int16_t> hu(grid.voxel_count());
+  for (std::size_t i = 0; i < hu.size(); ++i) {
+    const Eigen::Vector3d index(static_cast<double>(i % 48), static_cast<double>(i / 48 % 48),
+                                static_cast<double>(i / 2304));
+    hu[i] = static_cast<std::int16_t>(1200 - 40 * (index.array() - 23.5).matrix().norm());
+  }
+  render::Scene made{std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball")),
+                     *render::preset_transfer_function("ct-bone")};
+  made.camera.eye_ct = {{0, -600, 0}};
+  made.camera.look_at_ct = {{0, 0, 0}};
+  made.camera.up_ct = {{0, 0, 1}};
+  made.width = 96;
+  made.height = 64;
+  return made;
+}
+
+TEST(ThreadsTest, EnginesShareNothingAndThePictureDoesNotDependOnTheirThreads) {
+  const render::Scene shown = scene();
+  std::vector<Image2d<Rgba8>> pictures(kThreads);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      const auto engine = render::make_cpu_engine({.threads = 1 + t % 3, .allow_vector = true});
+      const auto picture = engine->render(shown);
+      if (picture) pictures[static_cast<std::size_t>(t)] = render::to_8bit(picture->pixels);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& picture : pictures) {
+    ASSERT_FALSE(picture.empty());
+    EXPECT_TRUE(
+        std::equal(picture.pixels().begin(), picture.pixels().end(), pictures[0].pixels().begin()));
+  }
+}
+
+TEST(ThreadsTest, ASimulatorIsReadByManyThreads) {
+  const sim::AbdomenPhantom phantom;
+  sim::ProbeModel probe = sim::convex_abdominal();
+  probe.columns = 60;
+  probe.rows = 48;
+  probe.lines = 32;
+  const sim::UltrasoundSimulator simulator(phantom, probe, 1);
+  const Transform<frames::Ct, frames::Image> view(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())), {-60, -95, 0});
+  std::vector<UltrasoundFrame> frames(kThreads);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back(
+        [&, t] { frames[static_cast<std::size_t>(t)] = simulator.simulate(view, Timestamp{}, 7); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& frame : frames) {
+    ASSERT_FALSE(frame.pixels.empty());
+    EXPECT_TRUE(std::equal(frame.pixels.pixels().begin(), frame.pixels.pixels().end(),
+                           frames[0].pixels.pixels().begin()));
+  }
+}
+
+}  // namespace
+}  // namespace nav
