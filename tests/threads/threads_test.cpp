@@ -45,12 +45,19 @@ render::Scene scene() {
     hu[i] = static_cast<std::int16_t>(1200 - 40 * (index.array() - 23.5).matrix().norm());
   }
   render::Scene made{std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball")),
-                     *render::preset_transfer_function("ct-bone")};
+                     *render::preset_transfer_function("ct-bone"),
+                     {},
+                     {},
+                     {},
+                     {},
+                     {},
+                     {},
+                     {},
+                     96,
+                     64};
   made.camera.eye_ct = {{0, -600, 0}};
   made.camera.look_at_ct = {{0, 0, 0}};
   made.camera.up_ct = {{0, 0, 1}};
-  made.width = 96;
-  made.height = 64;
   return made;
 }
 
