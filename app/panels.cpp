@@ -3,8 +3,10 @@
 #include "app/panels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "app/plane_view.hpp"
 
@@ -159,7 +161,37 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   if (end > x && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
 }
 
+/// Which way the patient lies, at the edges of the 3D view.
+void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
+  const Eigen::Vector3d up = right.cross(forward);
+  constexpr int kSize = 16;
+  const auto centred = [&](int x, int y, const std::string& letters) {
+    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kFaint);
+  };
+  centred(20, height / 2, patient_direction(-right));
+  centred(width - 20, height / 2, patient_direction(right));
+  centred(width / 2, 20, patient_direction(up));
+  centred(width / 2, height - 8, patient_direction(-up));
+}
+
 }  // namespace
+
+std::string patient_direction(const Eigen::Vector3d& direction_ct) {
+  const Eigen::Vector3d d = direction_ct.normalized();
+  std::array<std::pair<double, char>, 3> axes = {{{std::abs(d.x()), d.x() > 0 ? 'L' : 'R'},
+                                                  {std::abs(d.y()), d.y() > 0 ? 'P' : 'A'},
+                                                  {std::abs(d.z()), d.z() > 0 ? 'S' : 'I'}}};
+  std::stable_sort(axes.begin(), axes.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr double kNoticeable = 1.0 / 3;
+  std::string letters;
+  for (const auto& [size, letter] : axes) {
+    if (size > kNoticeable) letters += letter;
+  }
+  return letters;
+}
 
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
   constexpr int kBar = 40;
@@ -170,6 +202,7 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   constexpr int kSmallestHeight = 300;
   constexpr int kSmallestWidth = 400;
   if (view_3d.height() >= kSmallestHeight && canvas.width() >= kSmallestWidth) {
+    draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   }

@@ -8,6 +8,7 @@
 #include "app/navigator.hpp"
 #include "render/canvas.hpp"
 #include "render/reslice.hpp"
+#include "render/scene.hpp"
 
 namespace nav::app {
 
@@ -18,7 +19,12 @@ struct PanelContext {
   const std::optional<NeedlePlan>& plan;
   render::HuWindow window;
   const std::string& banner;
+  render::Camera camera;  ///< Of the 3D view, for its orientation letters.
 };
+
+/// Where a direction of the CT (LPS) points in the patient: letters of R, L, A, P, S, I, the
+/// strongest first, those above a third of the whole; "RA" is right and, less, anterior.
+std::string patient_direction(const Eigen::Vector3d& direction_ct);
 
 /// Puts the live ultrasound and the CT along the same plane beside the 3D view, and state and
 /// numbers below. A stale picture is not drawn: its panel says so. The picture is 3/2 as wide as

@@ -114,7 +114,7 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     cast_seconds_ += rendered->statistics.cast_s;
     if (empty) empty_view_ = view;
   }
-  PanelContext context{epoch, *ct_, plan_, options_.window, banner_};
+  PanelContext context{epoch, *ct_, plan_, options_.window, banner_, wanted.camera};
   return compose_panels(view, context);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
+#include "app/panels.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::app {
@@ -94,6 +95,29 @@ TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
   for (int i = 0; i < 5; ++i) present(epoch(SafetyState::kLost, "the CT is not registered"));
   EXPECT_EQ(presenter_.views_cast(), 1);
   EXPECT_EQ(presenter_.views_reused(), 4);
+}
+
+TEST(PatientDirectionTest, NamesTheWayInLps) {
+  EXPECT_EQ(patient_direction({1, 0, 0}), "L");
+  EXPECT_EQ(patient_direction({-1, 0, 0}), "R");
+  EXPECT_EQ(patient_direction({0, 1, 0}), "P");
+  EXPECT_EQ(patient_direction({0, -1, 0}), "A");
+  EXPECT_EQ(patient_direction({0, 0, 1}), "S");
+  EXPECT_EQ(patient_direction({0, 0, -1}), "I");
+  EXPECT_EQ(patient_direction({-2, -1, 0.1}), "RA");
+}
+
+TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
+  PresenterOptions options;
+  options.view.azimuth_deg = 0;
+  options.view.elevation_deg = 0;
+  const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
+  ASSERT_TRUE(test::has_value(made));
+  const render::Camera camera = made->scene(Epoch{}).camera;
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  EXPECT_EQ(patient_direction(forward), "P");
+  // Facing the patient, the patient's left is at the viewer's right.
+  EXPECT_EQ(patient_direction(forward.cross(camera.up_ct.v)), "L");
 }
 
 TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
