@@ -168,7 +168,7 @@ void draw_orientation(Canvas& canvas, int width, int height, const render::Camer
   const Eigen::Vector3d up = right.cross(forward);
   constexpr int kSize = 16;
   const auto centred = [&](int x, int y, const std::string& letters) {
-    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kFaint);
+    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kWords);
   };
   centred(20, height / 2, patient_direction(-right));
   centred(width - 20, height / 2, patient_direction(right));
