@@ -113,7 +113,7 @@ class Replay {
       if (const auto shown = show(**epoch); !shown) failure = shown.error();
       return std::make_shared<const render::Scene>(presenter_.scene(**epoch));
     };
-    const auto window = render::show_window(source, {});
+    auto window = render::show_window(source, {});
     if (failure) return *failure;
     if (!window) return window;
     return play();  // What the window did not live to see.

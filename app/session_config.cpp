@@ -90,7 +90,7 @@ class Section {
     for (const auto& [key, node] : *table_) {
       if (known_.contains(std::string(key.str()))) continue;
       std::string keys;
-      for (const std::string& known : known_) keys += (keys.empty() ? "" : ", ") + known;
+      for (const std::string& known : known_) keys.append(keys.empty() ? "" : ", ").append(known);
       fail(node, "unknown key '" + full(std::string(key.str())) + "', expected one of " + keys);
       return;
     }

@@ -54,7 +54,8 @@ Result<void> validate(const VoxelGrid& grid, const std::string& name) {
   return {};
 }
 
-Result<Volume> Volume::create(VoxelGrid grid, std::vector<std::int16_t> hu, std::string name) {
+Result<Volume> Volume::create(const VoxelGrid& grid, std::vector<std::int16_t> hu,
+                              std::string name) {
   if (const auto ok = validate(grid, name); !ok) return ok.error();
   if (hu.size() != grid.voxel_count()) {
     return Error{ErrorCode::kMalformedData, name + ": expected " +

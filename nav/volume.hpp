@@ -54,7 +54,8 @@ inline constexpr std::int16_t kAirHu = -1024;
 class Volume {
  public:
   /// Refuses a bad grid or a voxel count that does not match it.
-  static Result<Volume> create(VoxelGrid grid, std::vector<std::int16_t> hu, std::string name);
+  static Result<Volume> create(const VoxelGrid& grid, std::vector<std::int16_t> hu,
+                               std::string name);
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   [[nodiscard]] std::span<const std::int16_t> hu() const { return *hu_; }
@@ -65,7 +66,8 @@ class Volume {
   [[nodiscard]] std::optional<double> sample(const Point<frames::Ct>& p) const;
 
  private:
-  Volume(VoxelGrid grid, std::shared_ptr<const std::vector<std::int16_t>> hu, std::string name)
+  Volume(const VoxelGrid& grid, std::shared_ptr<const std::vector<std::int16_t>> hu,
+         std::string name)
       : grid_(grid), hu_(std::move(hu)), name_(std::move(name)) {}
   VoxelGrid grid_;
   std::shared_ptr<const std::vector<std::int16_t>> hu_;
