@@ -20,7 +20,7 @@ build=(
   zlib1g-dev libpng-dev libwebp-dev libssl-dev libspdlog-dev
 )
 test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
-lint=(clang-format-14 glslang-tools python3)
+lint=(clang-format-14 git glslang-tools python3)
 
 wanted=()
 for group in "${@:-build}"; do
