@@ -94,7 +94,10 @@ std::string shorten(const Canvas& canvas, int size, std::string words, int width
 /// A line of words at the left of a panel, cut to its width.
 void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
                 int size = 15) {
-  canvas.text(x + 8, y, size, shorten(canvas, size, words, width - 16), colour);
+  const std::string shown = shorten(canvas, size, words, width - 16);
+  // On a ground of its own: a picture below may be as bright as the words.
+  canvas.fill(x + 1, y - size - 2, canvas.text_width(size, shown) + 14, size + 9, kBackground);
+  canvas.text(x + 8, y, size, shown, colour);
 }
 
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
