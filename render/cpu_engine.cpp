@@ -8,6 +8,7 @@
 #include <optional>
 #include <thread>
 
+#include "render/brick_grid.hpp"
 #include "render/cpu_march.hpp"
 #include "render/cpu_transfer.hpp"
 #include "render/cpu_volume.hpp"
@@ -25,6 +26,9 @@ constexpr int kPacketWidth = 4;
 constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
 constexpr int kTile = 32;  // Pixels; a multiple of the packet's sides.
 
+constexpr std::size_t kTail = 3;  // A brick's byte is fetched as the first of four.
+static_assert(kBrickVoxels == 8, "The march finds a sample's brick by a shift of 3 bits.");
+
 /// How much colour all samples of a ray together may miss by staying unshaded because each of
 /// them weighs too little.
 constexpr double kShadingBudget = 1.0 / 512;
@@ -33,33 +37,33 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-bool same(const TransferFunction& a, const TransferFunction& b) {
-  return std::equal(a.nodes().begin(), a.nodes().end(), b.nodes().begin(), b.nodes().end(),
-                    [](const TransferNode& x, const TransferNode& y) {
-                      return x.hu == y.hu && x.rgb == y.rgb && x.opacity == y.opacity;
-                    });
-}
-
 /// What is kept from one picture to the next.
 struct Cache {
   std::shared_ptr<const Volume> ct;  ///< Held, so that its address stays its own.
   std::optional<CpuVolume> volume;
+  std::optional<BrickGrid> bricks;  ///< This and the distances: made when first needed.
   std::optional<TransferFunction> transfer;
-  std::optional<CpuTransfer> table;
-  std::optional<BrickDistances> bricks;  ///< Made when first needed.
+  std::optional<TransferTable> table;
+  std::vector<TableEntry> entries;
+  std::optional<BrickDistances> distances;  ///< And kTail bytes that nobody counts.
 
   void update(const Scene& scene, int threads) {
     if (ct != scene.ct) {
       volume.emplace(*scene.ct, threads);
       ct = scene.ct;
       bricks.reset();
+      distances.reset();
     }
-    if (!transfer || !same(*transfer, scene.transfer)) {
+    if (!transfer || !same_tables(*transfer, scene.transfer)) {
       transfer = scene.transfer;
-      table.emplace(scene.transfer);
-      bricks.reset();
+      table = TransferTable::at_whole_hu(scene.transfer);
+      entries = march_entries(*table);
+      distances.reset();
     }
-    if (scene.quality.skip_empty_bricks && !bricks) bricks = brick_distances(*volume, *table);
+    if (!scene.quality.skip_empty_bricks || distances) return;
+    if (!bricks) bricks = make_brick_grid(*ct, threads);
+    distances = brick_distances(*bricks, *table);
+    distances->distance.resize(distances->distance.size() + kTail);
   }
 };
 
@@ -73,15 +77,17 @@ MarchInputs make_inputs(const Scene& scene, const Cache& cache) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     in.last[axis] = static_cast<float>(grid.size[a] - 1);
-    in.bricks[axis] = cache.volume->bricks()[a];
     in.half_per_spacing[axis] = static_cast<float>(0.5 / grid.spacing_mm[axis]);
     in.mm_per_index_step[axis] = static_cast<float>(grid.spacing_mm[axis] / step);
   }
-  if (scene.quality.skip_empty_bricks) in.brick_distance = cache.bricks->distance.data();
-  in.table = cache.table->entries();
-  in.table_low_hu = cache.table->low_hu();
-  in.table_high_hu = cache.table->high_hu();
-  in.invisible_up_to_hu = cache.table->invisible_up_to_hu();
+  if (scene.quality.skip_empty_bricks) {
+    in.brick_distance = cache.distances->distance.data();
+    std::copy_n(cache.bricks->count.data(), 3, in.bricks);
+  }
+  in.table = cache.entries.data();
+  in.table_low_hu = static_cast<float>(cache.table->first_hu());
+  in.table_high_hu = static_cast<float>(cache.table->last_hu());
+  in.invisible_up_to_hu = static_cast<float>(cache.table->invisible_up_to_hu());
   in.step_mm = static_cast<float>(step);
   in.opaque_at = scene.quality.opaque_at < 1 ? static_cast<float>(scene.quality.opaque_at)
                                              : std::numeric_limits<float>::infinity();
@@ -272,8 +278,8 @@ class CpuEngine final : public Engine {
                    [&](int tile) { painter.paint_tile(tile); });
     RenderedImage image = painter.finish();
     if (scene.quality.skip_empty_bricks) {
-      image.statistics.bricks = static_cast<std::uint64_t>(cache_.volume->brick_count());
-      image.statistics.bricks_occupied = static_cast<std::uint64_t>(cache_.bricks->occupied);
+      image.statistics.bricks = cache_.bricks->low.size();
+      image.statistics.bricks_occupied = cache_.distances->occupied;
     }
     image.statistics.prepare_s = prepare_s;
     image.statistics.cast_s = seconds_since(start) - prepare_s;

@@ -30,9 +30,7 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   row_stride_ = size[0] + kBorder;
   slice_stride_ = row_stride_ * (size[1] + kBorder);
   origin_ = size_of(slice_stride_ + row_stride_ + 1) * kBelow;
-  for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (size[a] - 1) / kBrickVoxels + 1;
   copy_voxels(ct, threads);
-  find_ranges(ct, threads);
 }
 
 void CpuVolume::copy_voxels(const Volume& ct, int threads) {
@@ -50,34 +48,6 @@ void CpuVolume::copy_voxels(const Volume& ct, int threads) {
       std::fill_n(to, kBelow, from[0]);
       std::copy_n(from, size[0], to + kBelow);
       std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);
-    }
-  });
-}
-
-void CpuVolume::find_ranges(const Volume& ct, int threads) {
-  const auto& size = ct.grid().size;
-  brick_min_.assign(size_of(brick_count()), std::numeric_limits<std::int16_t>::max());
-  brick_max_.assign(size_of(brick_count()), std::numeric_limits<std::int16_t>::min());
-  for_each_index(bricks_[2], threads, [&](int bz) {
-    const int k_end = std::min((bz + 1) * kBrickVoxels + 1, size[2]);
-    for (int k = bz * kBrickVoxels; k < k_end; ++k) {
-      for (int by = 0; by < bricks_[1]; ++by) {
-        const int j_end = std::min((by + 1) * kBrickVoxels + 1, size[1]);
-        for (int j = by * kBrickVoxels; j < j_end; ++j) {
-          const std::int16_t* row =
-              ct.hu().data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
-          const std::size_t first = size_of((bz * bricks_[1] + by) * bricks_[0]);
-          for (int bx = 0; bx < bricks_[0]; ++bx) {
-            const int i = bx * kBrickVoxels;
-            const auto [low, high] =
-                std::minmax_element(row + i, row + std::min(i + kBrickVoxels + 1, size[0]));
-            auto& brick_min = brick_min_[first + size_of(bx)];
-            auto& brick_max = brick_max_[first + size_of(bx)];
-            brick_min = std::min(brick_min, *low);
-            brick_max = std::max(brick_max, *high);
-          }
-        }
-      }
     }
   });
 }

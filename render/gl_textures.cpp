@@ -4,7 +4,6 @@
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
 
-#include "render/gl_bricks.hpp"
 #include "render/gl_textures.hpp"
 #include "render/ray_spec.hpp"
 
@@ -37,13 +36,6 @@ class PackedRows {
 std::string text_of(const std::array<int, 3>& size) {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
          std::to_string(size[2]);
-}
-
-bool same(const TransferFunction& a, const TransferFunction& b) {
-  return std::equal(a.nodes().begin(), a.nodes().end(), b.nodes().begin(), b.nodes().end(),
-                    [](const TransferNode& x, const TransferNode& y) {
-                      return x.hu == y.hu && x.rgb == y.rgb && x.opacity == y.opacity;
-                    });
 }
 
 }  // namespace
@@ -116,29 +108,28 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
 }
 
 void GlTextures::update_transfer(const TransferFunction& function) {
-  if (function_ && same(*function_, function)) return;
+  if (function_ && same_tables(*function_, function)) return;
   function_ = function;
-  table_.emplace(function);
+  table_ = TransferTable::for_texture(function);
   bricks_valid_ = false;
   glBindTexture(GL_TEXTURE_1D, transfer.id());
   set_sampling(GL_TEXTURE_1D, GL_NEAREST);
-  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGBA32F, table_->entries(), 0, GL_RGBA, GL_FLOAT,
-               table_->rgbat.data());
+  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGBA32F, table_->size(), 0, GL_RGBA, GL_FLOAT,
+               table_->rgbat().data());
   ++uploads_.transfers;
 }
 
 void GlTextures::update_bricks() {
   if (ranges_volume_ != volume_) {
-    ranges_ = gl_brick_ranges(*volume_);
+    ranges_ = make_brick_grid(*volume_, 0);
     ranges_volume_ = volume_;
   }
-  const std::vector<std::uint8_t> distances = gl_brick_distances(
-      ranges_, [&](std::int16_t low, std::int16_t high) { return table_->visible(low, high); });
-  bricks_occupied_ = static_cast<std::uint64_t>(std::count(distances.begin(), distances.end(), 0));
+  const BrickDistances distances = brick_distances(ranges_, *table_);
+  bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   set_sampling(GL_TEXTURE_3D, GL_NEAREST);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
-               0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, distances.data());
+               0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, distances.distance.data());
   bricks_valid_ = true;
   ++uploads_.bricks;
 }

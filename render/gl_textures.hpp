@@ -10,9 +10,9 @@
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
-#include "render/gl_bricks.hpp"
-#include "render/gl_transfer_table.hpp"
+#include "render/brick_grid.hpp"
 #include "render/scene.hpp"
+#include "render/transfer_table.hpp"
 
 namespace nav::render {
 
@@ -67,7 +67,7 @@ class GlTextures {
   std::optional<TransferFunction> function_;
   std::optional<TransferTable> table_;
   std::shared_ptr<const Volume> ranges_volume_;
-  GlBrickRanges ranges_;
+  BrickGrid ranges_;
   bool bricks_valid_ = false;
   std::uint64_t bricks_occupied_ = 0;
   Image2d<std::uint8_t> pixels_;

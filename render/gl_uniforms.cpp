@@ -87,9 +87,9 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   set_volume(program, grid);
   const TransferTable& table = textures.table();
   program.set("transfer", kTransfer);
-  program.set("transfer_first_hu", table.first_hu);
-  program.set("transfer_per_hu", table.per_hu);
-  program.set("transfer_last", table.entries() - 1.0);
+  program.set("transfer_first_hu", table.first_hu());
+  program.set("transfer_per_hu", table.per_hu());
+  program.set("transfer_last", table.size() - 1.0);
   constexpr double kNeverReached = 2;
   program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
   if (features.shading || features.needle || features.spheres) {
@@ -103,7 +103,7 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   if (features.skipping) {
     program.set("brick_distance", kBricks);
     program.set("brick_count", textures.brick_count());
-    program.set("brick_size", static_cast<double>(kGlBrickVoxels));
+    program.set("brick_size", static_cast<double>(kBrickVoxels));
   }
   if (features.plane) set_plane(program, *spec::make_plane<double>(*scene.plane, grid));
   if (features.needle) set_needle(program, *spec::make_needle<double>(*scene.needle, grid));

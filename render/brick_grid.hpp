@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "nav/volume.hpp"
+#include "render/transfer_table.hpp"
+
+namespace nav::render {
+
+/// Voxels along one edge of a brick; what a leap cannot see inside of.
+inline constexpr int kBrickVoxels = 8;
+
+/// Least and greatest HU of every brick of a volume. Brick b holds the trilinear samples whose
+/// lower voxel is in [8b, 8b + 8) along each axis, so its range includes one voxel beyond (the
+/// apron). Order: i fastest. Shared by the engines that leap over empty bricks.
+struct BrickGrid {
+  Eigen::Vector3i count = Eigen::Vector3i::Zero();  ///< Bricks along i, j, k: (n - 1) / 8 + 1.
+  std::vector<std::int16_t> low;
+  std::vector<std::int16_t> high;
+};
+/// Uses at most threads threads; 0: all cores.
+BrickGrid make_brick_grid(const Volume& volume, int threads);
+
+/// For every brick the Chebyshev distance, in bricks, to the nearest one where something may be
+/// visible: 0 there, at most 255. Order as in BrickGrid.
+struct BrickDistances {
+  std::vector<std::uint8_t> distance;
+  std::size_t occupied = 0;  ///< Bricks at distance 0.
+};
+BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table);
+
+}  // namespace nav::render
