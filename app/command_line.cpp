@@ -59,8 +59,17 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
                   "declared placement of the CT: 16 numbers, row-major, mm");
 }
 
-Result<void> apply_matrix(const std::string& text, SessionConfig& config) {
-  if (text.empty()) return {};
+/// from_option: the registration was named on the command line too.
+Result<void> apply_matrix(const std::string& text, bool from_option, SessionConfig& config) {
+  if (text.empty()) {
+    if (from_option) config.placement.ct_from_reference.reset();
+    return {};
+  }
+  if (from_option) {
+    return Error{ErrorCode::kUsage,
+                 "--ct-from-reference: expected it or --registration, found both"};
+  }
+  config.placement.registration.clear();
   std::string spaced = text;
   for (char& c : spaced) c = c == ',' ? ' ' : c;
   std::istringstream stream(spaced);
@@ -171,8 +180,8 @@ void CommandLine::add_replay() {
   replay->add_option("sweep", config_.source.recording, "PLUS sequence: .igs.mha, .mhd, .nrrd");
   replay->add_option("--session", session_, "session file (TOML); options here win over it");
   add_source_options(*replay, config_, matrix_);
-  replay->add_option("--registration", config_.placement.registration,
-                     "result of 'sonde register'");
+  const CLI::Option* registration = replay->add_option(
+      "--registration", config_.placement.registration, "result of 'sonde register'");
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
@@ -180,9 +189,10 @@ void CommandLine::add_replay() {
   replay->add_flag("--window", config_.output.window, "also show them in a window");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);
-  replay->callback([this] {
-    verb_ = [this](Console& console) -> Result<void> {
-      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+  replay->callback([this, registration] {
+    const bool registered = registration->count() > 0;
+    verb_ = [this, registered](Console& console) -> Result<void> {
+      if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
       if (print_session_) {
         std::cout << to_toml(config_);
@@ -215,7 +225,7 @@ void CommandLine::add_register() {
   add_json(*verb);
   verb->callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
-      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+      if (const auto ok = apply_matrix(matrix_, false, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
       if (!target_.empty()) {
         register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
@@ -299,7 +309,11 @@ int CommandLine::run(int argc, const char* const* argv) {
   }
   Console console(verbose_);
   const auto outcome = verb_(console);
-  if (outcome) return kExitOk;
+  if (outcome) {
+    std::cout << std::flush;
+    if (!std::cout) return fail({ErrorCode::kIo, "standard output: could not be written"});
+    return kExitOk;
+  }
   console.end("stopped");
   return fail(outcome.error());
 }

@@ -303,6 +303,7 @@ Result<void> Demo::write_report() {
 Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto out = OutputFolder::create(options.output.folder);
   if (!out) return out.error();
+  out->forget_reports();
   auto engine = make_engine(options.output.engine, options.output.threads, console);
   if (!engine) return engine.error();
 

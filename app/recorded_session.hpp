@@ -41,6 +41,10 @@ class RecordedSession {
   [[nodiscard]] const std::string& description() const { return replay_.description(); }
   /// What is taken as the patient's frame, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
+  /// Name of that frame in the recording.
+  [[nodiscard]] const std::string& reference_frame() const { return reference_frame_; }
+  /// The recording's path, for messages.
+  [[nodiscard]] const std::string& name() const { return name_; }
   /// Why the first picture that could not be used was refused; empty while there is none.
   [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
 
@@ -54,6 +58,8 @@ class RecordedSession {
   Diagnostics* diagnostics_;
   bool fixed_reference_;
   std::string reference_statement_;
+  std::string name_;
+  std::string reference_frame_;
   std::optional<CtPlacement> placement_;
   VirtualClock clock_;
   std::unique_ptr<Navigator> navigator_;
