@@ -59,9 +59,10 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
                              source.reference_frame};
   const bool choose = source.reference_frame.empty();
   if (choose) options.reference_frame = "Reference";
+  auto first_warning = std::make_unique<FirstWarning>(diagnostics);
   const auto open_with = [&] {
     return sim::ReplaySession::open(source.recording, plus ? &*plus : nullptr, options,
-                                    diagnostics);
+                                    *first_warning);
   };
   auto replay = open_with();
   std::string statement = options.reference_frame + " is the patient's frame";
@@ -80,19 +81,19 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
   }
   const bool fixed = replay->form() != sim::ReplayForm::kTracked ||
                      options.reference_frame == source.tracker_frame;
-  RecordedSession session(std::move(*replay), options_for(config, *period), diagnostics, fixed,
-                          statement);
+  RecordedSession session(std::move(*replay), options_for(config, *period),
+                          std::move(first_warning), fixed, statement);
   session.name_ = source.recording.string();
   session.reference_frame_ = options.reference_frame;
   return session;
 }
 
 RecordedSession::RecordedSession(sim::ReplaySession replay, NavigatorOptions options,
-                                 Diagnostics& diagnostics, bool fixed_reference,
+                                 std::unique_ptr<FirstWarning> diagnostics, bool fixed_reference,
                                  std::string reference_statement)
-    : replay_(std::move(replay)),
+    : diagnostics_(std::move(diagnostics)),
+      replay_(std::move(replay)),
       options_(options),
-      diagnostics_(&diagnostics),
       fixed_reference_(fixed_reference),
       reference_statement_(std::move(reference_statement)) {
   rewind();
@@ -206,11 +207,8 @@ Result<SweepSurvey> survey(RecordedSession& session) {
         session.name() + ": expected at least one picture with a pose, found none of " +
         std::to_string(session.total_frames()) + " frames usable; the first: " +
         (session.first_refusal().empty() ? "there are no frames" : session.first_refusal());
-    std::string poses;
-    for (const auto& [cause, count] : session.navigator().rejected_poses()) {
-      poses += (poses.empty() ? "" : ", ") + cause + " " + std::to_string(count);
-    }
-    if (!poses.empty()) message += "; poses refused: " + poses;
+    const std::string& warning = session.first_warning();
+    if (!warning.empty() && warning != session.first_refusal()) message += " (" + warning + ")";
     return Error{ErrorCode::kMalformedData, message};
   }
   found.centroid.mm = sum / static_cast<double>(found.paired);

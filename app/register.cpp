@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "app/engines.hpp"
 #include "app/landmark_file.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
@@ -145,7 +146,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
 
   console.begin("registration");
   registration::ImageRegistrationOptions solver;
-  if (config.output.threads > 0) solver.threads = std::min(config.output.threads, 64);
+  if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   const auto& initial = start->placement.ct_from_reference;
   const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
                                                    [&](double fraction) {

@@ -366,7 +366,8 @@ TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
     io::set_transform(
         frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});
   });
-  expect_refusal(replay_arguments(scaled), 3, {"sweep.igs.mha", "Probe.not_rigid 6"});
+  expect_refusal(replay_arguments(scaled), 3,
+                 {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
 }
 
 TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
@@ -402,6 +403,12 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+}
+
+TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()) + " --threads 1000");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors.find("TBB"), std::string::npos) << outcome.errors;
 }
 
 }  // namespace
