@@ -3,6 +3,7 @@
 #include "app/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -85,6 +86,20 @@ Result<void> apply_matrix(const std::string& text, bool from_option, SessionConf
   return {};
 }
 
+Result<void> validate_start(const DemoOptions& demo) {
+  const auto refuse = [](const std::string& option, const std::string& most, double found) {
+    return Error{ErrorCode::kUsage,
+                 option + ": expected 0 to " + most + ", found " + std::to_string(found)};
+  };
+  if (!(demo.start_error_mm >= 0 && demo.start_error_mm <= 1000)) {
+    return refuse("--start-error-mm", "1000", demo.start_error_mm);
+  }
+  if (!(demo.start_error_deg >= 0 && demo.start_error_deg <= 180)) {
+    return refuse("--start-error-deg", "180", demo.start_error_deg);
+  }
+  return {};
+}
+
 /// The session file first, then what the command line says on top: parsing twice keeps one list of
 /// options.
 class CommandLine {
@@ -155,7 +170,9 @@ void CommandLine::add_demo() {
   config.view = demo_.view;
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
-  demo->add_option("--seed", demo_.seed, "which simulated patient")->capture_default_str();
+  demo->add_option("--seed", demo_.seed, "which simulated patient")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   demo->add_option("--frames", config.output.frames,
                    "pictures of the needle approach; 0: the default of 30")
       ->capture_default_str();
@@ -165,6 +182,7 @@ void CommandLine::add_demo() {
   demo->callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
       if (const auto ok = validate(demo_config_); !ok) return ok;
+      if (const auto ok = validate_start(demo_); !ok) return ok;
       demo_.output = demo_config_.output;
       demo_.look = demo_config_.look;
       demo_.view = demo_config_.view;
@@ -228,6 +246,12 @@ void CommandLine::add_register() {
       if (const auto ok = apply_matrix(matrix_, false, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
       if (!target_.empty()) {
+        for (const double coordinate : target_) {
+          if (!std::isfinite(coordinate)) {
+            return Error{ErrorCode::kUsage, "--target: expected 3 finite numbers, found " +
+                                                std::to_string(coordinate)};
+          }
+        }
         register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
       }
       return run_register(config_, register_, json(), console);

@@ -144,6 +144,10 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
   expect_refusal("demo --out x --width 1", 2, {"width_px", "1"});
   expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
+  expect_refusal("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
+  expect_refusal("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
+  expect_refusal("demo --out x --seed -1", 2, {"--seed", "-1"});
+  expect_refusal("register --landmarks x --target nan 0 0", 2, {"--target", "nan"});
   expect_refusal("replay", 2, {"sweep"});
   expect_refusal("register", 2, {"landmarks"});
   const std::string sweep = write_sweep();
