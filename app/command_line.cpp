@@ -3,6 +3,7 @@
 #include "app/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -59,8 +60,17 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
                   "declared placement of the CT: 16 numbers, row-major, mm");
 }
 
-Result<void> apply_matrix(const std::string& text, SessionConfig& config) {
-  if (text.empty()) return {};
+/// from_option: the registration was named on the command line too.
+Result<void> apply_matrix(const std::string& text, bool from_option, SessionConfig& config) {
+  if (text.empty()) {
+    if (from_option) config.placement.ct_from_reference.reset();
+    return {};
+  }
+  if (from_option) {
+    return Error{ErrorCode::kUsage,
+                 "--ct-from-reference: expected it or --registration, found both"};
+  }
+  config.placement.registration.clear();
   std::string spaced = text;
   for (char& c : spaced) c = c == ',' ? ' ' : c;
   std::istringstream stream(spaced);
@@ -73,6 +83,20 @@ Result<void> apply_matrix(const std::string& text, SessionConfig& config) {
   }
   config.placement.ct_from_reference =
       Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  return {};
+}
+
+Result<void> validate_start(const DemoOptions& demo) {
+  const auto refuse = [](const std::string& option, const std::string& most, double found) {
+    return Error{ErrorCode::kUsage,
+                 option + ": expected 0 to " + most + ", found " + std::to_string(found)};
+  };
+  if (!(demo.start_error_mm >= 0 && demo.start_error_mm <= 1000)) {
+    return refuse("--start-error-mm", "1000", demo.start_error_mm);
+  }
+  if (!(demo.start_error_deg >= 0 && demo.start_error_deg <= 180)) {
+    return refuse("--start-error-deg", "180", demo.start_error_deg);
+  }
   return {};
 }
 
@@ -146,7 +170,9 @@ void CommandLine::add_demo() {
   config.view = demo_.view;
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
-  demo->add_option("--seed", demo_.seed, "which simulated patient")->capture_default_str();
+  demo->add_option("--seed", demo_.seed, "which simulated patient")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   demo->add_option("--frames", config.output.frames,
                    "pictures of the needle approach; 0: the default of 30")
       ->capture_default_str();
@@ -156,6 +182,7 @@ void CommandLine::add_demo() {
   demo->callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
       if (const auto ok = validate(demo_config_); !ok) return ok;
+      if (const auto ok = validate_start(demo_); !ok) return ok;
       demo_.output = demo_config_.output;
       demo_.look = demo_config_.look;
       demo_.view = demo_config_.view;
@@ -171,8 +198,8 @@ void CommandLine::add_replay() {
   replay->add_option("sweep", config_.source.recording, "PLUS sequence: .igs.mha, .mhd, .nrrd");
   replay->add_option("--session", session_, "session file (TOML); options here win over it");
   add_source_options(*replay, config_, matrix_);
-  replay->add_option("--registration", config_.placement.registration,
-                     "result of 'sonde register'");
+  const CLI::Option* registration = replay->add_option(
+      "--registration", config_.placement.registration, "result of 'sonde register'");
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
@@ -180,9 +207,10 @@ void CommandLine::add_replay() {
   replay->add_flag("--window", config_.output.window, "also show them in a window");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);
-  replay->callback([this] {
-    verb_ = [this](Console& console) -> Result<void> {
-      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+  replay->callback([this, registration] {
+    const bool registered = registration->count() > 0;
+    verb_ = [this, registered](Console& console) -> Result<void> {
+      if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
       if (print_session_) {
         std::cout << to_toml(config_);
@@ -215,9 +243,15 @@ void CommandLine::add_register() {
   add_json(*verb);
   verb->callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
-      if (const auto ok = apply_matrix(matrix_, config_); !ok) return ok;
+      if (const auto ok = apply_matrix(matrix_, false, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
       if (!target_.empty()) {
+        for (const double coordinate : target_) {
+          if (!std::isfinite(coordinate)) {
+            return Error{ErrorCode::kUsage, "--target: expected 3 finite numbers, found " +
+                                                std::to_string(coordinate)};
+          }
+        }
         register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
       }
       return run_register(config_, register_, json(), console);
@@ -299,7 +333,11 @@ int CommandLine::run(int argc, const char* const* argv) {
   }
   Console console(verbose_);
   const auto outcome = verb_(console);
-  if (outcome) return kExitOk;
+  if (outcome) {
+    std::cout << std::flush;
+    if (!std::cout) return fail({ErrorCode::kIo, "standard output: could not be written"});
+    return kExitOk;
+  }
   console.end("stopped");
   return fail(outcome.error());
 }

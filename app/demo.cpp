@@ -149,7 +149,7 @@ Result<void> Demo::register_ct() {
   start_ = with_error(procedure_.ct_from_reference(), centre, options_.start_error_mm,
                       options_.start_error_deg * M_PI / 180, options_.seed);
   registration::ImageRegistrationOptions options;
-  options.threads = options_.output.threads > 0 ? options_.output.threads : 2;
+  options.threads = usable_threads(options_.output.threads > 0 ? options_.output.threads : 2);
   options.seed = options_.seed;
   console_.begin("registration");
   auto result =
@@ -303,6 +303,7 @@ Result<void> Demo::write_report() {
 Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto out = OutputFolder::create(options.output.folder);
   if (!out) return out.error();
+  out->forget_reports();
   auto engine = make_engine(options.output.engine, options.output.threads, console);
   if (!engine) return engine.error();
 

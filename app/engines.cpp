@@ -2,10 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/engines.hpp"
 
+#include <algorithm>
+#include <thread>
+
 namespace nav::app {
+
+int usable_threads(int wanted) {
+  return std::min(wanted, static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+}
 
 Result<std::unique_ptr<render::Engine>> make_engine(const std::string& name, int threads,
                                                     Diagnostics& diagnostics) {
+  threads = usable_threads(threads);
   if (name == "cpu") return render::make_cpu_engine({.threads = threads, .allow_vector = true});
   if (name == "reference") return render::make_reference_engine({.threads = threads});
   if (name == "gl") return render::make_gl_engine(diagnostics);

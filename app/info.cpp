@@ -63,6 +63,7 @@ Result<Json> describe_sequence(io::SequenceReader& reader) {
   json["orientation"] = header.orientation;
   json["image_type"] = header.image_type;
   json["compressed"] = header.compressed;
+  if (const auto whole = io::check_complete(reader); !whole) return whole.error();
   if (const auto described = describe_frames(reader, json); !described) return described.error();
   return json;
 }

@@ -38,6 +38,13 @@ Result<void> OutputFolder::write_picture(const std::string& name, const Image2d<
   return {};
 }
 
+void OutputFolder::forget_reports() const {
+  std::error_code status;
+  for (const char* name : {"report.json", "report.html"}) {
+    std::filesystem::remove(path_ / name, status);
+  }
+}
+
 Result<void> OutputFolder::write_text(const std::string& name, const std::string& text) {
   return io::write_file(path_ / name, std::string_view(text));
 }

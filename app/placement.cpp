@@ -17,8 +17,8 @@ Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSu
 
 }  // namespace
 
-Result<Placement> place_ct(const SessionConfig& config, const Volume& ct,
-                           const SweepSurvey& sweep) {
+Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep,
+                           const std::string& reference_frame) {
   Placement found{{centred(ct, sweep),
                    {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}},
                   "centred",
@@ -26,7 +26,7 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct,
                   "the CT's centre, the depth of the pictures points to posterior and their "
                   "lateral axis to the patient's left."};
   if (!config.placement.registration.empty()) {
-    auto registered = read_registration(config.placement.registration, ct);
+    auto registered = read_registration(config.placement.registration, ct, reference_frame);
     if (!registered) return registered.error();
     found.placement = {*registered, {SafetyState::kValid, ""}};
     found.kind = "registered";
@@ -34,7 +34,10 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct,
   } else if (config.placement.ct_from_reference) {
     auto declared =
         rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
-    if (!declared) return declared.error();
+    if (!declared) {
+      return Error{declared.error().code,
+                   "placement.ct_from_reference_mm: " + declared.error().message};
+    }
     found.placement.ct_from_reference = *declared;
     found.kind = "declared";
     found.statement = "The CT is not registered: it lies where the user declared it to lie.";

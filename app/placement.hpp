@@ -21,6 +21,7 @@ struct Placement {
 /// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the
 /// sweep's centre at the CT's centre, the pictures' depth towards posterior and their lateral axis
 /// towards the patient's left. Only a registration is valid; the others are degraded.
-Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep);
+Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep,
+                           const std::string& reference_frame);
 
 }  // namespace nav::app

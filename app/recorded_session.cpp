@@ -14,8 +14,9 @@ namespace {
 
 /// Median time between frames; 50 ms where the recording does not tell.
 Result<Duration> frame_period(const std::filesystem::path& path) {
-  const auto reader = io::SequenceReader::open(path);
+  auto reader = io::SequenceReader::open(path);
   if (!reader) return reader.error();
+  if (const auto whole = io::check_complete(*reader); !whole) return whole.error();
   std::vector<double> gaps;
   std::optional<double> last;
   for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
@@ -58,9 +59,10 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
                              source.reference_frame};
   const bool choose = source.reference_frame.empty();
   if (choose) options.reference_frame = "Reference";
+  auto first_warning = std::make_unique<FirstWarning>(diagnostics);
   const auto open_with = [&] {
     return sim::ReplaySession::open(source.recording, plus ? &*plus : nullptr, options,
-                                    diagnostics);
+                                    *first_warning);
   };
   auto replay = open_with();
   std::string statement = options.reference_frame + " is the patient's frame";
@@ -79,16 +81,19 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
   }
   const bool fixed = replay->form() != sim::ReplayForm::kTracked ||
                      options.reference_frame == source.tracker_frame;
-  return RecordedSession(std::move(*replay), options_for(config, *period), diagnostics, fixed,
-                         statement);
+  RecordedSession session(std::move(*replay), options_for(config, *period),
+                          std::move(first_warning), fixed, statement);
+  session.name_ = source.recording.string();
+  session.reference_frame_ = options.reference_frame;
+  return session;
 }
 
 RecordedSession::RecordedSession(sim::ReplaySession replay, NavigatorOptions options,
-                                 Diagnostics& diagnostics, bool fixed_reference,
+                                 std::unique_ptr<FirstWarning> diagnostics, bool fixed_reference,
                                  std::string reference_statement)
-    : replay_(std::move(replay)),
+    : diagnostics_(std::move(diagnostics)),
+      replay_(std::move(replay)),
       options_(options),
-      diagnostics_(&diagnostics),
       fixed_reference_(fixed_reference),
       reference_statement_(std::move(reference_statement)) {
   rewind();
@@ -123,8 +128,9 @@ void RecordedSession::feed(sim::ReplayEvent event) {
     navigator_->on_event({clock_.now(), MissingFrame{sequence, cause, message}});
   };
   if (!event.acquired) {
-    missing("no_timestamp",
-            "frame " + std::to_string(event.index) + ": expected a Timestamp, found none");
+    missing("no_timestamp", event.picture ? "frame " + std::to_string(event.index) +
+                                                ": expected a Timestamp, found none"
+                                          : event.picture.error().message);
     return;
   }
   // Stamps that run backwards are refused below, by the pairing; the clock never runs backwards.
@@ -197,11 +203,13 @@ Result<SweepSurvey> survey(RecordedSession& session) {
     if (!*more) break;
   }
   if (found.paired == 0) {
-    return Error{
-        ErrorCode::kMalformedData,
-        "recording: expected at least one picture with a pose, found none of " +
-            std::to_string(session.total_frames()) + " frames usable; the first: " +
-            (session.first_refusal().empty() ? "there are no frames" : session.first_refusal())};
+    std::string message =
+        session.name() + ": expected at least one picture with a pose, found none of " +
+        std::to_string(session.total_frames()) + " frames usable; the first: " +
+        (session.first_refusal().empty() ? "there are no frames" : session.first_refusal());
+    const std::string& warning = session.first_warning();
+    if (!warning.empty() && warning != session.first_refusal()) message += " (" + warning + ")";
+    return Error{ErrorCode::kMalformedData, message};
   }
   found.centroid.mm = sum / static_cast<double>(found.paired);
   session.rewind();

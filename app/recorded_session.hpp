@@ -10,9 +10,25 @@
 #include "app/navigator.hpp"
 #include "app/pose_log.hpp"
 #include "app/session_config.hpp"
+#include "nav/diagnostics.hpp"
 #include "sim/replay.hpp"
 
 namespace nav::app {
+
+/// Passes reports on and remembers the first warning of a part.
+class FirstWarning final : public Diagnostics {
+ public:
+  explicit FirstWarning(Diagnostics& outer) : outer_(outer) {}
+  void report(Severity severity, std::string_view source, std::string_view message) override {
+    if (first_.empty() && severity != Severity::kInfo) first_ = message;
+    outer_.report(severity, source, message);
+  }
+  [[nodiscard]] const std::string& message() const { return first_; }
+
+ private:
+  Diagnostics& outer_;
+  std::string first_;
+};
 
 /// A recording played through the live pipeline, one frame at a time, on the virtual clock.
 /// Not thread-safe.
@@ -41,19 +57,28 @@ class RecordedSession {
   [[nodiscard]] const std::string& description() const { return replay_.description(); }
   /// What is taken as the patient's frame, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
+  /// Name of that frame in the recording.
+  [[nodiscard]] const std::string& reference_frame() const { return reference_frame_; }
+  /// The recording's path, for messages.
+  [[nodiscard]] const std::string& name() const { return name_; }
   /// Why the first picture that could not be used was refused; empty while there is none.
   [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
+  /// The first warning about a frame or pose; empty while there is none.
+  [[nodiscard]] const std::string& first_warning() const { return diagnostics_->message(); }
 
  private:
-  RecordedSession(sim::ReplaySession replay, NavigatorOptions options, Diagnostics& diagnostics,
-                  bool fixed_reference, std::string reference_statement);
+  RecordedSession(sim::ReplaySession replay, NavigatorOptions options,
+                  std::unique_ptr<FirstWarning> diagnostics, bool fixed_reference,
+                  std::string reference_statement);
   void feed(sim::ReplayEvent event);
 
+  std::unique_ptr<FirstWarning> diagnostics_;  ///< Outlives what reports to it.
   sim::ReplaySession replay_;
   NavigatorOptions options_;
-  Diagnostics* diagnostics_;
   bool fixed_reference_;
   std::string reference_statement_;
+  std::string name_;
+  std::string reference_frame_;
   std::optional<CtPlacement> placement_;
   VirtualClock clock_;
   std::unique_ptr<Navigator> navigator_;

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "app/engines.hpp"
 #include "app/landmark_file.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
@@ -7,6 +8,7 @@
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
 #include "io/ct.hpp"
+#include "registration/acceptance.hpp"
 
 namespace nav::app {
 namespace {
@@ -17,12 +19,14 @@ std::string joined(const std::vector<std::string>& reasons) {
   return text;
 }
 
-Json json_of(const registration::LandmarkRegistration& fit, const Point<frames::Ct>& target) {
+Json json_of(const registration::LandmarkRegistration& fit, const registration::Decision& decision,
+             const Point<frames::Ct>& target) {
   Json json;
-  json["accepted"] = true;
+  json["accepted"] = decision.accepted;
+  json["reasons"] = decision.reasons;
   json["fre_rms_mm"] = fit.fre_rms_mm;
   json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
-  json["target_error_rms_mm"] = json_number(fit.tre_rms_mm(target));
+  json["target_error_rms_mm"] = json_number(registration::predicted_tre_rms_mm(fit, target));
   json["landmarks"] = Json::array();
   for (const auto& residual : fit.residuals) {
     json["landmarks"].push_back({{"name", residual.name},
@@ -87,8 +91,15 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
   json["target_ct_mm"] = json_of(target);
-  json["registration"] = json_of(fit, target);
-  return deliver(json, config, json_file);
+  const auto decision = registration::decide(fit, registration::LandmarkLimits{}, target);
+  json["reference_frame"] =
+      config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
+  json["registration"] = json_of(fit, decision, target);
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
 }
 
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
@@ -121,7 +132,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!session) return session.error();
   const auto surveyed = survey(*session);
   if (!surveyed) return surveyed.error();
-  auto start = place_ct(config, *ground->ct, *surveyed);
+  auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();
   if (ground->landmarks) {
     start->placement.ct_from_reference = ground->landmarks->ct_from_reference;
@@ -135,7 +146,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
 
   console.begin("registration");
   registration::ImageRegistrationOptions solver;
-  if (config.output.threads > 0) solver.threads = std::min(config.output.threads, 64);
+  if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   const auto& initial = start->placement.ct_from_reference;
   const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
                                                    [&](double fraction) {
@@ -157,6 +168,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ct_digest(*ground->ct);
   json["reference"] = session->reference_statement();
+  json["reference_frame"] = session->reference_frame();
   json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
   json["registration"] = app::json_of(*result, decision, target);

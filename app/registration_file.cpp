@@ -19,7 +19,7 @@ std::string ct_digest(const Volume& ct) {
 }
 
 Result<Transform<frames::Ct, frames::Reference>> read_registration(
-    const std::filesystem::path& path, const Volume& ct) {
+    const std::filesystem::path& path, const Volume& ct, const std::string& reference_frame) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
   const auto refuse = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
@@ -47,6 +47,12 @@ Result<Transform<frames::Ct, frames::Reference>> read_registration(
     return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +
                                                 ct.name() +
                                                 ", found one of another CT (ct_sha256 differs)"};
+  }
+  // Landmarks alone do not know the name of the frame that they were touched in.
+  const Json frame = json.value("reference_frame", Json());
+  if (!frame.is_null() && frame != reference_frame) {
+    return refuse("a registration to the patient's frame " + reference_frame,
+                  "one to " + frame.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
   const Json numbers = registration.value("ct_from_reference_mm", Json());
   if (!numbers.is_array() || numbers.size() != 16) {

@@ -17,6 +17,6 @@ std::string ct_digest(const Volume& ct);
 /// Reads the JSON that 'sonde register' wrote. Refuses a file that is not one, a registration that
 /// was not accepted, one of another CT, and a matrix that is not rigid.
 Result<Transform<frames::Ct, frames::Reference>> read_registration(
-    const std::filesystem::path& path, const Volume& ct);
+    const std::filesystem::path& path, const Volume& ct, const std::string& reference_frame);
 
 }  // namespace nav::app

@@ -229,7 +229,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const auto sweep = survey(*session);
   if (!sweep) return sweep.error();
   console.end(std::to_string(sweep->paired) + " pictures with a pose");
-  auto placement = place_ct(config, *shared_ct, *sweep);
+  auto placement = place_ct(config, *shared_ct, *sweep, session->reference_frame());
   if (!placement) return placement.error();
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
@@ -254,6 +254,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                                         : "recording, CT NOT REGISTERED");
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
+  out->forget_reports();
   Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
                 std::move(*placement), std::move(*presenter));
   return replay.run(json);

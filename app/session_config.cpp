@@ -197,6 +197,9 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   std::vector<double> matrix;
   placement.numbers("ct_from_reference_mm", 16, matrix);
   placement.path("registration", config.placement.registration);
+  if (!matrix.empty() && !config.placement.registration.empty()) {
+    placement.refuse("registration", "it or placement.ct_from_reference_mm", "both");
+  }
   placement.refuse_unknown();
   if (!matrix.empty()) {
     config.placement.ct_from_reference =

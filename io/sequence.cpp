@@ -86,6 +86,20 @@ Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header)
                    " bytes of pixels, found " + std::to_string(file.available_bytes)};
 }
 
+/// Spacing of a sequence means nothing, but one that cannot be marks a damaged header. The list
+/// axis of NRRD has none, which is written as NaN.
+Result<void> check_spacing(const detail::ImageFile& file) {
+  const bool nrrd = file.format == "NRRD";
+  const std::string_view key = nrrd ? "spacings" : "ElementSpacing";
+  for (const std::string_view word : detail::split_words(file.value(key))) {
+    const auto number = detail::parse_double(word);
+    if (number && std::isfinite(*number) && *number > 0) continue;
+    if (nrrd && detail::equals_ignoring_case(word, "nan")) continue;
+    return detail::bad_field(file, key, "positive spacing", file.value(key));
+  }
+  return {};
+}
+
 Result<SequenceHeader> interpret(const detail::ImageFile& file) {
   SequenceHeader header;
   header.path = file.path;
@@ -100,6 +114,7 @@ Result<SequenceHeader> interpret(const detail::ImageFile& file) {
   for (const auto& [key, value] : file.keys) header.fields.emplace(key, value);
   if (const auto ok = interpret_axes(file, header); !ok) return ok.error();
   if (const auto ok = check_length(file, header); !ok) return ok.error();
+  if (const auto ok = check_spacing(file); !ok) return ok.error();
   return header;
 }
 
@@ -242,6 +257,22 @@ Result<SequenceFrame> SequenceReader::read(std::int64_t index) {
     detail::swap_bytes(frame->pixels, size_of(header.pixel_type));
   }
   return frame;
+}
+
+Result<void> check_complete(SequenceReader& reader) {
+  const SequenceHeader& header = reader.header();
+  if (header.readable_frames < header.frame_count) {
+    return Error{ErrorCode::kMalformedData,
+                 header.path.string() + ": pixel data cut short: expected " +
+                     std::to_string(header.frame_count) + " frames (" +
+                     (header.format == "NRRD" ? "sizes" : "DimSize") + "), found " +
+                     std::to_string(header.readable_frames) + " whole ones"};
+  }
+  // What a frame's fields lack is no matter of length.
+  if (!header.compressed || !reader.frame_fields(header.frame_count - 1)) return {};
+  const auto last = reader.read(header.frame_count - 1);
+  if (!last) return last.error();
+  return {};
 }
 
 }  // namespace nav::io

@@ -109,4 +109,8 @@ class SequenceReader {
   std::unique_ptr<State> state_;
 };
 
+/// Whether the pixels of every frame that the header declares are there: kMalformedData where the
+/// file is cut short or DimSize says too much. Inflates compressed data once, to the end.
+Result<void> check_complete(SequenceReader& reader);
+
 }  // namespace nav::io

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/acceptance.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -86,6 +87,25 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
           limits.max_split_disagreement_mm, " mm");
   at_most("disagreement of first and second half", result.halves_disagreement_mm,
           limits.max_halves_disagreement_mm, " mm");
+  const bool accepted = reasons.empty();
+  return {accepted, std::move(reasons)};
+}
+
+double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target) {
+  return std::max(fit.sigma_scale, 1.0) * fit.tre_rms_mm(target);
+}
+
+Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
+                const Point<frames::Ct>& target) {
+  std::vector<std::string> reasons;
+  const auto at_most = [&](const std::string& what, double found, double limit) {
+    if (!(std::isfinite(found) && found <= limit)) {
+      reasons.push_back(sentence(what, "at most", limit, " mm", found));
+    }
+  };
+  at_most("residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm);
+  at_most("predicted error at the target", predicted_tre_rms_mm(fit, target),
+          limits.max_tre_rms_mm);
   const bool accepted = reasons.empty();
   return {accepted, std::move(reasons)};
 }

@@ -8,6 +8,7 @@
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
 #include "registration/image_registration.hpp"
+#include "registration/landmarks.hpp"
 
 namespace nav::registration {
 
@@ -39,6 +40,21 @@ struct Decision {
 /// Judges a result for use at a target. A value that is not finite never passes. Limits out of
 /// range are a Bug: validate() them first.
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
+                const Point<frames::Ct>& target);
+
+/// What a registration by landmarks must show. Inclusive. A fit of swapped or misplaced pairs has
+/// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres.
+struct LandmarkLimits {
+  double max_fre_rms_mm = 5;  ///< Residual of the pairs, > 0.
+  double max_tre_rms_mm = 2;  ///< Predicted at the target, > 0.
+};
+
+/// Predicted error at a target, mm RMS: from the given sigmas, or from the residuals where these
+/// say that the sigmas were too small.
+double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target);
+
+/// Judges a fit for use at a target. A value that is not finite never passes.
+Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
                 const Point<frames::Ct>& target);
 
 }  // namespace nav::registration

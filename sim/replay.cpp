@@ -194,11 +194,16 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
     return Error{error.code, sequence.string() + ": " + error.message};
   };
   std::set<std::string> names;
+  std::optional<Error> unreadable;
   for (std::int64_t i = 0; i < std::min(reader->header().frame_count, kFramesToInspect); ++i) {
     const auto frame = reader->frame_fields(i);
-    if (!frame) continue;  // Told when the frame itself is replayed.
+    if (!frame) {  // Told when the frame itself is replayed, unless there is no other.
+      unreadable = unreadable.value_or(frame.error());
+      continue;
+    }
     for (auto& name : io::transform_names(*frame)) names.insert(std::move(name));
   }
+  if (names.empty() && unreadable) return *unreadable;
   const auto tree = io::TransformTree::create(
       {names.begin(), names.end()},
       config != nullptr ? config->transforms : std::vector<io::CoordinateDefinition>{});

@@ -144,6 +144,10 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
   expect_refusal("demo --out x --width 1", 2, {"width_px", "1"});
   expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
+  expect_refusal("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
+  expect_refusal("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
+  expect_refusal("demo --out x --seed -1", 2, {"--seed", "-1"});
+  expect_refusal("register --landmarks x --target nan 0 0", 2, {"--target", "nan"});
   expect_refusal("replay", 2, {"sweep"});
   expect_refusal("register", 2, {"landmarks"});
   const std::string sweep = write_sweep();
@@ -316,6 +320,99 @@ TEST_F(CommandLineTest, NoColourOutsideATerminal) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   EXPECT_EQ(outcome.errors.find('\033'), std::string::npos);
   EXPECT_EQ(outcome.errors.find('\r'), std::string::npos);
+}
+
+TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm\nA,0,0,0,50,0,0\nB,50,0,0,0,0,0\nC,0,40,0,0,0,30\nD,0,0,30,"
+                           "0,40,0\n";
+  const auto result = folder_ / "registration.json";
+  expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
+                     result.string(),
+                 5, {"residual of the landmarks"});
+  EXPECT_EQ(read_json("registration.json")["registration"]["accepted"], false);
+  expect_refusal(replay_arguments(write_sweep()) + " --registration " + result.string(), 5,
+                 {"registration.json", "not accepted"});
+}
+
+TEST_F(CommandLineTest, RefusesRecordingsThatAreCutShort) {
+  for (const bool compressed : {false, true}) {
+    const std::string sweep = write_sweep([&](auto& h) { h.compressed = compressed; });
+    ASSERT_EQ(sonde("info " + sweep).code, 0);
+    std::filesystem::resize_file(sweep, std::filesystem::file_size(sweep) - 5);
+    expect_refusal("info " + sweep, 3, {"sweep.igs.mha"});
+    expect_refusal(replay_arguments(sweep), 3, {"sweep.igs.mha"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  }
+}
+
+TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
+  const auto change = [&](const std::string& from, const std::string& to) {
+    const std::string sweep = write_sweep();
+    std::ifstream in(sweep, std::ios::binary);
+    std::string text(std::istreambuf_iterator<char>(in), {});
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+      text.replace(at, from.size(), to);
+    }
+    std::ofstream(sweep, std::ios::binary) << text;
+    return sweep;
+  };
+  for (const char* spacing : {"0 1 1", "-1 1 1", "nan 1 1"}) {
+    const std::string sweep =
+        change("ElementSpacing = 1 1 1", std::string("ElementSpacing = ") + spacing);
+    expect_refusal("info " + sweep, 3, {"sweep.igs.mha", "ElementSpacing", "positive", spacing});
+  }
+  const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
+  expect_refusal(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
+  // A pose that no frame gives is told by the gate's reason, with the file.
+  const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
+    io::set_transform(
+        frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});
+  });
+  expect_refusal(replay_arguments(scaled), 3,
+                 {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
+}
+
+TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
+  const std::string sweep = write_sweep();
+  expect_refusal("info " + sweep + " >/dev/full", 3, {"standard output"});
+  expect_refusal("info " + sweep + " >&-", 3, {"standard output"});
+  expect_refusal(replay_arguments(sweep) + " --print-session >/dev/full", 3, {"standard output"});
+}
+
+TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const std::string matrix = "'1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1'";
+  expect_refusal(arguments + " --registration r.json --ct-from-reference " + matrix, 2,
+                 {"--ct-from-reference", "--registration"});
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n";
+  const std::string with_session = arguments + " --session " + session.string();
+  expect_refusal(with_session, 3, {"missing.json"});
+  const Outcome declared = sonde(with_session + " --ct-from-reference " + matrix);
+  ASSERT_EQ(declared.code, 0) << declared.errors;
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "declared");
+  std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n"
+                            "ct_from_reference_mm = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
+  expect_refusal(with_session, 3, {"placement.registration", "both"});
+}
+
+TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
+  const std::string sweep = write_sweep();
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  // A folder in the place of a picture stops the run in the middle.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  std::filesystem::create_directory(folder_ / "out/replay_00002.png");
+  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+}
+
+TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()) + " --threads 1000");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors.find("TBB"), std::string::npos) << outcome.errors;
 }
 
 }  // namespace

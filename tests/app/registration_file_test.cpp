@@ -24,7 +24,7 @@ class RegistrationFileTest : public ::testing::Test {
   auto read(const Json& json) {
     const auto path = folder_ / "registration.json";
     std::ofstream(path) << json.dump();
-    return read_registration(path, ct_);
+    return read_registration(path, ct_, "Reference");
   }
   Json good() const {
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -72,6 +72,16 @@ TEST_F(RegistrationFileTest, RefusesDamage) {
   json["registration"].erase("accepted");
   EXPECT_FALSE(read(json));
   EXPECT_TRUE(test::refuses(read(Json(3)), Code::kMalformedData, {"not JSON"}));
+}
+
+TEST_F(RegistrationFileTest, BelongsToItsReferenceFrame) {
+  Json json = good();
+  json["reference_frame"] = "Reference";
+  EXPECT_TRUE(test::has_value(read(json)));
+  json["reference_frame"] = nullptr;  // Landmarks alone.
+  EXPECT_TRUE(test::has_value(read(json)));
+  json["reference_frame"] = "Tracker";
+  EXPECT_TRUE(test::refuses(read(json), ErrorCode::kMalformedData, {"Reference", "Tracker"}));
 }
 
 }  // namespace

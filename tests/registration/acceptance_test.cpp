@@ -101,5 +101,35 @@ TEST(AcceptanceTest, RefusesLimitsThatCannotBe) {
   EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"max_tre_rms_mm"}));
 }
 
+/// Four corners, each seen in the CT off by a vector of the given length.
+LandmarkRegistration corners(double off_mm) {
+  std::vector<LandmarkPair> pairs;
+  const double signs[4] = {1, -1, 1, -1};
+  const Eigen::Vector3d at[4] = {{0, 0, 0}, {60, 0, 0}, {60, 60, 0}, {0, 60, 0}};
+  for (int i = 0; i < 4; ++i) {
+    pairs.push_back({std::string(1, static_cast<char>('A' + i)),
+                     {at[i]},
+                     {at[i] + Eigen::Vector3d(0, 0, off_mm * signs[i])},
+                     1});
+  }
+  return *register_landmarks(pairs);
+}
+
+TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndErrorAtTheTarget) {
+  const Point<frames::Ct> centre{{30, 30, 0}};
+  EXPECT_TRUE(decide(corners(0.5), LandmarkLimits{}, centre).accepted);
+  const Decision apart = decide(corners(20), LandmarkLimits{}, centre);
+  ASSERT_EQ(apart.reasons.size(), 2U);
+  EXPECT_NE(apart.reasons[0].find("residual"), std::string::npos);
+  const Decision far = decide(corners(0.5), LandmarkLimits{}, {{30, 30, 500}});
+  ASSERT_EQ(far.reasons.size(), 1U);
+  EXPECT_NE(far.reasons[0].find("predicted error"), std::string::npos);
+  // Residuals of 3 mm say that sigmas of 1 mm were too small: sqrt(4 * 9 / 6) as large.
+  const LandmarkRegistration rough = corners(3);
+  constexpr double kRounding = 1e-6;
+  EXPECT_NEAR(predicted_tre_rms_mm(rough, centre), std::sqrt(6.0) * rough.tre_rms_mm(centre),
+              kRounding);
+}
+
 }  // namespace
 }  // namespace nav::registration
