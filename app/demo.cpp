@@ -181,7 +181,8 @@ Result<void> Demo::run() {
   if (auto registered = register_ct(); !registered) return registered;
   if (decision_.accepted) {
     pass_time(phases.back().begin);
-    const Timestamp end = phases.back().end + std::chrono::milliseconds(100);
+    // Two pictures arrive between two refreshes.
+    const Timestamp end = clock_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
     if (auto played = play("approach", end, true); !played) return played;
   } else {
     navigator_.settle(clock_.now(), true,

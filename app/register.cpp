@@ -118,6 +118,11 @@ Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibratio
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json_file, Console& console) {
+  // A run that stops must not leave the answer of an earlier one behind.
+  std::error_code ignored;
+  if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
+    std::filesystem::remove(*json_file, ignored);
+  }
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
   if (config.source.recording.empty()) {

@@ -30,10 +30,12 @@ Result<void> validate(const VoxelGrid& grid, const std::string& name) {
     }
     voxels *= grid.size[a];
     const double spacing = grid.spacing_mm[axis];
-    if (!(std::isfinite(spacing) && spacing > 0)) {
+    // No scanner is finer than a tenth of a micrometre or coarser than a metre.
+    if (!(spacing >= 1e-4 && spacing <= 1e3)) {
       std::ostringstream found;
       found << spacing;
-      return refuse("a positive spacing in mm along axis " + std::to_string(axis), found.str());
+      return refuse("a spacing of 0.0001 to 1000 mm along axis " + std::to_string(axis),
+                    found.str());
     }
   }
   std::ostringstream found;

@@ -42,7 +42,7 @@ struct VoxelGrid {
   [[nodiscard]] Eigen::Vector3d extent_mm() const;
 };
 
-/// Refuses sizes < 1 or > 2^31 voxels in all, spacing that is not finite and positive, directions
+/// Refuses sizes < 1 or > 2^31 voxels in all, spacing outside [1e-4, 1e3] mm, directions
 /// that are not orthonormal within 1e-4, origins that are not finite. name: the thing to blame.
 Result<void> validate(const VoxelGrid& grid, const std::string& name);
 

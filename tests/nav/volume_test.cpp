@@ -82,6 +82,8 @@ TEST(VolumeTest, RefusesEachBadGridByName) {
                             {"head.nrrd", "axis 1", "0"}));
   EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.spacing_mm.z() = -2; }),
                             Code::kMalformedData, {"head.nrrd", "spacing", "axis 2", "-2"}));
+  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.spacing_mm.x() = 1e30; }),
+                            Code::kMalformedData, {"spacing", "1e+30"}));
   EXPECT_TRUE(test::refuses(refused([&](VoxelGrid& g) { g.spacing_mm.x() = nan; }),
                             Code::kMalformedData, {"spacing", "nan"}));
   EXPECT_TRUE(test::refuses(refused([&](VoxelGrid& g) { g.origin_mm.y() = nan; }),
