@@ -147,8 +147,8 @@ Json json_of(const bench::RenderBenchReport& report) {
 }  // namespace
 
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
-  const int width = options.quick ? 200 : 800;
-  const int height = options.quick ? 150 : 600;
+  const int width = options.quick ? 200 : options.width;
+  const int height = options.quick ? 150 : options.height;
   console.begin("volumes");
   const sim::Procedure procedure(sim::ProcedureOptions{});
   auto phantom_ct = sim::scan_ct(procedure.phantom());

@@ -15,6 +15,8 @@ struct BenchRenderOptions {
   std::filesystem::path ct;  ///< Empty: the simulated patient.
   std::string scene;         ///< Only this scene; empty: all.
   bool quick = false;        ///< Small pictures, few steps: to see that it runs.
+  int width = 800;           ///< Of the timed pictures, pixels, [16, 8192].
+  int height = 600;          ///< Of the timed pictures, pixels, [16, 8192].
   std::optional<std::string> json;
 };
 

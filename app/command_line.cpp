@@ -281,6 +281,12 @@ void CommandLine::add_bench() {
   render->add_option("--ct", bench_.ct, "CT to draw; none: the simulated patient");
   render->add_option("--scene", bench_.scene, "only this scene");
   render->add_flag("--quick", bench_.quick, "small pictures and few steps");
+  render->add_option("--width", bench_.width, "of the timed pictures, pixels")
+      ->check(CLI::Range(16, 8192))
+      ->capture_default_str();
+  render->add_option("--height", bench_.height, "of the timed pictures, pixels")
+      ->check(CLI::Range(16, 8192))
+      ->capture_default_str();
   add_json(*render);
   render->callback([this] {
     verb_ = [this](Console& console) {

@@ -5,7 +5,7 @@
 
     tools/make_figures.py [--build build/release] [--seeds 8]
 
-Takes about a quarter of an hour on two cores. Nothing in the page is written by hand.
+Takes about ten minutes on two cores. Nothing in the page is written by hand.
 """
 import argparse
 import datetime
@@ -94,7 +94,7 @@ def plot(rows: list[dict], scene: str) -> str:
 def render_section(sonde: pathlib.Path, docs: pathlib.Path) -> str:
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, "render.json")
-        run(sonde, "bench", "render", "--json", file)
+        run(sonde, "bench", "render", "--width", 400, "--height", 300, "--json", file)
         report = json.loads(file.read_text())
     rows = [[r["scene"], r["engine"], f"{r['step']:g}", f"{1e3 * r['cpu_s']:.0f}",
              f"{1e3 * r['wall_s']:.0f}", f"{r['rms']:.5f}", f"{r['max']:.3f}"]
@@ -113,7 +113,7 @@ def render_section(sonde: pathlib.Path, docs: pathlib.Path) -> str:
                   str(a["max_of_255"]), f"{a['rms_of_255']:.3f}"] for a in report["agreement"]]
     return f"""## Rendering: run time against error, beside VTK
 
-`sonde bench render --json FILE` draws the simulated patient's CT at {report['width']} ×
+`sonde bench render --width 400 --height 300 --json FILE` draws the simulated patient's CT at {report['width']} ×
 {report['height']} pixels with every engine, interleaved in one process: same camera, step (voxels),
 transfer function and shading; VTK without automatic sampling distances and without jitter. `cpu ms`
 is process time of all threads per frame, `rms` and `max` the colour error against the converged
