@@ -56,6 +56,8 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
   verb.add_option("--temporal-offset-ms", config.source.temporal_offset_ms,
                   "picture stamps minus pose stamps")
       ->capture_default_str();
+  verb.add_flag("--skip-bad-frames", config.source.skip_bad_frames,
+                "play on past frames whose data cannot be true; they are counted by cause");
   verb.add_option("--ct-from-reference", matrix,
                   "declared placement of the CT: 16 numbers, row-major, mm");
 }

@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <iomanip>
+#include <sstream>
 
 #include "app/plane_view.hpp"
 #include "io/plus_config.hpp"
@@ -112,12 +114,50 @@ void RecordedSession::rewind() {
   log_ = PoseLog();
   frames_read_ = 0;
   first_refusal_.clear();
+  bad_frames_ = 0;
+  first_bad_frame_.clear();
+  last_time_.reset();
   ended_ = false;
 }
 
 void RecordedSession::set_placement(const CtPlacement& placement) {
   placement_ = placement;
   navigator_->set_placement(placement);
+}
+
+/// What cannot be true about a frame, or nothing.
+std::string RecordedSession::defect_of(const sim::ReplayEvent& event) const {
+  if (!event.acquired) return "expected a Timestamp, found none";
+  if (last_time_ && *event.acquired <= *last_time_) {
+    std::ostringstream text;
+    text << std::setprecision(12) << "Timestamp: expected a time after " << to_seconds(*last_time_)
+         << " s, found " << to_seconds(*event.acquired) << " s";
+    return text.str();
+  }
+  const auto claimed = [](const RawPose& pose) {
+    return pose.status == TrackingStatus::kOk || pose.status == TrackingStatus::kUnknown;
+  };
+  if (claimed(event.probe)) {
+    const auto rigid =
+        rigid_from_matrix<frames::Tracker, frames::Probe>(event.probe.tracker_from_body);
+    if (!rigid) return rigid.error().message;
+  }
+  if (event.reference && claimed(*event.reference)) {
+    const auto rigid =
+        rigid_from_matrix<frames::Tracker, frames::Reference>(event.reference->tracker_from_body);
+    if (!rigid) return rigid.error().message;
+  }
+  return "";
+}
+
+void RecordedSession::note_degraded(const sim::ReplayEvent& event) {
+  const bool unknown = event.probe.status == TrackingStatus::kUnknown ||
+                       (event.reference && event.reference->status == TrackingStatus::kUnknown);
+  if (!unknown) return;
+  diagnostics_->report(Severity::kWarning, "replay",
+                       name_ +
+                           ": expected a status with every pose, found some without: their "
+                           "pictures are drawn as degraded");
 }
 
 void RecordedSession::feed(sim::ReplayEvent event) {
@@ -155,6 +195,7 @@ Result<bool> RecordedSession::step(const Listener& listener) {
       listener(paired);
     });
   };
+  const std::size_t warnings = diagnostics_->count();
   auto event = replay_.next();
   if (!event) {
     if (event.error().code != ErrorCode::kEndOfStream) return event.error();
@@ -163,6 +204,15 @@ Result<bool> RecordedSession::step(const Listener& listener) {
     return false;
   }
   ++frames_read_;
+  const std::string defect =
+      diagnostics_->count() > warnings ? diagnostics_->last() : defect_of(*event);
+  if (!defect.empty() && bad_frames_++ == 0) {
+    const std::string frame = "frame " + std::to_string(event->index);
+    first_bad_frame_ = defect.find(frame) == std::string::npos ? frame + ": " + defect : defect;
+  }
+  if (event->acquired)
+    last_time_ = std::max(last_time_.value_or(*event->acquired), *event->acquired);
+  note_degraded(*event);
   feed(std::move(*event));
   settle(false);
   return true;
@@ -181,7 +231,16 @@ std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep) {
   return axes;
 }
 
-Result<SweepSurvey> survey(RecordedSession& session) {
+Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) {
+  if (session.bad_frames() == 0 || skip_bad_frames) return {};
+  return Error{ErrorCode::kMalformedData,
+               session.name() + ": " + session.first_bad_frame() + " (" +
+                   std::to_string(session.bad_frames()) + " of " +
+                   std::to_string(session.total_frames()) +
+                   " frames are bad; --skip-bad-frames plays the others)"};
+}
+
+Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   SweepSurvey found;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const auto add = [&](const tracking::PairedFrame& paired) {
@@ -211,6 +270,7 @@ Result<SweepSurvey> survey(RecordedSession& session) {
     if (!warning.empty() && warning != session.first_refusal()) message += " (" + warning + ")";
     return Error{ErrorCode::kMalformedData, message};
   }
+  if (const auto ok = check_frames(session, skip_bad_frames); !ok) return ok.error();
   found.centroid.mm = sum / static_cast<double>(found.paired);
   session.rewind();
   return found;

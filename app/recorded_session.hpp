@@ -20,14 +20,22 @@ class FirstWarning final : public Diagnostics {
  public:
   explicit FirstWarning(Diagnostics& outer) : outer_(outer) {}
   void report(Severity severity, std::string_view source, std::string_view message) override {
-    if (first_.empty() && severity != Severity::kInfo) first_ = message;
+    if (severity != Severity::kInfo) {
+      if (first_.empty()) first_ = message;
+      last_ = message;
+      ++count_;
+    }
     outer_.report(severity, source, message);
   }
   [[nodiscard]] const std::string& message() const { return first_; }
+  [[nodiscard]] const std::string& last() const { return last_; }
+  [[nodiscard]] std::size_t count() const { return count_; }
 
  private:
   Diagnostics& outer_;
   std::string first_;
+  std::string last_;
+  std::size_t count_ = 0;
 };
 
 /// A recording played through the live pipeline, one frame at a time, on the virtual clock.
@@ -63,6 +71,11 @@ class RecordedSession {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Why the first picture that could not be used was refused; empty while there is none.
   [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
+  /// Frames whose data cannot be true (times that do not increase, poses that are not rigid or not
+  /// numbers), as opposed to frames that say themselves that nothing was tracked or seen.
+  [[nodiscard]] std::int64_t bad_frames() const { return bad_frames_; }
+  /// What is wrong with the first of them, one sentence; empty while there is none.
+  [[nodiscard]] const std::string& first_bad_frame() const { return first_bad_frame_; }
   /// The first warning about a frame or pose; empty while there is none.
   [[nodiscard]] const std::string& first_warning() const { return diagnostics_->message(); }
 
@@ -71,6 +84,8 @@ class RecordedSession {
                   std::unique_ptr<FirstWarning> diagnostics, bool fixed_reference,
                   std::string reference_statement);
   void feed(sim::ReplayEvent event);
+  [[nodiscard]] std::string defect_of(const sim::ReplayEvent& event) const;
+  void note_degraded(const sim::ReplayEvent& event);
 
   std::unique_ptr<FirstWarning> diagnostics_;  ///< Outlives what reports to it.
   sim::ReplaySession replay_;
@@ -85,6 +100,9 @@ class RecordedSession {
   PoseLog log_;
   std::int64_t frames_read_ = 0;
   std::string first_refusal_;
+  std::int64_t bad_frames_ = 0;
+  std::string first_bad_frame_;
+  std::optional<Timestamp> last_time_;
   bool ended_ = false;
 };
 
@@ -99,8 +117,10 @@ struct SweepSurvey {
 /// Orthonormal mean axes of the pictures (columns x, y, z of Image in Reference); absent where the
 /// pictures look every way and their axes cancel out.
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);
+/// Refuses a recording with bad frames unless they are to be skipped.
+Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames);
 /// Plays the whole recording once and rewinds it. kMalformedData when no picture could be paired;
 /// the message gives the causes.
-Result<SweepSurvey> survey(RecordedSession& session);
+Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames);
 
 }  // namespace nav::app

@@ -135,7 +135,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
 
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
-  const auto surveyed = survey(*session);
+  const auto surveyed = survey(*session, config.source.skip_bad_frames);
   if (!surveyed) return surveyed.error();
   auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();

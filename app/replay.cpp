@@ -226,7 +226,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
   console.begin("surveying the sweep");
-  const auto sweep = survey(*session);
+  const auto sweep = survey(*session, config.source.skip_bad_frames);
   if (!sweep) return sweep.error();
   console.end(std::to_string(sweep->paired) + " pictures with a pose");
   auto placement = place_ct(config, *shared_ct, *sweep, session->reference_frame());

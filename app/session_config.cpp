@@ -180,6 +180,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   source.text("tracker_frame", config.source.tracker_frame);
   source.text("reference_frame", config.source.reference_frame);
   source.number("temporal_offset_ms", config.source.temporal_offset_ms);
+  source.flag("skip_bad_frames", config.source.skip_bad_frames);
   source.integer("seed", config.source.seed);
   source.refuse_unknown();
   if (kind == "simulated") {
@@ -327,6 +328,7 @@ std::string to_toml(const SessionConfig& config) {
   source.insert("tracker_frame", config.source.tracker_frame);
   source.insert("reference_frame", config.source.reference_frame);
   source.insert("temporal_offset_ms", config.source.temporal_offset_ms);
+  source.insert("skip_bad_frames", config.source.skip_bad_frames);
   source.insert("seed", static_cast<std::int64_t>(config.source.seed));
   toml::table placement;
   if (config.placement.ct_from_reference) {

@@ -37,7 +37,9 @@ struct SessionConfig {
     /// Empty: "Reference" where the recording has it, otherwise the tracker frame, and said so.
     std::string reference_frame;
     double temporal_offset_ms = 0;  ///< Picture stamps minus pose stamps.
-    std::uint64_t seed = 1;         ///< Simulated only.
+    /// Play on past frames whose data cannot be true; they are counted by cause.
+    bool skip_bad_frames = false;
+    std::uint64_t seed = 1;  ///< Simulated only.
   } source;
 
   struct Placement {

@@ -199,7 +199,10 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
       io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOutOfVolume});
     }
   });
-  const Outcome outcome = sonde(replay_arguments(sweep));
+  expect_refusal(replay_arguments(sweep), 3,
+                 {"sweep.igs.mha", "frame 1", "ProbeToTracker", "reflection", "2 of 6"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  const Outcome outcome = sonde(replay_arguments(sweep) + " --skip-bad-frames");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   const Json report = read_json("replay.json");
   EXPECT_EQ(report["ledger"]["received"], 6);
@@ -208,6 +211,24 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_EQ(report["ledger"]["rejected"]["Probe.not_tracked"], 2);
   EXPECT_EQ(report["rejected_poses"]["Probe.not_rigid"], 1);
   EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
+}
+
+TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
+  expect_refusal(replay_arguments(write_sweep({},
+                                              [](io::SequenceFrame& frame) {
+                                                if (frame.index == 4)
+                                                  frame.timestamp_s = 10.3;  // As frame 3.
+                                              })),
+                 3, {"frame 4", "Timestamp", "after 10.3", "found 10.3"});
+}
+
+TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep({}, [](io::SequenceFrame& frame) {
+    io::set_transform(frame,
+                      {"ProbeToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kUnknown});
+  })));
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("expected a status"), std::string::npos) << outcome.errors;
 }
 
 TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
