@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
+#include <glm/gtc/type_ptr.hpp>
 #include <iomanip>
 #include <set>
 #include <sstream>
 #include <vector>
 
 #include "nav/check.hpp"
+#include "render/gl_convert.hpp"
 #include "render/gl_program.hpp"
 #include "render/ray_spec.hpp"
 #include "shaders/shaders.hpp"
@@ -127,16 +129,13 @@ void GlProgram::set(const std::string& name, double value) {
   glUniform1f(location(name), static_cast<float>(value));
 }
 void GlProgram::set(const std::string& name, const Eigen::Vector2d& value) {
-  const Eigen::Vector2f f = value.cast<float>();
-  glUniform2fv(location(name), 1, f.data());
+  glUniform2fv(location(name), 1, glm::value_ptr(to_gpu<2>(value)));
 }
 void GlProgram::set(const std::string& name, const Eigen::Vector3d& value) {
-  const Eigen::Vector3f f = value.cast<float>();
-  glUniform3fv(location(name), 1, f.data());
+  glUniform3fv(location(name), 1, glm::value_ptr(to_gpu<3>(value)));
 }
 void GlProgram::set(const std::string& name, const Eigen::Vector4d& value) {
-  const Eigen::Vector4f f = value.cast<float>();
-  glUniform4fv(location(name), 1, f.data());
+  glUniform4fv(location(name), 1, glm::value_ptr(to_gpu<4>(value)));
 }
 void GlProgram::set(const std::string& name, const Eigen::Vector2i& value) {
   glUniform2iv(location(name), 1, value.data());
@@ -145,16 +144,13 @@ void GlProgram::set(const std::string& name, const Eigen::Vector3i& value) {
   glUniform3iv(location(name), 1, value.data());
 }
 void GlProgram::set(const std::string& name, const Eigen::Matrix2d& value) {
-  const Eigen::Matrix2f f = value.cast<float>();
-  glUniformMatrix2fv(location(name), 1, GL_FALSE, f.data());
+  glUniformMatrix2fv(location(name), 1, GL_FALSE, glm::value_ptr(to_gpu<2>(value)));
 }
 void GlProgram::set(const std::string& name, const Eigen::Matrix3d& value) {
-  const Eigen::Matrix3f f = value.cast<float>();
-  glUniformMatrix3fv(location(name), 1, GL_FALSE, f.data());
+  glUniformMatrix3fv(location(name), 1, GL_FALSE, glm::value_ptr(to_gpu<3>(value)));
 }
 void GlProgram::set(const std::string& name, const Eigen::Matrix4d& value) {
-  const Eigen::Matrix4f f = value.cast<float>();
-  glUniformMatrix4fv(location(name), 1, GL_FALSE, f.data());
+  glUniformMatrix4fv(location(name), 1, GL_FALSE, glm::value_ptr(to_gpu<4>(value)));
 }
 
 Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
