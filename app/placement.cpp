@@ -3,6 +3,7 @@
 #include "app/placement.hpp"
 
 #include "app/registration_file.hpp"
+#include "io/ct.hpp"
 
 namespace nav::app {
 namespace {
@@ -16,6 +17,15 @@ Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSu
 }
 
 }  // namespace
+
+Result<std::shared_ptr<const Volume>> read_session_ct(const SessionConfig& config,
+                                                      Diagnostics& diagnostics) {
+  auto ct = io::read_ct(config.ct.path, diagnostics,
+                        {.series_uid = config.ct.series_uid,
+                         .accept_unknown_orientation = config.ct.accept_unknown_orientation});
+  if (!ct) return ct.error();
+  return std::make_shared<const Volume>(std::move(*ct));
+}
 
 Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep,
                            const std::string& reference_frame) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "app/navigator.hpp"
@@ -10,6 +11,10 @@
 #include "nav/volume.hpp"
 
 namespace nav::app {
+
+/// The CT that a session names, read with the session's options; errors are those of io::read_ct.
+Result<std::shared_ptr<const Volume>> read_session_ct(const SessionConfig& config,
+                                                      Diagnostics& diagnostics);
 
 /// Where a recording's CT lies and why it is believed to.
 struct Placement {

@@ -218,6 +218,14 @@ Result<bool> RecordedSession::step(const Listener& listener) {
   return true;
 }
 
+Result<void> RecordedSession::play(const Listener& listener) {
+  for (;;) {
+    const auto more = step(listener);
+    if (!more) return more.error();
+    if (!*more) return {};
+  }
+}
+
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep) {
   constexpr double kClear = 1e-3;
   const auto count = static_cast<double>(sweep.paired);
@@ -256,11 +264,7 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
     found.picture_extent_mm = extent_mm(tracked.frame);
     ++found.paired;
   };
-  for (;;) {
-    const auto more = session.step(add);
-    if (!more) return more.error();
-    if (!*more) break;
-  }
+  if (const auto played = session.play(add); !played) return played.error();
   if (found.paired == 0) {
     std::string message =
         session.name() + ": expected at least one picture with a pose, found none of " +

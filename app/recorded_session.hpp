@@ -50,6 +50,8 @@ class RecordedSession {
 
   /// Feeds one frame and settles what can be paired; false at the end, when everything is settled.
   Result<bool> step(const Listener& listener);
+  /// Steps to the end.
+  Result<void> play(const Listener& listener);
   /// Back to the first frame, with a fresh clock, ledger and log; the placement is kept.
   void rewind();
 

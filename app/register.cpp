@@ -7,7 +7,6 @@
 #include "app/registration_file.hpp"
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
-#include "io/ct.hpp"
 #include "registration/acceptance.hpp"
 
 namespace nav::app {
@@ -60,11 +59,9 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
                            Console& console) {
   Ground ground;
   if (!config.ct.path.empty()) {
-    auto ct = io::read_ct(config.ct.path, console,
-                          {.series_uid = config.ct.series_uid,
-                           .accept_unknown_orientation = config.ct.accept_unknown_orientation});
+    auto ct = read_session_ct(config, console);
     if (!ct) return ct.error();
-    ground.ct = std::make_shared<const Volume>(std::move(*ct));
+    ground.ct = std::move(*ct);
   }
   if (!options.landmarks.empty()) {
     const auto pairs = read_landmarks(options.landmarks);
@@ -104,13 +101,10 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
 
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
   std::vector<TrackedFrame> frames;
-  for (;;) {
-    const auto more = session.step([&](const tracking::PairedFrame& paired) {
-      if (paired.tracked) frames.push_back(*paired.tracked);
-    });
-    if (!more) return more.error();
-    if (!*more) break;
-  }
+  const auto played = session.play([&](const tracking::PairedFrame& paired) {
+    if (paired.tracked) frames.push_back(*paired.tracked);
+  });
+  if (!played) return played.error();
   return Sweep::create(std::move(frames), calibration_id);
 }
 

@@ -10,7 +10,6 @@
 #include "app/presenter.hpp"
 #include "app/recorded_session.hpp"
 #include "app/report.hpp"
-#include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "render/window.hpp"
 
@@ -219,11 +218,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");
-  auto ct = io::read_ct(config.ct.path, console,
-                        {.series_uid = config.ct.series_uid,
-                         .accept_unknown_orientation = config.ct.accept_unknown_orientation});
+  const auto ct = read_session_ct(config, console);
   if (!ct) return ct.error();
-  const auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
+  const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
   console.begin("surveying the sweep");
   const auto sweep = survey(*session, config.source.skip_bad_frames);
