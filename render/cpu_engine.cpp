@@ -54,9 +54,9 @@ struct Cache {
       bricks.reset();
       distances.reset();
     }
-    if (!transfer || !same_tables(*transfer, scene.transfer)) {
+    if (!transfer || !same_classification(*transfer, scene.transfer)) {
       transfer = scene.transfer;
-      table = TransferTable::at_whole_hu(scene.transfer);
+      table.emplace(scene.transfer);
       entries = march_entries(*table);
       distances.reset();
     }
@@ -92,7 +92,7 @@ MarchInputs make_inputs(const Scene& scene, const Cache& cache) {
   in.opaque_at = scene.quality.opaque_at < 1 ? static_cast<float>(scene.quality.opaque_at)
                                              : std::numeric_limits<float>::infinity();
   in.shading = scene.shading.enabled;
-  in.per_full_gradient = static_cast<float>(1 / spec::kFullShadingHuPerMm);
+  in.per_full_gradient = static_cast<float>(1 / scene.shading.full_gradient_per_mm);
   in.ambient = static_cast<float>(scene.shading.ambient);
   in.diffuse = static_cast<float>(scene.shading.diffuse);
   in.specular = static_cast<float>(scene.shading.specular);

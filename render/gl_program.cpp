@@ -81,7 +81,6 @@ std::string raycast_fragment_source(const GlFeatures& features) {
     number << std::scientific << std::setprecision(9) << value;
     defines += std::string("const float ") + name + " = " + number.str() + ";\n";
   };
-  constant("kFullShadingHuPerMm", spec::kFullShadingHuPerMm);
   constant("kBorderMm", spec::kBorderMm);
   constant("kEdgeOnSine", spec::kEdgeOnSine);
   return text.insert(after_version, defines);

@@ -108,9 +108,9 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
 }
 
 void GlTextures::update_transfer(const TransferFunction& function) {
-  if (function_ && same_tables(*function_, function)) return;
+  if (function_ && same_classification(*function_, function)) return;
   function_ = function;
-  table_ = TransferTable::for_texture(function);
+  table_.emplace(function);
   bricks_valid_ = false;
   glBindTexture(GL_TEXTURE_1D, transfer.id());
   set_sampling(GL_TEXTURE_1D, GL_NEAREST);

@@ -88,7 +88,7 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   const TransferTable& table = textures.table();
   program.set("transfer", kTransfer);
   program.set("transfer_first_hu", table.first_hu());
-  program.set("transfer_per_hu", table.per_hu());
+  program.set("transfer_per_hu", 1.0);
   program.set("transfer_last", table.size() - 1.0);
   constexpr double kNeverReached = 2;
   program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
@@ -98,6 +98,7 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
                 Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
   }
   if (features.shading) {
+    program.set("full_gradient_per_mm", scene.shading.full_gradient_per_mm);
     program.set("half_per_spacing", Eigen::Vector3d(0.5 * grid.spacing_mm.cwiseInverse()));
   }
   if (features.skipping) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "render/ray_spec_cutaway.hpp"
 #include "render/ray_spec_surfaces.hpp"
 #include "render/ray_spec_volume.hpp"
 
@@ -21,19 +22,42 @@
 /// does not change along it.
 ///
 /// Cells. h = quality.step_voxels · min(spacing). Cell k covers t in [k h, (k + 1) h), for every
-/// ray and every scene: a global lattice. Its value is the trilinear HU at t = (k + 1/2) h, the
-/// index clamped to [0, n - 1] per axis. Its extinction acts over the length of the cell that lies
-/// between the events of the ray (entry, surfaces, exit), so faces, planes and needles cut exactly:
-///   alpha = -expm1(-tau(hu) · length_mm).
+/// ray and every scene: a global lattice; with quality.jitter [(k + u) h, (k + 1 + u) h), u =
+/// jitter_of(pixel). Values are trilinear HU, the index clamped to [0, n - 1] per axis.
+///   Pre-integrated: the cell's values run linearly from the value v0 at its begin to v1 at its
+///   end. Post-classified: the cell has one value, that at its middle.
+/// Events of the ray (entry, surfaces, exit) cut a cell to the part [a, b] of it, exactly, with the
+/// values va, vb of the line from v0 to v1 there and the length (b - a) h.
 ///
-/// Colour. rgb(hu), shaded if shading.enabled by shade() with the gradient at the same point.
+/// Classification, by TransferTable, to extinction tau and colour:
+///   pre-integrated: mean(va, vb); post-classified: at(v).
+/// A function with gradient windows is always post-classified, with the gradient of the middle.
+///
+/// Cutaway (ray_spec_cutaway.hpp). A cell whose part begins in front of T2 is instead the mean of
+/// kFadeSteps equidistant midpoints of the part: value v_j on its line, Omega at its own t; tau_j =
+/// faded(tau, visibility(I(v_j), Omega_j)), colour weighted by tau_j.
+///
+/// Importance of a cell, needed only when shading.emphasis > 0: the mean of I weighted by tau over
+/// the same kFadeSteps midpoints (tau_j when faded); 1 when all of them are 0. Post-classified and
+/// not faded: I(v).
+///
+/// Opacity of a cell: alpha = -expm1(-tau · length_mm).
+///
+/// Colour, shaded if shading.enabled by shade_sample() with the gradient at the cell's middle and
+/// the share that the importance gives; share 0: no gradient.
 ///
 /// Gradient. Central difference one voxel either way along each index axis, positions clamped to
 /// [0, n - 1], divided by 2 · spacing_mm, turned by directions: HU per mm along the CT axes.
 ///
 /// Compositing, front to back, premultiplied: C += (1 - A) · alpha · rgb; A += (1 - A) · alpha.
 /// Surfaces are samples of their own alpha at their exact t, sorted by t (equal t: plane, needle,
-/// spheres in order); the first of alpha 1 ends the ray. A surface is drawn if t > 0, inside the
-/// volume or not. Early termination: the ray ends once A >= quality.opaque_at (< 1).
-/// The pixel is C + (1 - A) · background, alpha 1.
+/// spheres in order, lines in order); the first of alpha 1 ends the ray. A surface is drawn if
+/// t > 0, inside the volume or not. Early termination: the ray ends once A >= quality.opaque_at (<
+/// 1). The pixel is C + (1 - A) · background, alpha 1.
+///
+/// Other projections. The greatest, least or (by length) mean value at the middles of all cells
+/// between entry and exit, as grey = clamp((v - level) / width + 1/2), lies under the surfaces,
+/// which are composited in their order; rays past the volume see the background.
+///
+/// The reference ignores opaque_at, skip_empty_bricks and adaptive_error: they may only cost error.
 namespace nav::render::spec {}

@@ -13,7 +13,7 @@
 #include "nav/ultrasound_frame.hpp"
 #include "render/ray_spec_volume.hpp"
 
-/// The surfaces of ray_spec.hpp: ultrasound plane, needle, spheres.
+/// The surfaces of ray_spec.hpp: ultrasound plane, needle, spheres, lines.
 namespace nav::render::spec {
 
 /// A surface on a ray.
@@ -163,6 +163,14 @@ std::optional<CapsuleSurface<S>> make_needle(const NeedleShape& needle, const Vo
 }
 
 template <class S>
+CapsuleSurface<S> make_line(const LineShape& line, const VoxelGrid& grid) {
+  const Eigen::Vector3d a = line.from_ct.mm - grid.origin_mm;
+  const Eigen::Vector3d b = line.to_ct.mm - grid.origin_mm;
+  return {a.cast<S>(), b.cast<S>(), static_cast<S>(line.radius_mm), line.rgb.cast<S>(),
+          static_cast<S>(line.opacity)};
+}
+
+template <class S>
 CapsuleSurface<S> make_sphere(const SphereShape& sphere, const VoxelGrid& grid) {
   const Vec3<S> centre = (sphere.centre_ct.mm - grid.origin_mm).template cast<S>();
   return {centre, centre, static_cast<S>(sphere.radius_mm), sphere.rgb.cast<S>(),
@@ -204,8 +212,9 @@ S enter_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray) {
                   enter_sphere(capsule.b, capsule.radius, ray));
 }
 
-/// The front surface, shaded by the headlight; absent when it lies behind the ray's origin (an eye
-/// inside sees nothing of it). Solids are always shaded, also where shading.enabled is off.
+/// The front surface, Blinn–Phong shaded by the headlight; absent when it lies behind the ray's
+/// origin (an eye inside sees nothing of it). Solids are always shaded, also where shading.enabled
+/// is off.
 template <class S>
 std::optional<Hit<S>> hit_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray,
                                   const Shading& shading) {
@@ -216,7 +225,7 @@ std::optional<Hit<S>> hit_capsule(const CapsuleSurface<S>& capsule, const Ray<S>
   const S square = axis.squaredNorm();
   const S foot = square > S(0) ? std::clamp((p - capsule.a).dot(axis) / square, S(0), S(1)) : S(0);
   const Vec3<S> normal = (p - capsule.a - foot * axis) / capsule.radius;
-  return Hit<S>{t, shade(capsule.rgb, normal.dot(ray.direction), S(1), shading), capsule.alpha};
+  return Hit<S>{t, phong(capsule.rgb, normal.dot(ray.direction), shading), capsule.alpha};
 }
 
 }  // namespace nav::render::spec

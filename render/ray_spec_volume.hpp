@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "nav/volume.hpp"
@@ -22,9 +23,6 @@ using Vec2 = Eigen::Matrix<S, 2, 1>;
 
 // ---- Constants that every engine shares -------------------------------------------------------
 
-/// Below this gradient a sample has no reliable normal: shading fades in linearly from 0 to here,
-/// HU/mm. Homogeneous tissue stays unshaded instead of showing noise as facets.
-inline constexpr double kFullShadingHuPerMm = 10.0;
 /// Width of the state border of the ultrasound plane, inside its edge, mm. Always opaque: it says
 /// whether the picture may be trusted.
 inline constexpr double kBorderMm = 1.0;
@@ -127,26 +125,73 @@ Interval<S> clip_to_box(const Ray<S>& index, const std::array<int, 3>& size) {
   return in.end > in.begin ? in : Interval<S>{S(0), S(0)};
 }
 
+/// Part of a cell, [0, 1), by which the cells of a pixel's ray are shifted when quality.jitter is
+/// on: an integer hash, the same on every device.
+inline double jitter_of(int x, int y) {
+  auto h =
+      static_cast<std::uint32_t>(x) * 0x8da6b343U + static_cast<std::uint32_t>(y) * 0xd8163841U;
+  h = (h ^ (h >> 16)) * 0x7feb352dU;
+  h = (h ^ (h >> 15)) * 0x846ca68bU;
+  return static_cast<double>((h ^ (h >> 16)) >> 8) / 16777216.0;
+}
+
 /// Blinn–Phong with a headlight: light, eye and half vector coincide, so one cosine |n · d| (two-
-/// sided) decides. weight in [0, 1] blends from the plain colour (0) to the shaded one (1).
+/// sided) decides.
 template <class S>
-Vec3<S> shade(const Vec3<S>& rgb, S cosine, S weight, const Shading& shading) {
+Vec3<S> phong(const Vec3<S>& rgb, S cosine, const Shading& shading) {
   const S c = std::clamp(std::abs(cosine), S(0), S(1));
   const S lit = static_cast<S>(shading.ambient) + static_cast<S>(shading.diffuse) * c;
   const S gloss = static_cast<S>(shading.specular) * std::pow(c, static_cast<S>(shading.shininess));
-  const Vec3<S> full = (rgb * lit + Vec3<S>::Constant(gloss)).cwiseMax(S(0)).cwiseMin(S(1));
-  return rgb + weight * (full - rgb);
+  return (rgb * lit + Vec3<S>::Constant(gloss)).cwiseMax(S(0)).cwiseMin(S(1));
 }
 
-/// shade() of a volume sample: normal = gradient / |gradient|, weight = |gradient| / 10 HU/mm up
-/// to 1; a zero gradient leaves the colour as it is. gradient: HU/mm, CT axes.
+/// Tones of Gooch et al. 1998: cool = blue + cool_share · rgb, warm = yellow + warm_share · rgb.
+inline constexpr double kGoochBlue = 0.4;
+inline constexpr double kGoochYellow = 0.4;
+/// Silhouettes darken by silhouette · (1 - |n · d|)^4.
+inline constexpr int kSilhouettePower = 4;
+
+/// Cool to warm: towards_light = n · l in [-1, 1] with n turned to the eye and l half up, half left
+/// in the picture; cosine as in phong().
+template <class S>
+Vec3<S> gooch(const Vec3<S>& rgb, S cosine, S towards_light, const Shading& shading) {
+  const S warmth = S(0.5) * (S(1) + std::clamp(towards_light, S(-1), S(1)));
+  const Vec3<S> cool =
+      rgb * static_cast<S>(shading.cool_share) + Vec3<S>(0, 0, static_cast<S>(kGoochBlue));
+  const Vec3<S> warm = rgb * static_cast<S>(shading.warm_share) +
+                       Vec3<S>(static_cast<S>(kGoochYellow), static_cast<S>(kGoochYellow), 0);
+  const S edge = S(1) - std::clamp(std::abs(cosine), S(0), S(1));
+  const S dark = S(1) - static_cast<S>(shading.silhouette) * edge * edge * edge * edge;
+  return (dark * (cool + warmth * (warm - cool))).cwiseMax(S(0)).cwiseMin(S(1));
+}
+
+/// Where light comes from for gooch(): unit, local mm.
+template <class S>
+Vec3<S> gooch_light(const View<S>& view) {
+  return (view.up - view.right) * static_cast<S>(M_SQRT1_2);
+}
+
+/// Share of the shaded colour in a sample of mean importance I (Burns et al. 2007 §3.2).
+template <class S>
+S shaded_share(S importance, const Shading& shading) {
+  return S(1) - static_cast<S>(shading.emphasis) * (S(1) - importance);
+}
+
+/// A volume sample shaded: normal n = gradient / |gradient|, blended from the plain colour by
+/// share · min(1, |gradient| / shading.full_gradient_per_mm); a zero gradient leaves the colour as
+/// it is. gradient: per mm, CT axes. light: gooch_light().
 template <class S>
 Vec3<S> shade_sample(const Vec3<S>& rgb, const Vec3<S>& gradient, const Vec3<S>& direction,
-                     const Shading& shading) {
+                     const Vec3<S>& light, S share, const Shading& shading) {
   const S norm = gradient.norm();
-  if (!(norm > S(0))) return rgb;
-  const S weight = std::min(S(1), norm / static_cast<S>(kFullShadingHuPerMm));
-  return shade(rgb, gradient.dot(direction) / norm, weight, shading);
+  if (!(norm > S(0)) || !(share > S(0))) return rgb;
+  const S weight = share * std::min(S(1), norm / static_cast<S>(shading.full_gradient_per_mm));
+  const S cosine = gradient.dot(direction) / norm;
+  const S lit = gradient.dot(light) / norm;
+  const Vec3<S> full = shading.style == ShadingStyle::kPhong
+                           ? phong(rgb, cosine, shading)
+                           : gooch(rgb, cosine, cosine > S(0) ? -lit : lit, shading);
+  return rgb + weight * (full - rgb);
 }
 
 }  // namespace nav::render::spec

@@ -4,11 +4,13 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
+#include "render/transfer_table.hpp"
 
 namespace nav::render {
 namespace {
@@ -64,29 +66,46 @@ struct Counts {
   std::uint64_t gradients = 0;
 };
 
+/// What a picture's rays share.
+struct Prepared {
+  explicit Prepared(const Scene& s)
+      : scene(s),
+        surfaces(s),
+        table(s.transfer),
+        cutaway(spec::make_cutaway(s, true)),
+        view(spec::make_view<double>(s.camera, s.width, s.height, s.ct->grid())),
+        step_mm(spec::step_mm(s.quality, s.ct->grid())),
+        pre_integrated(s.quality.classification == Classification::kPreIntegrated &&
+                       table.rows() == 1) {}
+
+  const Scene& scene;
+  Surfaces surfaces;
+  TransferTable table;
+  spec::CutawayObjects<double> cutaway;
+  spec::View<double> view;
+  double step_mm;
+  bool pre_integrated;
+};
+
 /// Casts one ray at a time; keeps the state of the current one.
 class Caster {
  public:
-  Caster(const Scene& scene, const Surfaces& surfaces)
-      : scene_(scene),
-        surfaces_(surfaces),
-        view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
-        step_(spec::step_mm(scene.quality, scene.ct->grid())) {}
+  explicit Caster(const Prepared& prepared) : p_(prepared), scene_(prepared.scene) {}
 
   RgbaF cast(int x, int y) {
     rgb_ = Vec3::Zero();
     alpha_ = 0;
-    ray_ = spec::ray_of(view_, x, y);
+    ray_ = spec::ray_of(p_.view, x, y);
     index_ = spec::index_ray(ray_, scene_.ct->grid());
+    shift_ = scene_.quality.jitter ? spec::jitter_of(x, y) : 0;
     const spec::Interval<double> in = spec::clip_to_box(index_, scene_.ct->grid().size);
-    surfaces_.meet(ray_, hits_);
-    double begin = in.begin;
-    for (const auto& hit : hits_) {
-      march(begin, std::min(in.end, hit.t));
-      blend(hit.rgb, hit.alpha);
-      begin = std::max(in.begin, hit.t);
+    p_.surfaces.meet(ray_, hits_);
+    if (scene_.projection == Projection::kComposite) {
+      composite(in);
+    } else {
+      for (const auto& hit : hits_) blend(hit.rgb, hit.alpha);
+      if (in.end > in.begin) blend(Vec3::Constant(projected_grey(in)), 1);
     }
-    if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
     const Vec3 pixel = rgb_ + (1 - alpha_) * scene_.background_rgb;
     return {static_cast<float>(pixel.x()), static_cast<float>(pixel.y()),
             static_cast<float>(pixel.z()), 1.0F};
@@ -94,37 +113,163 @@ class Caster {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
+  /// Part of a cell between the events of the ray.
+  struct Cell {
+    double t_a;
+    double t_b;
+    double v_a;
+    double v_b;
+    Vec3 middle;  ///< Index, of the whole cell.
+  };
+  /// A classified cell; importance only with emphasis.
+  struct Classified {
+    Vec3 rgb;
+    double tau_per_mm;
+    double importance;
+  };
+
   void blend(const Vec3& rgb, double alpha) {
     const double weight = (1 - alpha_) * alpha;
     rgb_ += weight * rgb;
     alpha_ += weight;
   }
 
-  void march(double begin, double end) {
+  double sample(const Vec3& index) {
+    ++counts_.samples;
+    return value_at(*scene_.ct, index);
+  }
+
+  [[nodiscard]] Vec3 index_at(double cells) const {
+    return index_.origin + (cells + shift_) * p_.step_mm * index_.direction;
+  }
+
+  void composite(const spec::Interval<double>& in) {
+    span_ = spec::meet_cutaway(p_.cutaway, ray_);
+    double begin = in.begin;
+    for (const auto& hit : hits_) {
+      march(begin, std::min(in.end, hit.t));
+      blend(hit.rgb, hit.alpha);
+      begin = std::max(in.begin, hit.t);
+    }
+    if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
+  }
+
+  /// Calls visit(k, part begin, part end) for every cell of a stretch, t in mm.
+  template <class Visit>
+  void for_each_cell(double begin, double end, const Visit& visit) {
     if (!(end > begin)) return;
-    for (double k = std::floor(begin / step_); k * step_ < end; k += 1) {
-      const double length = std::min((k + 1) * step_, end) - std::max(k * step_, begin);
-      if (!(length > 0)) continue;
-      const Vec3 index = index_.origin + (k + 0.5) * step_ * index_.direction;
-      const TransferSample sample = scene_.transfer.at(value_at(*scene_.ct, index));
-      ++counts_.samples;
-      if (!(sample.tau_per_mm > 0)) continue;
-      Vec3 rgb = sample.rgb;
-      if (scene_.shading.enabled) {
-        ++counts_.gradients;
-        rgb = spec::shade_sample<double>(rgb, gradient_at(*scene_.ct, index), ray_.direction,
-                                         scene_.shading);
-      }
-      blend(rgb, -std::expm1(-sample.tau_per_mm * length));
+    const double h = p_.step_mm;
+    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += 1) {
+      const double t_a = std::max((k + shift_) * h, begin);
+      const double t_b = std::min((k + 1 + shift_) * h, end);
+      if (t_b > t_a) visit(k, t_a, t_b);
     }
   }
 
+  void march(double begin, double end) {
+    double last_k = std::numeric_limits<double>::quiet_NaN();
+    double last_value = 0;
+    for_each_cell(begin, end, [&](double k, double t_a, double t_b) {
+      Cell cell{t_a, t_b, 0, 0, index_at(k + 0.5)};
+      if (p_.pre_integrated) {
+        const double v0 = k == last_k ? last_value : sample(index_at(k));
+        const double v1 = sample(index_at(k + 1));
+        last_k = k + 1;
+        last_value = v1;
+        const auto value = [&](double t) { return v0 + (t / p_.step_mm - k - shift_) * (v1 - v0); };
+        cell.v_a = value(t_a);
+        cell.v_b = value(t_b);
+      } else {
+        cell.v_a = cell.v_b = sample(cell.middle);
+      }
+      add(cell);
+    });
+  }
+
+  void add(const Cell& cell) {
+    const bool windows = p_.table.rows() > 1;
+    Vec3 gradient = Vec3::Zero();
+    if (windows) gradient = gradient_at(*scene_.ct, cell.middle);
+    Classified c =
+        cell.t_a < span_.t2 ? faded(cell, gradient.norm()) : plain(cell, gradient.norm());
+    if (!(c.tau_per_mm > 0)) return;
+    const double share = spec::shaded_share(c.importance, scene_.shading);
+    if (scene_.shading.enabled && share > 0) {
+      ++counts_.gradients;
+      if (!windows) gradient = gradient_at(*scene_.ct, cell.middle);
+      c.rgb = spec::shade_sample<double>(c.rgb, gradient, ray_.direction,
+                                         spec::gooch_light(p_.view), share, scene_.shading);
+    }
+    blend(c.rgb, -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a)));
+  }
+
+  [[nodiscard]] bool needs_importance() const {
+    return scene_.shading.enabled && scene_.shading.emphasis > 0;
+  }
+
+  [[nodiscard]] Classified plain(const Cell& cell, double gradient) const {
+    if (!p_.pre_integrated) {
+      const TransferSample s = p_.table.at(cell.v_a, gradient);
+      return {s.rgb, s.tau_per_mm, needs_importance() ? s.importance : 1};
+    }
+    const TransferSample s = p_.table.mean(cell.v_a, cell.v_b);
+    const double importance =
+        needs_importance()
+            ? steps(cell, gradient, [](double tau, double, double) { return tau; }).importance
+            : 1;
+    return {s.rgb, s.tau_per_mm, importance};
+  }
+
+  [[nodiscard]] Classified faded(const Cell& cell, double gradient) const {
+    return steps(cell, gradient, [&](double tau, double importance, double t) {
+      const double omega = spec::occlusion(span_, p_.cutaway.overlay_mm, t);
+      return spec::faded(tau, spec::visibility(importance, omega));
+    });
+  }
+
+  /// The mean of kFadeSteps midpoints, extinction(tau, importance, t) each.
+  template <class Extinction>
+  [[nodiscard]] Classified steps(const Cell& cell, double gradient,
+                                 const Extinction& extinction) const {
+    Vec3 rgb = Vec3::Zero();
+    double sum = 0;
+    double importance = 0;
+    for (int j = 0; j < spec::kFadeSteps; ++j) {
+      const double w = (j + 0.5) / spec::kFadeSteps;
+      const TransferSample s = p_.table.at(cell.v_a + w * (cell.v_b - cell.v_a), gradient);
+      const double tau =
+          extinction(s.tau_per_mm, s.importance, cell.t_a + w * (cell.t_b - cell.t_a));
+      sum += tau;
+      rgb += tau * s.rgb;
+      importance += tau * s.importance;
+    }
+    if (!(sum > 0)) return {rgb, 0, 1};
+    return {rgb / sum, sum / spec::kFadeSteps, needs_importance() ? importance / sum : 1};
+  }
+
+  double projected_grey(const spec::Interval<double>& in) {
+    double most = -std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity();
+    double sum = 0;
+    for_each_cell(in.begin, in.end, [&](double k, double t_a, double t_b) {
+      const double v = sample(index_at(k + 0.5));
+      most = std::max(most, v);
+      least = std::min(least, v);
+      sum += v * (t_b - t_a);
+    });
+    const double mean = sum / (in.end - in.begin);
+    const double value = scene_.projection == Projection::kMaximum   ? most
+                         : scene_.projection == Projection::kMinimum ? least
+                                                                     : mean;
+    return std::clamp((value - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
+  }
+
+  const Prepared& p_;
   const Scene& scene_;
-  const Surfaces& surfaces_;
-  spec::View<double> view_;
-  double step_;
   spec::Ray<double> ray_;
   spec::Ray<double> index_;
+  spec::CutawaySpan<double> span_{};
+  double shift_ = 0;
   std::vector<spec::Hit<double>> hits_;
   Vec3 rgb_;
   double alpha_ = 0;
@@ -140,13 +285,13 @@ class ReferenceEngine final : public Engine {
   Result<RenderedImage> render(const Scene& scene) override {
     if (const auto ok = validate(scene); !ok) return ok.error();
     const auto start = std::chrono::steady_clock::now();
-    const Surfaces surfaces(scene);
+    const Prepared prepared(scene);
     const auto width = static_cast<std::size_t>(scene.width);
     std::vector<RgbaF> pixels(width * static_cast<std::size_t>(scene.height));
     std::atomic<std::uint64_t> samples{0};
     std::atomic<std::uint64_t> gradients{0};
     for_each_index(scene.height, options_.threads, [&](int y) {
-      Caster caster(scene, surfaces);
+      Caster caster(prepared);
       for (int x = 0; x < scene.width; ++x) {
         pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
             caster.cast(x, y);

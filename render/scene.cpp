@@ -3,6 +3,7 @@
 #include "render/scene.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -144,10 +145,124 @@ Result<void> check_spheres(const std::vector<SphereShape>& spheres) {
   return {};
 }
 
+Result<void> check_lines(const std::vector<LineShape>& lines) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string name = "lines[" + std::to_string(i) + "]";
+    const LineShape& line = lines[i];
+    if (const auto ok = first_of({check_place(name + ".from_ct", line.from_ct.mm),
+                                  check_place(name + ".to_ct", line.to_ct.mm),
+                                  check_positive(name + ".radius_mm", line.radius_mm, kMaxMm),
+                                  check_colour(name + ".rgb", line.rgb),
+                                  check_positive(name + ".opacity", line.opacity, 1)});
+        !ok) {
+      return ok;
+    }
+  }
+  return {};
+}
+
+/// How far vertices lie off their common plane, mm: the extent along the least axis of inertia.
+double flatness_mm(const std::vector<Point<frames::Ct>>& vertices) {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0, j = vertices.size() - 1; i < vertices.size(); j = i++) {
+    normal += (vertices[j].mm - vertices[0].mm).cross(vertices[i].mm - vertices[0].mm);
+  }
+  if (!(normal.norm() > 0)) return 0;
+  normal.normalize();
+  double worst = 0;
+  for (const auto& vertex : vertices) {
+    worst = std::max(worst, std::abs(normal.dot(vertex.mm - vertices[0].mm)));
+  }
+  return worst;
+}
+
+Result<void> check_polygon(const std::string& name, const PolygonObject& polygon) {
+  constexpr std::size_t kMaxVertices = 256;
+  const std::size_t count = polygon.vertices_ct.size();
+  if (count < 2 || count > kMaxVertices) return refusal(name, "2 to 256 vertices", count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string vertex = name + ".vertices_ct[" + std::to_string(i) + "]";
+    if (const auto ok = check_place(vertex, polygon.vertices_ct[i].mm); !ok) return ok;
+  }
+  constexpr double kFlatMm = 0.01;
+  const double off = flatness_mm(polygon.vertices_ct);
+  if (off > kFlatMm) return refusal(name, "vertices in one plane within 0.01 mm", off);
+  return {};
+}
+
+Result<void> check_box(const std::string& name, const BoxObject& box) {
+  if (const auto ok = check_place(name + ".centre_ct", box.centre_ct.mm); !ok) return ok;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d edge = box.half_edges_ct.col(axis);
+    if (const auto ok = check_place(name + ".half_edges_ct", edge); !ok) return ok;
+    if (!(edge.norm() > 0)) return refusal(name + ".half_edges_ct", "edges longer than 0", 0);
+    const Eigen::Vector3d next = box.half_edges_ct.col((axis + 1) % 3);
+    constexpr double kMaxCosine = 1e-6;
+    const double cosine = edge.dot(next) / (edge.norm() * next.norm());
+    if (std::abs(cosine) > kMaxCosine) {
+      return refusal(name + ".half_edges_ct", "edges at right angles", cosine);
+    }
+  }
+  return {};
+}
+
+Result<void> check_mesh(const std::string& name, const std::shared_ptr<const MeshObject>& mesh) {
+  if (!mesh || mesh->triangles.empty()) return refusal(name, "at least one triangle", "none");
+  const auto count = static_cast<int>(mesh->vertices_ct.size());
+  for (const auto& vertex : mesh->vertices_ct) {
+    if (const auto ok = check_place(name + ".vertices_ct", vertex.mm); !ok) return ok;
+  }
+  for (const auto& triangle : mesh->triangles) {
+    for (const int i : triangle) {
+      if (i >= 0 && i < count) continue;
+      return refusal(name + ".triangles", "indices of " + std::to_string(count) + " vertices", i);
+    }
+  }
+  return {};
+}
+
+Result<void> check_cutaway(const Cutaway& cutaway) {
+  if (const auto ok =
+          first_of({check_positive("cutaway.theta1_rad", cutaway.theta1_rad, M_PI / 2),
+                    check_positive("cutaway.theta2_rad", cutaway.theta2_rad, M_PI / 2)});
+      !ok) {
+    return ok;
+  }
+  if (!(cutaway.theta2_rad < M_PI / 2)) {
+    return refusal("cutaway.theta2_rad", "an angle below pi/2 rad", cutaway.theta2_rad);
+  }
+  if (cutaway.theta1_rad > cutaway.theta2_rad) {
+    std::ostringstream expected;
+    expected << "at most theta2_rad, " << cutaway.theta2_rad;
+    return refusal("cutaway.theta1_rad", expected.str(), cutaway.theta1_rad);
+  }
+  if (!(cutaway.overlay_mm >= 0)) {
+    return refusal("cutaway.overlay_mm", "a thickness >= 0 mm", cutaway.overlay_mm);
+  }
+  for (std::size_t i = 0; i < cutaway.polygons.size(); ++i) {
+    const std::string name = "cutaway.polygons[" + std::to_string(i) + "]";
+    if (const auto ok = check_polygon(name, cutaway.polygons[i]); !ok) return ok;
+  }
+  for (std::size_t i = 0; i < cutaway.boxes.size(); ++i) {
+    const std::string name = "cutaway.boxes[" + std::to_string(i) + "]";
+    if (const auto ok = check_box(name, cutaway.boxes[i]); !ok) return ok;
+  }
+  for (std::size_t i = 0; i < cutaway.meshes.size(); ++i) {
+    const std::string name = "cutaway.meshes[" + std::to_string(i) + "]";
+    if (const auto ok = check_mesh(name, cutaway.meshes[i]); !ok) return ok;
+  }
+  return {};
+}
+
 Result<void> check_shading(const Shading& s) {
   constexpr double kMaxWeight = 10;
   constexpr double kMaxShininess = 1000;
-  return first_of({check_range("shading.ambient", s.ambient, 0, kMaxWeight),
+  return first_of({check_range("shading.emphasis", s.emphasis, 0, 1),
+                   check_positive("shading.full_gradient_per_mm", s.full_gradient_per_mm, 1e6),
+                   check_range("shading.cool_share", s.cool_share, 0, 1),
+                   check_range("shading.warm_share", s.warm_share, 0, 1),
+                   check_range("shading.silhouette", s.silhouette, 0, 1),
+                   check_range("shading.ambient", s.ambient, 0, kMaxWeight),
                    check_range("shading.diffuse", s.diffuse, 0, kMaxWeight),
                    check_range("shading.specular", s.specular, 0, kMaxWeight),
                    check_range("shading.shininess", s.shininess, 0, kMaxShininess)});
@@ -168,6 +283,9 @@ Result<void> validate(const Scene& scene) {
           first_of({check_camera(scene.camera), check_shading(scene.shading),
                     check_range("quality.step_voxels", scene.quality.step_voxels, 1.0 / 64.0, 16),
                     check_positive("quality.opaque_at", scene.quality.opaque_at, 1),
+                    check_range("quality.adaptive_error", scene.quality.adaptive_error, 0, 1),
+                    check_range("grey.level_hu", scene.grey.level_hu, -1e6, 1e6),
+                    check_positive("grey.width_hu", scene.grey.width_hu, 1e6),
                     check_colour("background_rgb", scene.background_rgb)});
       !ok) {
     return ok;
@@ -178,7 +296,11 @@ Result<void> validate(const Scene& scene) {
   if (scene.needle) {
     if (const auto ok = check_needle(*scene.needle); !ok) return ok;
   }
-  return check_spheres(scene.spheres);
+  if (scene.cutaway) {
+    if (const auto ok = check_cutaway(*scene.cutaway); !ok) return ok;
+  }
+  if (const auto ok = check_spheres(scene.spheres); !ok) return ok;
+  return check_lines(scene.lines);
 }
 
 }  // namespace nav::render

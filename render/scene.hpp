@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -24,13 +25,29 @@ struct Camera {
   double orthographic_height_mm = 300;  ///< Height of the picture when orthographic.
 };
 
-/// Blinn–Phong with a headlight at the eye, on the central-difference gradient at one voxel.
+enum class ShadingStyle {
+  kPhong,  ///< Blinn–Phong with a headlight at the eye.
+  kGooch,  ///< Cool to warm (Gooch et al. 1998), lit from the upper left of the picture, with
+           ///< darkened silhouettes.
+};
+
+/// Shading on the central-difference gradient at one voxel, weighted by importance.
 struct Shading {
   bool enabled = true;  ///< Off: no gradient is ever fetched.
+  ShadingStyle style = ShadingStyle::kPhong;
+  /// E of Burns et al. 2007 §3.2, [0, 1]: a sample of importance I is shaded by 1 - E (1 - I). A
+  /// weight of 0 fetches no gradient.
+  double emphasis = 0;
+  /// From this gradient on a sample is fully shaded, below in proportion, HU/mm: homogeneous tissue
+  /// stays unshaded instead of showing noise as facets. > 0.
+  double full_gradient_per_mm = 10;
   double ambient = 0.3;
   double diffuse = 0.7;
   double specular = 0.2;
   double shininess = 20;
+  double cool_share = 0.25;  ///< Gooch: share of the own colour in the cool tone, [0, 1].
+  double warm_share = 0.6;   ///< And in the warm one, [0, 1].
+  double silhouette = 0.7;   ///< Gooch: darkening of surfaces seen edge-on, [0, 1]; 0: none.
 };
 
 /// The live picture inside the CT. Its state decides how it is drawn: valid and degraded show the
@@ -60,11 +77,78 @@ struct SphereShape {
   double opacity = 1.0;  ///< Of the front surface, (0, 1].
 };
 
+/// A straight line of some thickness: the planned path.
+struct LineShape {
+  Point<frames::Ct> from_ct;
+  Point<frames::Ct> to_ct;
+  double radius_mm = 0.5;
+  Eigen::Vector3d rgb{0.2, 0.7, 1.0};
+  double opacity = 1.0;  ///< Of the front surface, (0, 1].
+};
+
+/// A flat object of interest: a simple polygon of 3 to 256 vertices in order, or a segment of 2.
+/// Vertices are expected in one plane within 0.01 mm.
+struct PolygonObject {
+  std::vector<Point<frames::Ct>> vertices_ct;
+};
+
+/// A box: centre, and three edges from the centre to the middle of three faces.
+struct BoxObject {
+  Point<frames::Ct> centre_ct;
+  Eigen::Matrix3d half_edges_ct;  ///< Columns, mm; at right angles to each other.
+};
+
+/// Triangles of any surface: a segmented organ. Immutable once shared.
+struct MeshObject {
+  std::vector<Point<frames::Ct>> vertices_ct;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// Contextual cutaway (Burns et al. 2007 §3.3 and §3.4): material between the eye and the objects
+/// of interest fades by its importance. Regions along a ray, from the back: base (nothing fades),
+/// transition (between the surfaces of theta2 and theta1), overlay (overlay_mm in front of the
+/// surface of theta1), clear (only importance 1 is left). The equations: ray_spec_cutaway.hpp.
+/// Simple cutaway: theta1 = theta2, overlay_mm = 0.
+struct Cutaway {
+  double theta1_rad = 0.52;     ///< Angle of the inner surface about the ray, (0, pi/2).
+  double theta2_rad = 0.87;     ///< Of the outer one, [theta1, pi/2).
+  double overlay_mm = 15;       ///< d, along the ray, >= 0; infinity: no clear region.
+  bool around_plane = true;     ///< The ultrasound picture's true outline, when it is drawn.
+  bool around_needle = false;   ///< When it is drawn.
+  bool around_spheres = false;  ///< Target, margin, entry.
+  std::vector<PolygonObject> polygons;
+  std::vector<BoxObject> boxes;
+  std::vector<std::shared_ptr<const MeshObject>> meshes;
+};
+
+/// What a ray shows of the volume.
+enum class Projection {
+  kComposite,  ///< Colours and opacities by the transfer function.
+  kMaximum,    ///< MIP. In this and the two below, the grey window decides, surfaces lie over the
+  kMinimum,    ///< picture whatever their depth, and there is no cutaway.
+  kMean,
+};
+
+/// Values shown as black to white.
+struct GreyWindow {
+  double level_hu = 200;
+  double width_hu = 1200;  ///< > 0.
+};
+
+enum class Classification {
+  kPreIntegrated,   ///< Mean over the values between the ends of a cell: second order.
+  kPostClassified,  ///< Of the value in the middle of a cell. Always so with gradient windows.
+};
+
 /// Run time against error.
 struct Quality {
-  double step_voxels = 0.5;       ///< Sampling distance in units of the smallest spacing.
+  double step_voxels = 0.5;  ///< Length of a cell in units of the smallest spacing.
+  Classification classification = Classification::kPreIntegrated;
   double opaque_at = 0.996;       ///< Early ray termination when opacity reaches it; 1: never.
   bool skip_empty_bricks = true;  ///< Bit-identical on and off.
+  /// Error that cells may be lengthened for, of opacity per brick; 0: every cell has one length.
+  double adaptive_error = 0;
+  bool jitter = false;  ///< Shifts each ray's cells by a fixed pseudo-random part of one.
 };
 
 /// Everything that a picture shows, and nothing of how. A plain value.
@@ -80,10 +164,15 @@ struct Scene {
   Eigen::Vector3d background_rgb{0, 0, 0};
   int width = 800;
   int height = 600;
+  std::vector<LineShape> lines;
+  std::optional<Cutaway> cutaway;  ///< Absent, or without an object that is drawn: costs nothing.
+  Projection projection = Projection::kComposite;
+  GreyWindow grey;  ///< Of the projections other than kComposite.
 };
 
 /// Refuses, naming the field: no CT, picture sizes outside [1, 16384], a degenerate camera, NaN
-/// anywhere, steps outside [1/64, 16], a plane whose grid is invalid.
+/// anywhere, steps outside [1/64, 16], a plane whose grid is invalid, theta1 > theta2, angles
+/// outside (0, pi/2), a negative overlay, polygons that are not flat.
 Result<void> validate(const Scene& scene);
 
 }  // namespace nav::render

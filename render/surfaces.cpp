@@ -10,7 +10,8 @@ Surfaces::Surfaces(const Scene& scene) : shading_(scene.shading) {
   const VoxelGrid& grid = scene.ct->grid();
   if (scene.plane) plane_ = spec::make_plane<double>(*scene.plane, grid);
   if (scene.needle) needle_ = spec::make_needle<double>(*scene.needle, grid);
-  for (const SphereShape& s : scene.spheres) spheres_.push_back(spec::make_sphere<double>(s, grid));
+  for (const SphereShape& s : scene.spheres) solids_.push_back(spec::make_sphere<double>(s, grid));
+  for (const LineShape& l : scene.lines) solids_.push_back(spec::make_line<double>(l, grid));
 }
 
 void Surfaces::meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const {
@@ -20,7 +21,7 @@ void Surfaces::meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>
   };
   if (plane_) add(spec::hit_plane(*plane_, ray));
   if (needle_) add(spec::hit_capsule(*needle_, ray, shading_));
-  for (const auto& sphere : spheres_) add(spec::hit_capsule(sphere, ray, shading_));
+  for (const auto& solid : solids_) add(spec::hit_capsule(solid, ray, shading_));
   // Insertion sort: stable without allocating, and there are few.
   for (std::size_t i = 1; i < hits.size(); ++i) {
     for (std::size_t j = i; j > 0 && hits[j].t < hits[j - 1].t; --j)

@@ -14,7 +14,7 @@ namespace nav::render {
 class Surfaces {
  public:
   explicit Surfaces(const Scene& scene);
-  [[nodiscard]] bool empty() const { return !plane_ && !needle_ && spheres_.empty(); }
+  [[nodiscard]] bool empty() const { return !plane_ && !needle_ && solids_.empty(); }
   /// Fills hits with what a ray (local mm) meets, nearest first, ending with the first opaque one.
   void meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const;
 
@@ -22,7 +22,7 @@ class Surfaces {
   Shading shading_;
   std::optional<spec::PlaneSurface<double>> plane_;
   std::optional<spec::CapsuleSurface<double>> needle_;
-  std::vector<spec::CapsuleSurface<double>> spheres_;
+  std::vector<spec::CapsuleSurface<double>> solids_;
 };
 
 }  // namespace nav::render

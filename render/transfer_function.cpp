@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace nav::render {
@@ -38,34 +39,157 @@ Result<void> check_node(const std::string& name, const std::vector<TransferNode>
   return {};
 }
 
-}  // namespace
-
-Result<TransferFunction> TransferFunction::create(std::string name,
-                                                  std::vector<TransferNode> nodes) {
-  if (nodes.size() < 2) {
-    return Error{ErrorCode::kMalformedData, "transfer function " + name +
-                                                ": expected at least two nodes, found " +
-                                                std::to_string(nodes.size())};
-  }
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (const auto ok = check_node(name, nodes, i); !ok) return ok.error();
-  }
-  return TransferFunction(std::move(name), std::move(nodes));
+double in_component_weight(const GradientWindow& w, double g) {
+  if (g >= w.full_from && g <= w.full_to) return 1;
+  if (g <= w.zero_below || g >= w.zero_above) return 0;
+  return g < w.full_from ? (g - w.zero_below) / (w.full_from - w.zero_below)
+                         : (w.zero_above - g) / (w.zero_above - w.full_to);
 }
 
-TransferSample TransferFunction::at(double hu) const {
+/// One component, without its gradient window.
+TransferSample at_nodes(const std::vector<TransferNode>& nodes, double hu) {
   const auto whole = [](const TransferNode& n) {
     return TransferSample{n.rgb, tau_of(n), n.importance};
   };
-  const auto above = std::upper_bound(nodes_.begin(), nodes_.end(), hu,
+  const auto above = std::upper_bound(nodes.begin(), nodes.end(), hu,
                                       [](double x, const TransferNode& n) { return x < n.hu; });
-  if (above == nodes_.begin()) return whole(nodes_.front());
-  if (above == nodes_.end()) return whole(nodes_.back());
+  if (above == nodes.begin()) return whole(nodes.front());
+  if (above == nodes.end()) return whole(nodes.back());
   const TransferNode& a = *(above - 1);
   const TransferNode& b = *above;
   const double w = (hu - a.hu) / (b.hu - a.hu);
   return {a.rgb + w * (b.rgb - a.rgb), tau_of(a) + w * (tau_of(b) - tau_of(a)),
           a.importance + w * (b.importance - a.importance)};
+}
+
+/// Distance of a value to where a component may be visible, HU; infinity: nowhere.
+double distance_to_visible(const std::vector<TransferNode>& nodes, double hu) {
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].opacity > 0) best = std::min(best, std::abs(hu - nodes[i].hu));
+    if (nodes[i].opacity > 0 || i + 1 == nodes.size() || !(nodes[i + 1].opacity > 0)) continue;
+    best = std::min(best, std::abs(hu - nodes[i].hu));
+  }
+  return best;
+}
+
+Result<void> check_window(const std::string& name, const GradientWindow& w) {
+  if (w.zero_below >= 0 && w.zero_below <= w.full_from && w.full_from <= w.full_to &&
+      w.full_to <= w.zero_above && std::isfinite(w.full_from)) {
+    return {};
+  }
+  std::ostringstream text;
+  text << "transfer function " << name
+       << ": gradient window: expected 0 <= zero_below <= full_from <= full_to <= zero_above in "
+          "HU/mm, found "
+       << w.zero_below << ", " << w.full_from << ", " << w.full_to << ", " << w.zero_above;
+  return Error{ErrorCode::kMalformedData, text.str()};
+}
+
+bool same_window(const std::optional<GradientWindow>& a, const std::optional<GradientWindow>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->zero_below == b->zero_below && a->full_from == b->full_from &&
+         a->full_to == b->full_to && a->zero_above == b->zero_above;
+}
+
+}  // namespace
+
+TransferFunction::TransferFunction(std::string name, std::vector<TransferComponent> components)
+    : name_(std::move(name)), components_(std::move(components)) {
+  for (const TransferComponent& component : components_) {
+    for (const TransferNode& node : component.nodes) values_.push_back(node.hu);
+  }
+  std::sort(values_.begin(), values_.end());
+  values_.erase(std::unique(values_.begin(), values_.end()), values_.end());
+}
+
+Result<TransferFunction> TransferFunction::create(std::string name,
+                                                  std::vector<TransferNode> nodes) {
+  return blend(name, {{name, std::move(nodes), {}}});
+}
+
+Result<TransferFunction> TransferFunction::blend(std::string name,
+                                                 std::vector<TransferComponent> components) {
+  if (components.empty()) {
+    return Error{ErrorCode::kMalformedData,
+                 "transfer function " + name + ": expected at least one component, found none"};
+  }
+  for (const TransferComponent& component : components) {
+    const std::string where =
+        components.size() == 1 ? name : name + ": component " + component.name;
+    if (component.nodes.size() < 2) {
+      return Error{ErrorCode::kMalformedData, "transfer function " + where +
+                                                  ": expected at least two nodes, found " +
+                                                  std::to_string(component.nodes.size())};
+    }
+    for (std::size_t i = 0; i < component.nodes.size(); ++i) {
+      if (const auto ok = check_node(where, component.nodes, i); !ok) return ok.error();
+    }
+    if (!component.gradient) continue;
+    if (const auto ok = check_window(where, *component.gradient); !ok) return ok.error();
+  }
+  return TransferFunction(std::move(name), std::move(components));
+}
+
+TransferSample TransferFunction::at(double hu, double gradient_hu_per_mm) const {
+  Eigen::Vector3d by_importance = Eigen::Vector3d::Zero();
+  Eigen::Vector3d by_opacity = Eigen::Vector3d::Zero();
+  double importance_weight = 0;
+  double opacity_weight = 0;
+  TransferSample best{Eigen::Vector3d::Zero(), 0, 0};
+  for (const TransferComponent& component : components_) {
+    TransferSample sample = at_nodes(component.nodes, hu);
+    if (component.gradient)
+      sample.tau_per_mm *= in_component_weight(*component.gradient, gradient_hu_per_mm);
+    if (!(sample.tau_per_mm > 0)) continue;
+    if (sample.importance >= kFullImportance) sample.importance = 1;
+    const double opacity = -std::expm1(-sample.tau_per_mm);
+    by_importance += opacity * sample.importance * sample.rgb;
+    importance_weight += opacity * sample.importance;
+    by_opacity += opacity * sample.rgb;
+    opacity_weight += opacity;
+    best.tau_per_mm = std::max(best.tau_per_mm, sample.tau_per_mm);
+    best.importance = std::max(best.importance, sample.importance);
+  }
+  if (importance_weight > 0) {
+    best.rgb = by_importance / importance_weight;
+  } else if (opacity_weight > 0) {
+    best.rgb = by_opacity / opacity_weight;
+  } else {
+    best.rgb = invisible_colour(hu);
+  }
+  best.rgb = best.rgb.cwiseMax(0).cwiseMin(1);  // Quotients round.
+  return best;
+}
+
+Eigen::Vector3d TransferFunction::invisible_colour(double hu) const {
+  const TransferComponent* nearest = &components_.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (const TransferComponent& component : components_) {
+    const double distance = distance_to_visible(component.nodes, hu);
+    if (distance < least) {
+      least = distance;
+      nearest = &component;
+    }
+  }
+  return at_nodes(nearest->nodes, hu).rgb;
+}
+
+bool TransferFunction::uses_gradient() const {
+  return std::any_of(components_.begin(), components_.end(),
+                     [](const TransferComponent& c) { return c.gradient.has_value(); });
+}
+
+bool operator==(const TransferNode& a, const TransferNode& b) {
+  return a.hu == b.hu && a.rgb == b.rgb && a.opacity == b.opacity && a.importance == b.importance;
+}
+
+bool same_classification(const TransferFunction& a, const TransferFunction& b) {
+  return std::equal(a.components().begin(), a.components().end(), b.components().begin(),
+                    b.components().end(),
+                    [](const TransferComponent& x, const TransferComponent& y) {
+                      return x.nodes == y.nodes && same_window(x.gradient, y.gradient);
+                    });
 }
 
 }  // namespace nav::render

@@ -2,49 +2,90 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "render/transfer_function.hpp"
 
 namespace nav::render {
 
-/// Colour and extinction of a transfer function at equidistant values, to be interpolated linearly
-/// in between; the end entries hold outside. Immutable.
+/// A transfer function at every whole HU from its first node to its last, within the range of
+/// int16: the classification that every engine draws with, and so its definition. Colour and
+/// extinction are linear between entries and held outside; importance is that of the nearest entry,
+/// because it may jump and a fade between would be invented. With gradient windows there is a row
+/// of entries for each of kGradientRows equidistant gradient magnitudes, linear between rows and
+/// held beyond the last. Immutable.
 class TransferTable {
  public:
-  /// Entries at every whole HU from the first node to the last, within the range of int16. Exact
-  /// when the nodes lie on whole HU.
-  static TransferTable at_whole_hu(const TransferFunction& transfer);
-  /// Few enough entries for a texture of any OpenGL 4.1 device: with nodes at whole HU, up to 16000
-  /// apart, the same as at_whole_hu() but not cut to int16; otherwise 4096 from the first node to
-  /// the last, and kinks are rounded by one entry, 1/4095 of the range.
-  static TransferTable for_texture(const TransferFunction& transfer);
+  static constexpr int kGradientRows = 64;
 
-  [[nodiscard]] int size() const { return static_cast<int>(rgbat_.size() / 4); }
+  explicit TransferTable(const TransferFunction& transfer);
+
+  /// Entries of a row.
+  [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] double first_hu() const { return first_hu_; }
-  [[nodiscard]] double last_hu() const { return first_hu_ + (size() - 1) / per_hu_; }
-  /// Entries per HU.
-  [[nodiscard]] double per_hu() const { return per_hu_; }
-  /// Four per entry: rgb, not premultiplied, and extinction per mm.
+  [[nodiscard]] double last_hu() const { return first_hu_ + size_ - 1; }
+  /// 1 without gradient windows, else kGradientRows.
+  [[nodiscard]] int rows() const { return rows_; }
+  /// From one row to the next, HU/mm.
+  [[nodiscard]] double gradient_per_row() const { return gradient_per_row_; }
+  /// Four per entry, row after row: rgb, not premultiplied, and extinction per mm.
   [[nodiscard]] const std::vector<float>& rgbat() const { return rgbat_; }
+  /// One per entry, row after row.
+  [[nodiscard]] const std::vector<float>& importance() const { return importance_; }
+  /// Some entry in [0, 1] that is visible has an importance < 1: a cutaway can change something.
+  [[nodiscard]] bool importance_matters() const { return importance_matters_; }
+
+  /// What a value is drawn as (post-classification). importance: nearest entry, nearest row.
+  [[nodiscard]] TransferSample at(double hu, double gradient_hu_per_mm = 0) const;
+  /// Mean over all values between a and b, which lie on a straight line along a stretch of ray:
+  /// extinction, and colour weighted by extinction (pre-integrated classification: Engel et al.
+  /// 2001, with the integrals of one variable; second order in the length of the stretch). Colour
+  /// times extinction is linear between entries here. importance: 0. Precondition: rows() == 1.
+  [[nodiscard]] TransferSample mean(double a_hu, double b_hu) const;
+
+  /// The integrals of mean() at the entries as whole numbers of quantum(), four per entry: colour
+  /// times extinction, and extinction. Differences are exact, where those of floats cancel.
+  [[nodiscard]] const std::vector<std::int32_t>& integrals() const { return integrals_; }
+  /// HU/mm.
+  [[nodiscard]] double quantum() const { return quantum_; }
 
   /// Some value within [low, high] HU, widened by one entry either side against the rounding of
-  /// interpolation, may have an extinction > 0.
+  /// interpolation, may have an extinction > 0 at some gradient.
   [[nodiscard]] bool visible(double low_hu, double high_hu) const;
+  /// The greatest importance of what may be visible there; 0 where nothing is.
+  [[nodiscard]] double max_importance(double low_hu, double high_hu) const;
   /// Up to here nothing is visible, HU: -infinity when the first entry is, infinity when none is.
   [[nodiscard]] double invisible_up_to_hu() const;
 
  private:
-  TransferTable(const TransferFunction& transfer, double first_hu, double per_hu, int size);
+  struct Entries {
+    std::size_t first;
+    std::size_t last;
+  };
+  [[nodiscard]] Entries entries_in(double low_hu, double high_hu) const;
+  [[nodiscard]] Eigen::Vector4d entry(std::size_t i) const;
+  [[nodiscard]] Eigen::Vector4d premultiplied(std::size_t i) const;
+  [[nodiscard]] Eigen::Vector4d integral_to(double hu) const;
+  void add_row(const TransferFunction& transfer, double gradient_hu_per_mm);
+  void integrate();
+  void index_visible();
 
   double first_hu_;
-  double per_hu_;
+  int size_;
+  int rows_ = 1;
+  double gradient_per_row_ = 0;
   std::vector<float> rgbat_;
-  std::vector<int> visible_before_;  ///< Number of entries > 0 among the first i.
+  std::vector<float> importance_;
+  bool importance_matters_ = false;
+  std::vector<Eigen::Vector4d> cumulative_;  ///< Of premultiplied(), from the first entry, HU/mm.
+  std::vector<std::int32_t> integrals_;
+  double quantum_ = 1;
+  std::vector<int> visible_before_;  ///< Number of entries of any row > 0 among the first i.
+  /// Greatest importance of 2^level entries from i on, level by level.
+  std::vector<std::vector<float>> importance_levels_;
 };
-
-/// Whether two functions have the same tables: names and importances may differ.
-bool same_tables(const TransferFunction& a, const TransferFunction& b);
 
 }  // namespace nav::render

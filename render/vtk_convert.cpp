@@ -56,8 +56,8 @@ vtkSmartPointer<vtkVolumeProperty> vtk_property(const TransferFunction& transfer
   // Equidistant, every HU if that is affordable: VTK makes its tables as fine as the smallest
   // interval between points.
   constexpr double kMaxSamples = 8192;
-  const double first = transfer.nodes().front().hu;
-  const double range = transfer.nodes().back().hu - first;
+  const double first = transfer.values().front();
+  const double range = transfer.values().back() - first;
   const int intervals = static_cast<int>(std::clamp(std::ceil(range), 1024.0, kMaxSamples));
   vtkNew<vtkColorTransferFunction> colour;
   vtkNew<vtkPiecewiseFunction> opacity;

@@ -14,6 +14,7 @@ vec3 shade(vec3 rgb, float cosine, float weight) {
 
 #ifdef SHADING
 uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
+uniform float full_gradient_per_mm;
 
 // Colour of a CT sample. index: where; axis_direction: the ray along the index axes, unit. The
 // gradient stays on the index axes: only its length and its angle to the ray matter.
@@ -24,6 +25,6 @@ vec3 shaded_sample(vec3 rgb, vec3 index, vec3 axis_direction) {
                   half_per_spacing;
   float norm = length(gradient);
   if (!(norm > 0.0)) return rgb;
-  return shade(rgb, dot(gradient, axis_direction) / norm, min(1.0, norm / kFullShadingHuPerMm));
+  return shade(rgb, dot(gradient, axis_direction) / norm, min(1.0, norm / full_gradient_per_mm));
 }
 #endif

@@ -45,8 +45,8 @@ TEST(TransferTableTest, IsExactForNodesAtWholeHu) {
     for (const TransferTable& table :
          {TransferTable::at_whole_hu(function), TransferTable::for_texture(function)}) {
       EXPECT_EQ(table.per_hu(), 1);
-      EXPECT_EQ(table.first_hu(), function.nodes().front().hu);
-      EXPECT_EQ(table.last_hu(), function.nodes().back().hu);
+      EXPECT_EQ(table.first_hu(), function.values().front());
+      EXPECT_EQ(table.last_hu(), function.values().back());
       for (double hu = table.first_hu() - 3; hu < table.last_hu() + 3; hu += 0.25) {
         EXPECT_NEAR(interpolated(table, hu), function.at(hu).tau_per_mm, kSingle) << hu;
       }
