@@ -51,8 +51,8 @@ RenderedImage enlarged(const RenderedImage& coarse, int width, int height) {
     RgbaF* out = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
     for (int x = 0; x < width; ++x) {
       const Between& c = columns[static_cast<std::size_t>(x)];
-      out[x] = mix(mix(above[c.low], above[c.high], c.w), mix(below[c.low], below[c.high], c.w),
-                   rows.w);
+      out[x] =
+          mix(mix(above[c.low], above[c.high], c.w), mix(below[c.low], below[c.high], c.w), rows.w);
     }
   });
   return {{width, height, std::move(pixels)}, coarse.statistics};
@@ -81,7 +81,9 @@ bool ProgressiveRenderer::may_be_coarse(const Scene& scene, Timestamp now) {
 
 Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scene, Timestamp now) {
   const bool coarse = may_be_coarse(scene, now);
-  const auto fewer = [&](int n) { return (n + options_.coarse_factor - 1) / options_.coarse_factor; };
+  const auto fewer = [&](int n) {
+    return (n + options_.coarse_factor - 1) / options_.coarse_factor;
+  };
   Scene wanted = scene;
   if (coarse) {
     wanted.width = fewer(scene.width);

@@ -14,8 +14,8 @@ namespace nav::render {
 struct ProgressiveOptions {
   double budget_s = 0.033;  ///< A whole picture that is expected to take no longer is never made
                             ///< coarse; >= 0.
-  int coarse_factor = 2;       ///< Coarse pictures have 1 / this of the pixels per side, in [2, 8].
-  double refine_after_s = 0.1; ///< Without a change of anything but ultrasound pixels; >= 0.
+  int coarse_factor = 2;    ///< Coarse pictures have 1 / this of the pixels per side, in [2, 8].
+  double refine_after_s = 0.1;  ///< Without a change of anything but ultrasound pixels; >= 0.
 };
 
 /// Draws coarsely while the scene changes faster than an engine can follow, and in full once it is

@@ -131,7 +131,7 @@ SceneChange change_between(const Scene& before, const Scene& after) {
   if (!same_view(before, after)) return SceneChange::kView;
   if (!same_geometry(before, after)) return SceneChange::kGeometry;
   return same_optional(before.plane, after.plane, same_pixels) ? SceneChange::kNothing
-                                                                : SceneChange::kPixels;
+                                                               : SceneChange::kPixels;
 }
 
 }  // namespace nav::render

@@ -132,8 +132,9 @@ TEST(SceneChangeTest, TellsWhatHasToBeDrawnAnew) {
   expect(SceneChange::kGeometry, [](Scene& s) { s.plane->safety = {SafetyState::kStale, "old"}; });
   expect(SceneChange::kGeometry, [](Scene& s) { s.plane.reset(); });
   expect(SceneChange::kGeometry, [](Scene& s) { s.plane->opacity = 0.5; });
-  expect(SceneChange::kGeometry,
-         [](Scene& s) { s.plane->frame.outline = SectorOutline{{0, -1}, 1, 2, 0.3}; });
+  expect(SceneChange::kGeometry, [](Scene& s) {
+    s.plane->frame.outline = SectorOutline{{0, -1}, 1, 2, 0.3};
+  });
   expect(SceneChange::kGeometry, [](Scene& s) { s.plane->frame.grid.origin_mm.x() += 1; });
   expect(SceneChange::kGeometry,
          [](Scene& s) { s.plane->frame.pixels = test::grey_picture(5, 4, 100); });
