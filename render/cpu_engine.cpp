@@ -1,14 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "render/cpu_cache.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/cpu_painter.hpp"
+#include "render/cpu_picture.hpp"
+#include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
+#include "render/scene_compare.hpp"
 
 namespace nav::render {
 namespace {
@@ -41,29 +45,61 @@ class CpuEngine final : public Engine {
                        ": expected fewer than 2^31 voxels with their border, found " +
                        std::to_string(scene.ct->grid().voxel_count()) + " without it"};
     }
+    const SceneChange change = last_ ? change_between(*last_, scene) : SceneChange::kView;
+    if (change == SceneChange::kNothing) return RenderedImage{pixels_, {}};
     const auto start = Clock::now();
-    const spec::CutawayObjects<double> cutaway = spec::make_cutaway(scene, true);
-    cache_.update(scene, !cutaway.empty(), options_.threads);
-    const double prepare_s = seconds_since(start);
-    const MarchKey key = march_key(scene, cache_, !cutaway.empty());
-    const MarchInputs in = march_inputs(scene, cache_, key);
-    CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
-                       cutaway);
-    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
-    RenderedImage image = painter.finish();
-    if (scene.quality.skip_empty_bricks) {
-      image.statistics.bricks = cache_.bricks()->low.size();
-      if (cache_.distances()) image.statistics.bricks_occupied = cache_.distances()->occupied;
+    RenderedImage image;
+    if (change >= SceneChange::kGeometry) {
+      last_.reset();  // Until every ray of the new scene is cast.
+      image.statistics = cast(scene, change == SceneChange::kGeometry);
+      picture_.collect(options_.threads);
     }
-    image.statistics.prepare_s = prepare_s;
-    image.statistics.cast_s = seconds_since(start) - prepare_s;
+    last_ = scene;
+    const auto plane =
+        scene.plane ? spec::make_plane<float>(*scene.plane, scene.ct->grid()) : std::nullopt;
+    pixels_ = {};  // Lets go of its buffer.
+    image.pixels = picture_.finish(plane ? &*plane : nullptr, options_.threads);
+    pixels_ = image.pixels;
+    image.statistics.cast_s = seconds_since(start) - image.statistics.prepare_s;
     return image;
   }
 
  private:
+  /// Casts the rays; keep: only those that something new affects.
+  RenderStatistics cast(const Scene& scene, bool keep) {
+    const auto start = Clock::now();
+    CpuCutaway cutaway;
+    if (CutawayField::needed(scene)) {
+      field_ = CutawayField(scene, field_ ? &*field_ : nullptr);
+      cutaway.field = &*field_;
+    } else {
+      field_.reset();
+      cutaway.objects = spec::make_cutaway(scene, true);
+    }
+    cache_.update(scene, !cutaway.empty(), options_.threads);
+    if (!keep) picture_.start(scene.width, scene.height);
+    const double prepare_s = seconds_since(start);
+    const MarchKey key = march_key(scene, cache_, !cutaway.empty());
+    const MarchInputs in = march_inputs(scene, cache_, key);
+    CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
+                       cutaway, picture_, keep);
+    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+    RenderStatistics statistics = painter.statistics();
+    if (scene.quality.skip_empty_bricks) {
+      statistics.bricks = cache_.bricks()->low.size();
+      if (cache_.distances()) statistics.bricks_occupied = cache_.distances()->occupied;
+    }
+    statistics.prepare_s = prepare_s;
+    return statistics;
+  }
+
   CpuOptions options_;
   MarchSet vector_;
   CpuCache cache_;
+  std::optional<CutawayField> field_;
+  CpuPicture picture_;
+  std::optional<Scene> last_;  ///< What picture_ shows.
+  Image2d<RgbaF> pixels_;      ///< As it was given out last.
 };
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <vector>
 
 namespace nav::render {
 namespace {
@@ -31,6 +33,35 @@ MarchProject project_of(Projection projection) {
   return MarchProject::kMaximum;
 }
 
+/// Mixes the bits of a number into a hash.
+template <class T>
+void add_bits(std::uint64_t& hash, T value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof value);
+  hash = (hash ^ bits) * 0x9E3779B97F4A7C15U;
+  hash ^= hash >> 32;
+}
+
+/// Of everything that a ray meets besides the volume; the grey of an ultrasound picture is put in
+/// later. Never 0, which no ray has.
+std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1, float t2) {
+  std::uint64_t hash = 1;
+  if (t2 > static_cast<float>(kNowhere)) {
+    add_bits(hash, t1);
+    add_bits(hash, t2);
+  }
+  for (const spec::Hit<double>& hit : hits) {
+    add_bits(hash, hit.t);
+    add_bits(hash, hit.alpha);
+    add_bits(hash, hit.picture);
+    const double values[3] = {hit.picture ? hit.pixel.x() : hit.rgb.x(),
+                              hit.picture ? hit.pixel.y() : hit.rgb.y(),
+                              hit.picture ? 0 : hit.rgb.z()};
+    for (const double value : values) add_bits(hash, value);
+  }
+  return hash == 0 ? 1 : hash;
+}
+
 }  // namespace
 
 struct CpuPainter::Packet {
@@ -41,13 +72,18 @@ struct CpuPainter::Packet {
   bool in_box;
   std::size_t most_hits;
   int cut;  ///< Lanes that the cutaway meets within the box.
+  std::uint64_t signature[kPacketLanes];
+  PixelRecord seen[kPacketLanes];  ///< The ultrasound picture: weight, column, row.
 };
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
-                       const MarchSet& marches, const spec::CutawayObjects<double>& cutaway)
+                       const MarchSet& marches, const CpuCutaway& cutaway, CpuPicture& picture,
+                       bool keep)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
+      picture_(picture),
+      keep_(keep),
       plain_(marches.composite({key.classify, key.shade, false})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
@@ -59,8 +95,7 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
                         ? 0.0
                         : 0.5),
       tiles_across_((scene.width + kTile - 1) / kTile),
-      tiles_down_((scene.height + kTile - 1) / kTile),
-      pixels_(static_cast<std::size_t>(scene.width) * static_cast<std::size_t>(scene.height)) {}
+      tiles_down_((scene.height + kTile - 1) / kTile) {}
 
 void CpuPainter::paint_tile(int tile) {
   const int x0 = tile % tiles_across_ * kTile;
@@ -68,9 +103,11 @@ void CpuPainter::paint_tile(int tile) {
   MarchCounts counts{};
   Packet packet{};
   std::uint64_t cut = 0;
+  std::uint64_t rays = 0;
   for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kPacketWidth) {
       start_packet(x, y, packet);
+      if (keep_ && unchanged(x, y, packet)) continue;
       cut += static_cast<std::uint64_t>(packet.cut);
       if (scene_.projection == Projection::kComposite) {
         composite(packet, counts);
@@ -78,10 +115,15 @@ void CpuPainter::paint_tile(int tile) {
         project(packet, counts);
       }
       for (int lane = 0; lane < kPacketLanes; ++lane) {
-        store(x + lane % kPacketWidth, y + lane / kPacketWidth, lane, packet.rays);
+        const int px = x + lane % kPacketWidth;
+        const int py = y + lane / kPacketWidth;
+        if (!inside(px, py)) continue;
+        store(px, py, lane, packet);
+        ++rays;
       }
     }
   }
+  rays_ += rays;
   samples_ += counts.samples;
   gradients_ += counts.gradients;
   window_gradients_ += counts.window_gradients;
@@ -89,15 +131,15 @@ void CpuPainter::paint_tile(int tile) {
   cutaway_rays_ += cut;
 }
 
-RenderedImage CpuPainter::finish() {
-  RenderedImage image{{scene_.width, scene_.height, std::move(pixels_)}, {}};
-  image.statistics.rays = image.pixels.pixels().size();
-  image.statistics.volume_samples = samples_;
-  image.statistics.gradient_samples = gradients_;
-  image.statistics.window_gradients = window_gradients_;
-  image.statistics.cutaway_rays = cutaway_rays_;
-  image.statistics.faded_cells = faded_;
-  return image;
+RenderStatistics CpuPainter::statistics() const {
+  RenderStatistics statistics;
+  statistics.rays = rays_;
+  statistics.volume_samples = samples_;
+  statistics.gradient_samples = gradients_;
+  statistics.window_gradients = window_gradients_;
+  statistics.cutaway_rays = cutaway_rays_;
+  statistics.faded_cells = faded_;
+  return statistics;
 }
 
 void CpuPainter::start_packet(int x0, int y0, Packet& p) {
@@ -108,7 +150,17 @@ void CpuPainter::start_packet(int x0, int y0, Packet& p) {
     start_lane(x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, lane, p);
     p.in_box = p.in_box || p.box[lane].end > p.box[lane].begin;
     p.most_hits = std::max(p.most_hits, p.hits[lane].size());
+    p.signature[lane] = signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane]);
   }
+}
+
+bool CpuPainter::unchanged(int x0, int y0, const Packet& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const int x = x0 + lane % kPacketWidth;
+    const int y = y0 + lane / kPacketWidth;
+    if (inside(x, y) && picture_.at(x, y).signature != p.signature[lane]) return false;
+  }
+  return true;
 }
 
 void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
@@ -116,6 +168,7 @@ void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
   p.box[lane] = {0, 0};
   p.base[lane] = 0;
   p.rays.alpha[lane] = 0;
+  p.seen[lane] = {};
   p.rays.t1[lane] = p.rays.t2[lane] = static_cast<float>(kNowhere);
   for (int axis = 0; axis < 3; ++axis) {
     p.rays.rgb[axis][lane] = 0;
@@ -123,7 +176,7 @@ void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
     p.rays.step[axis][lane] = 0;
   }
   // Lanes beyond the picture's edge stay empty.
-  if (x >= scene_.width || y >= scene_.height) return;
+  if (!inside(x, y)) return;
   const auto ray = spec::ray_of(view_, x, y);
   if (!surfaces_.empty()) surfaces_.meet(ray, p.hits[lane]);
   const auto index = spec::index_ray(ray, scene_.ct->grid());
@@ -138,11 +191,18 @@ void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
         static_cast<float>(index.origin[axis] + first * index.direction[axis]);
     p.rays.step[axis][lane] = static_cast<float>(step_ * index.direction[axis]);
   }
-  if (!cutaway_.empty()) cut_lane(ray, lane, p);
+  if (!cutaway_.empty()) cut_lane(x, y, ray, lane, p);
 }
 
-void CpuPainter::cut_lane(const spec::Ray<double>& ray, int lane, Packet& p) const {
-  const spec::CutawaySpan<double> span = spec::meet_cutaway(cutaway_, ray);
+spec::CutawaySpan<double> CpuPainter::span_of(int x, int y, const spec::Ray<double>& ray) const {
+  if (cutaway_.field == nullptr) return spec::meet_cutaway(cutaway_.objects, ray);
+  spec::CutawaySpan<float> span{};
+  cutaway_.field->meet_row(view_, x, y, 1, &span);
+  return {span.t2, span.t1};
+}
+
+void CpuPainter::cut_lane(int x, int y, const spec::Ray<double>& ray, int lane, Packet& p) const {
+  const spec::CutawaySpan<double> span = span_of(x, y, ray);
   if (!(span.t2 > p.box[lane].begin)) return;
   const double t2 = span.t2 / step_ - p.base[lane];
   const double t1 = std::max(span.t1 / step_ - p.base[lane], kNowhere);
@@ -164,14 +224,14 @@ void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
       march(in_, p.rays, counts);
     }
     for (int lane = 0; lane < kPacketLanes; ++lane) {
-      if (segment < p.hits[lane].size()) blend(p.hits[lane][segment], lane, p.rays);
+      if (segment < p.hits[lane].size()) blend(p.hits[lane][segment], lane, p);
     }
   }
 }
 
 void CpuPainter::project(Packet& p, MarchCounts& counts) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    for (const auto& hit : p.hits[lane]) blend(hit, lane, p.rays);
+    for (const auto& hit : p.hits[lane]) blend(hit, lane, p);
     p.rays.begin[lane] = static_cast<float>(p.box[lane].begin / step_ - p.base[lane]);
     p.rays.end[lane] = static_cast<float>(p.box[lane].end / step_ - p.base[lane]);
   }
@@ -182,7 +242,7 @@ void CpuPainter::project(Packet& p, MarchCounts& counts) const {
     const double hu = p.rays.value[lane];
     const double grey =
         std::clamp((hu - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
-    blend({p.box[lane].end, spec::Vec3<double>::Constant(grey), 1.0}, lane, p.rays);
+    blend({p.box[lane].end, spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
   }
 }
 
@@ -205,21 +265,28 @@ void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
   }
 }
 
-void CpuPainter::blend(const spec::Hit<double>& hit, int lane, RayPacket& rays) const {
+void CpuPainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const {
+  RayPacket& rays = p.rays;
   if (rays.alpha[lane] >= in_.opaque_at) return;
   const float weight = (1 - rays.alpha[lane]) * static_cast<float>(hit.alpha);
-  for (int c = 0; c < 3; ++c) rays.rgb[c][lane] += weight * static_cast<float>(hit.rgb[c]);
   rays.alpha[lane] += weight;
+  if (hit.picture) {
+    p.seen[lane].weight = weight;
+    p.seen[lane].column = static_cast<float>(hit.pixel.x());
+    p.seen[lane].row = static_cast<float>(hit.pixel.y());
+    return;
+  }
+  for (int c = 0; c < 3; ++c) rays.rgb[c][lane] += weight * static_cast<float>(hit.rgb[c]);
 }
 
-void CpuPainter::store(int x, int y, int lane, const RayPacket& rays) {
-  if (x >= scene_.width || y >= scene_.height) return;
-  const float left = 1 - rays.alpha[lane];
-  const auto channel = [&](int c) {
-    return rays.rgb[c][lane] + left * static_cast<float>(scene_.background_rgb[c]);
-  };
-  pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(scene_.width) +
-          static_cast<std::size_t>(x)] = {channel(0), channel(1), channel(2), 1.0F};
+void CpuPainter::store(int x, int y, int lane, const Packet& p) const {
+  PixelRecord& record = picture_.at(x, y);
+  record = p.seen[lane];
+  record.signature = p.signature[lane];
+  const float left = 1 - p.rays.alpha[lane];
+  for (int c = 0; c < 3; ++c) {
+    record.base[c] = p.rays.rgb[c][lane] + left * static_cast<float>(scene_.background_rgb[c]);
+  }
 }
 
 }  // namespace nav::render

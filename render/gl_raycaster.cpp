@@ -8,6 +8,7 @@
 #include "render/gl_filter_probe.hpp"
 #include "render/gl_raycaster.hpp"
 #include "render/gl_uniforms.hpp"
+#include "render/scene_compare.hpp"
 
 namespace nav::render {
 namespace {
@@ -57,16 +58,16 @@ double seconds_between(std::chrono::steady_clock::time_point a,
 }  // namespace
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
-  const GlChange change = last_ && !depth ? change_between(*last_, scene) : GlChange::kAll;
+  const SceneChange change = last_ && !depth ? change_between(*last_, scene) : SceneChange::kView;
   statistics_ = {};
   statistics_.rays =
       static_cast<std::uint64_t>(scene.width) * static_cast<std::uint64_t>(scene.height);
-  cast_ = change == GlChange::kAll;
-  if (change == GlChange::kNothing) return {};
+  cast_ = change >= SceneChange::kGeometry;
+  if (change == SceneChange::kNothing) return {};
   last_.reset();
   const GlStateGuard guard;
   glActiveTexture(GL_TEXTURE0 + kTarget);
-  auto drawn = change == GlChange::kAll ? cast(scene, depth) : textures_.update(scene);
+  auto drawn = cast_ ? cast(scene, depth) : textures_.update(scene);
   if (drawn && layers_) drawn = resolve(scene);
   unbind_all();
   if (!drawn) return drawn;

@@ -8,7 +8,6 @@
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "render/engine.hpp"
-#include "render/gl_live.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"

@@ -42,8 +42,10 @@ class RandomScenes {
     return {number(-size, size), number(-size, size), number(-size, size)};
   }
   Eigen::Vector3d colour() { return {number(0, 1), number(0, 1), number(0, 1)}; }
-  SafetyState state() { return std::array{SafetyState::kValid, SafetyState::kDegraded,
-                                          SafetyState::kStale, SafetyState::kLost}[index(4)]; }
+  SafetyState state() {
+    return std::array{SafetyState::kValid, SafetyState::kDegraded, SafetyState::kStale,
+                      SafetyState::kLost}[index(4)];
+  }
 
   std::shared_ptr<const Volume> noise(const VoxelGrid& grid) {
     std::vector<std::int16_t> hu;
