@@ -16,15 +16,17 @@ constexpr int kHeight = 71;
 
 /// Blobs in air, so that bricks are empty and rays go through faint and dense stuff.
 std::shared_ptr<const Volume> blobs() {
-  return test::make_volume(test::centred_grid({40, 36, 33}, {1.0, 1.2, 1.5}), [](int i, int j, int k) {
-    return 300 * std::sin(0.35 * i) * std::cos(0.3 * j) * std::sin(0.4 * k + 1) - 50;
-  });
+  return test::make_volume(
+      test::centred_grid({40, 36, 33}, {1.0, 1.2, 1.5}), [](int i, int j, int k) {
+        return 300 * std::sin(0.35 * i) * std::cos(0.3 * j) * std::sin(0.4 * k + 1) - 50;
+      });
 }
 
 TransferFunction materials() {
   return *TransferFunction::blend(
       "materials", {{"faint",
-                     {{-200, {0.9, 0.7, 0.5}, 0, 0.1}, {0, {0.9, 0.7, 0.5}, 0.05, 0.1},
+                     {{-200, {0.9, 0.7, 0.5}, 0, 0.1},
+                      {0, {0.9, 0.7, 0.5}, 0.05, 0.1},
                       {120, {0.9, 0.7, 0.5}, 0, 0.1}},
                      {}},
                     {"dense", {{80, {1, 0.2, 0.1}, 0, 1}, {200, {1, 0.2, 0.1}, 0.6, 1}}, {}}});
@@ -120,23 +122,41 @@ TEST_P(LiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
 TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsSeen) {
   draw();
   const std::vector<std::function<void(Scene&)>> edits{
-      [](Scene& s) { s.plane->safety = {SafetyState::kStale, "old"}; },
+      [](Scene& s) {
+        s.plane->safety = {SafetyState::kStale, "old"};
+      },
       [](Scene& s) { s.plane->frame.pixels = noise(9); },  // Not shown while stale.
-      [](Scene& s) { s.plane->safety = {SafetyState::kLost, "gone"}; },
-      [](Scene& s) { s.plane->safety = {SafetyState::kDegraded, "doubt"}; },
-      [](Scene& s) { s.plane->safety = {SafetyState::kValid, ""}; },
-      [](Scene& s) { s.needle = test::needle({0, -5, 0}, {20, -25, 20}); },
+      [](Scene& s) {
+        s.plane->safety = {SafetyState::kLost, "gone"};
+      },
+      [](Scene& s) {
+        s.plane->safety = {SafetyState::kDegraded, "doubt"};
+      },
+      [](Scene& s) {
+        s.plane->safety = {SafetyState::kValid, ""};
+      },
+      [](Scene& s) {
+        s.needle = test::needle({0, -5, 0}, {20, -25, 20});
+      },
       [](Scene& s) { s.needle->tip_ct.mm.x() += 1; },
-      [](Scene& s) { s.needle->safety = {SafetyState::kStale, "old"}; },
-      [](Scene& s) { s.spheres.push_back({{{3, -10, 2}}, 4, {1, 1, 0}, 0.4}); },
-      [](Scene& s) { s.lines.push_back({{{3, -10, 2}}, {{9, -20, 12}}}); },
+      [](Scene& s) {
+        s.needle->safety = {SafetyState::kStale, "old"};
+      },
+      [](Scene& s) {
+        s.spheres.push_back({{{3, -10, 2}}, 4, {1, 1, 0}, 0.4});
+      },
+      [](Scene& s) {
+        s.lines.push_back({{{3, -10, 2}}, {{9, -20, 12}}});
+      },
       [](Scene& s) { s.cutaway->around_spheres = true; },
       [](Scene& s) { s.cutaway->overlay_mm = 9; },
       [](Scene& s) { s.cutaway->theta2_rad = 1.2; },
       [](Scene& s) { s.cutaway->around_plane = false; },
       [](Scene& s) { s.cutaway.reset(); },
       [](Scene& s) { s.plane.reset(); },
-      [](Scene& s) { s.plane = test::upright_plane(noise(4), 0.7, {5, 3, 9}); },
+      [](Scene& s) {
+        s.plane = test::upright_plane(noise(4), 0.7, {5, 3, 9});
+      },
       [](Scene& s) { s.transfer = test::fog(0.05); },
       [](Scene& s) { s.camera.eye_ct.mm.x() += 10; },
       [](Scene& s) { s.projection = Projection::kMaximum; },
@@ -184,8 +204,8 @@ TEST_P(LiveTest, ALargeMeshCutsAsTheReferenceDoes) {
     for (int j = 0; j < kRound; ++j) {
       const double a = M_PI * i / kRound;
       const double b = 2 * M_PI * j / kRound;
-      mesh->vertices_ct.push_back({{9 * std::sin(a) * std::cos(b), 7 + 5 * std::cos(a),
-                                    9 * std::sin(a) * std::sin(b)}});
+      mesh->vertices_ct.push_back(
+          {{9 * std::sin(a) * std::cos(b), 7 + 5 * std::cos(a), 9 * std::sin(a) * std::sin(b)}});
       if (i == kRound) continue;
       const int here = i * kRound + j;
       const int next = i * kRound + (j + 1) % kRound;
@@ -202,7 +222,9 @@ TEST_P(LiveTest, ALargeMeshCutsAsTheReferenceDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Instructions, LiveTest, ::testing::Values(true, false),
-                         [](const auto& instance) { return instance.param ? "vector" : "portable"; });
+                         [](const auto& instance) {
+                           return instance.param ? "vector" : "portable";
+                         });
 
 }  // namespace
 }  // namespace nav::render

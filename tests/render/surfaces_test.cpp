@@ -7,6 +7,17 @@
 namespace nav::render {
 namespace {
 
+/// Solids are lit by ambient and diffuse light, the volume is not.
+Shading unshaded(double ambient, double diffuse) {
+  Shading shading;
+  shading.enabled = false;
+  shading.ambient = ambient;
+  shading.diffuse = diffuse;
+  shading.specular = 0;
+  shading.shininess = 1;
+  return shading;
+}
+
 class SurfacesTest : public test::EngineTest {};
 INSTANTIATE_TEST_SUITE_P(Engines, SurfacesTest, ::testing::ValuesIn(test::engine_cases()),
                          [](const auto& c) { return c.param.name; });
@@ -150,7 +161,7 @@ NeedleShape needle_across(double y) {
 
 TEST_P(SurfacesTest, NeedleOccludesAndIsOccluded) {
   Scene scene = block_scene();
-  scene.shading = {false, 1.0, 0, 0, 1};  // Solids in their plain colour.
+  scene.shading = unshaded(1.0, 0);  // Solids in their plain colour.
   scene.needle = needle_across(-15);
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 1, 0)) << "before the block";
   scene.needle = needle_across(15);
@@ -167,7 +178,7 @@ TEST_P(SurfacesTest, NeedleOccludesAndIsOccluded) {
 
 TEST_P(SurfacesTest, NeedleIsAGhostWhenStaleAndAbsentWhenLost) {
   Scene scene = empty_scene();
-  scene.shading = {false, 1.0, 0, 0, 1};
+  scene.shading = unshaded(1.0, 0);
   scene.needle = needle_across(0);
   scene.needle->safety = {SafetyState::kStale, "test"};
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 0.4, 0.6));
@@ -186,7 +197,7 @@ TEST_P(SurfacesTest, DrawnNeedleEndsAtItsTip) {
 
 TEST_P(SurfacesTest, SphereShowsItsShadedFrontOnce) {
   Scene scene = empty_scene();
-  scene.shading = {false, 0.25, 0.75, 0, 1};
+  scene.shading = unshaded(0.25, 0.75);
   scene.camera.orthographic_height_mm = 30.5;  // Two pixels per mm.
   scene.spheres.push_back({{{0, 0, 0}}, 10, {1, 1, 0}, 0.5});
   const RenderedImage image = test::draw(*engine_, scene);
@@ -202,7 +213,7 @@ TEST_P(SurfacesTest, SphereShowsItsShadedFrontOnce) {
 
 TEST_P(SurfacesTest, TranslucentLayersAreSortedByDepth) {
   Scene scene = empty_scene();
-  scene.shading = {false, 1, 0, 0, 1};
+  scene.shading = unshaded(1, 0);
   scene.spheres.push_back({{{0, 10, 0}}, 3, {0, 1, 0}, 0.5});   // Behind, given first.
   scene.spheres.push_back({{{0, -10, 0}}, 3, {1, 0, 0}, 0.5});  // In front.
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0.5, 0.25, 0.25));
