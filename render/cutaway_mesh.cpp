@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "render/parallel.hpp"
 
@@ -12,11 +13,91 @@ namespace nav::render {
 namespace {
 
 using Vec3 = spec::Vec3<double>;
-constexpr std::int32_t kLeafTriangles = 4;
+constexpr std::int32_t kLeafTriangles = 1;  // Bounds cost less than triangles.
 constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
 Vec3 middle_of(const spec::CutawayTriangle<double>& t) {
   return (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3;
+}
+
+/// Vertices at the same place are one: files of loose triangles repeat them.
+std::vector<std::array<int, 3>> welded(const MeshObject& mesh) {
+  std::vector<int> order(mesh.vertices_ct.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto at = [&](int i) -> const Eigen::Vector3d& {
+    return mesh.vertices_ct[static_cast<std::size_t>(i)].mm;
+  };
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::lexicographical_compare(at(a).begin(), at(a).end(), at(b).begin(), at(b).end());
+  });
+  std::vector<int> first(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && at(order[i]) == at(order[i - 1]);
+    first[static_cast<std::size_t>(order[i])] =
+        same ? first[static_cast<std::size_t>(order[i - 1])] : order[i];
+  }
+  auto triangles = mesh.triangles;
+  for (auto& triangle : triangles) {
+    for (int& i : triangle) i = first[static_cast<std::size_t>(i)];
+  }
+  return triangles;
+}
+
+/// Vertices where the surface ends, branches, turns inside out or has no normal.
+std::vector<bool> open_vertices(const std::vector<std::array<int, 3>>& triangles,
+                                const std::vector<spec::CutawayTriangle<double>>& shapes,
+                                std::size_t vertices) {
+  std::vector<bool> open(vertices, false);
+  std::vector<std::array<int, 3>> edges;  // Lower and higher vertex; 1: in that direction.
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = triangles[i][k];
+      const int b = triangles[i][(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : 0});
+      if (!(shapes[i].normal.squaredNorm() > 0)) open[static_cast<std::size_t>(a)] = true;
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t end = i;
+    while (end < edges.size() && edges[end][0] == edges[i][0] && edges[end][1] == edges[i][1])
+      ++end;
+    if (end - i != 2 || edges[i][2] == edges[i + 1][2]) {
+      open[static_cast<std::size_t>(edges[i][0])] = true;
+      open[static_cast<std::size_t>(edges[i][1])] = true;
+    }
+    i = end;
+  }
+  return open;
+}
+
+double angle_between(const Vec3& a, const Vec3& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// For each triangle the largest angle of its normal to one that touches it; pi: it is open.
+std::vector<double> ring_angles(const MeshObject& mesh,
+                                const std::vector<spec::CutawayTriangle<double>>& shapes) {
+  const auto triangles = welded(mesh);
+  const std::vector<bool> open = open_vertices(triangles, shapes, mesh.vertices_ct.size());
+  // Per vertex: a normal, and the largest angle of it to those about the vertex.
+  std::vector<Vec3> sum(mesh.vertices_ct.size(), Vec3::Zero());
+  std::vector<double> widest(mesh.vertices_ct.size(), 0);
+  const auto for_corners = [&](const auto& visit) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      for (const int v : triangles[i]) visit(shapes[i].normal, static_cast<std::size_t>(v), i);
+    }
+  };
+  for_corners([&](const Vec3& normal, std::size_t v, std::size_t) { sum[v] += normal; });
+  for_corners([&](const Vec3& normal, std::size_t v, std::size_t) {
+    widest[v] = std::max(widest[v], angle_between(sum[v], normal));
+  });
+  std::vector<double> angles(triangles.size(), 0);
+  for_corners([&](const Vec3& normal, std::size_t v, std::size_t i) {
+    const double here = open[v] ? M_PI : angle_between(sum[v], normal) + widest[v];
+    angles[i] = std::max(angles[i], here);
+  });
+  return angles;
 }
 
 bool is_large(const std::shared_ptr<const MeshObject>& mesh) {
@@ -35,8 +116,53 @@ CutawayMesh::CutawayMesh(const MeshObject& mesh, const Eigen::Vector3d& origin_m
     const auto polygon = spec::make_polygon({v[0], v[1], v[2]});
     triangles_.push_back({v, polygon.normal, polygon.axis_u, polygon.axis_v});
   }
+  ring_angles_ = ring_angles(mesh, triangles_);
   nodes_.emplace_back();
+  nodes_.reserve(triangles_.size());
   build(0, 0, static_cast<std::int32_t>(triangles_.size()));
+}
+
+CutawayMesh::Normals CutawayMesh::normals_about(std::int32_t first, std::int32_t count) const {
+  Vec3 sum = Vec3::Zero();
+  for (std::int32_t i = first; i < first + count; ++i) {
+    sum += triangles_[static_cast<std::size_t>(i)].normal;
+  }
+  double widest = 1e-6;  // More than normals and angles round.
+  for (std::int32_t i = first; i < first + count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    widest = std::max(widest, angle_between(sum, triangles_[at].normal) + ring_angles_[at] + 1e-6);
+  }
+  if (!(widest < M_PI / 2) || !(sum.norm() > 0)) return {Vec3::Zero(), -1, 0};
+  return {sum.normalized(), std::cos(widest), std::sin(widest)};
+}
+
+double CutawayMesh::bound(const Node& node, const Cone& cone, double best) {
+  const Vec3 m = node.ball.centre - cone.ray.origin;
+  const double along = m.dot(cone.ray.direction);
+  const Vec3 across = m - along * cone.ray.direction;
+  const double square = across.squaredNorm();
+  const double distance = std::sqrt(square);
+  const double radius = node.ball.radius;
+  // As spec::cone_ball(), with more than that and the triangles round.
+  double t = distance * cone.norm >= radius * cone.cot
+                 ? along - cone.cot * distance + radius * cone.norm
+                 : along + std::sqrt(std::max(radius * radius - square, 0.0));
+  constexpr double kSlack = 1e-12;
+  t += kSlack * (std::abs(along) + cone.norm * (1 + distance + radius));
+  if (!(t > best)) return kNowhere;
+  if (node.normals.cosine < 0 || !(distance > radius)) return t;
+  // The gradient in the middle, and how far it turns within the ball: its part across the ray has
+  // the length cot and turns by asin(radius / distance).
+  const Vec3 gradient = cone.ray.direction - (cone.cot / distance) * across;
+  const double turn_across = std::sqrt(1 - radius * radius / square);  // Its cosine.
+  const double chord_square =
+      cone.cot * cone.cot / (cone.norm * cone.norm) * (2 - 2 * turn_across);  // (2 sin(turn/2))^2
+  if (chord_square > 1) return t;
+  // cos(normals + turn), with sin(turn) <= chord.
+  const double limit =
+      node.normals.cosine * (1 - 0.5 * chord_square) - node.normals.sine * std::sqrt(chord_square);
+  const bool ruled_out = limit > 0 && std::abs(gradient.dot(node.normals.axis)) < limit * cone.norm;
+  return ruled_out ? kNowhere : t;
 }
 
 spec::CutawayBall<double> CutawayMesh::ball_about(std::int32_t first, std::int32_t count) const {
@@ -54,8 +180,27 @@ spec::CutawayBall<double> CutawayMesh::ball_about(std::int32_t first, std::int32
   return {centre, std::sqrt(square)};
 }
 
+void CutawayMesh::split(std::int32_t first, std::int32_t half, std::int32_t count,
+                        Eigen::Index axis) {
+  std::vector<std::int32_t> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), first);
+  std::nth_element(order.begin(), order.begin() + half, order.end(),
+                   [&](std::int32_t a, std::int32_t b) {
+                     return middle_of(triangles_[static_cast<std::size_t>(a)])[axis] <
+                            middle_of(triangles_[static_cast<std::size_t>(b)])[axis];
+                   });
+  std::vector<spec::CutawayTriangle<double>> triangles;
+  std::vector<double> angles;
+  for (const std::int32_t i : order) {
+    triangles.push_back(triangles_[static_cast<std::size_t>(i)]);
+    angles.push_back(ring_angles_[static_cast<std::size_t>(i)]);
+  }
+  std::copy(triangles.begin(), triangles.end(), triangles_.begin() + first);
+  std::copy(angles.begin(), angles.end(), ring_angles_.begin() + first);
+}
+
 void CutawayMesh::build(std::size_t node, std::int32_t first, std::int32_t count) {
-  nodes_[node] = {ball_about(first, count), first, count};
+  nodes_[node] = {ball_about(first, count), normals_about(first, count), first, count};
   if (count <= kLeafTriangles) return;
   const auto begin = triangles_.begin() + first;
   Eigen::AlignedBox3d box;
@@ -63,9 +208,7 @@ void CutawayMesh::build(std::size_t node, std::int32_t first, std::int32_t count
   Eigen::Index axis = 0;
   box.sizes().maxCoeff(&axis);
   const std::int32_t half = count / 2;
-  std::nth_element(begin, begin + half, begin + count, [axis](const auto& a, const auto& b) {
-    return middle_of(a)[axis] < middle_of(b)[axis];
-  });
+  split(first, half, count, axis);
   const auto child = static_cast<std::int32_t>(nodes_.size());
   nodes_[node].first = child;
   nodes_[node].count = 0;
@@ -89,11 +232,9 @@ double CutawayMesh::greatest(const spec::Ray<double>& ray, double cot, double at
   };
   // A hint is only a place to start, so any number may come in.
   if (hint >= 0 && static_cast<std::size_t>(hint) < triangles_.size()) meet_triangle(hint);
-  // More than the bound's closed form and the triangles round at 1e7 mm, the largest of scenes.
-  constexpr double kSlack = 1e-12;
-  const auto bound = [&](std::int32_t node) {
-    const double t = spec::cone_ball(nodes_[static_cast<std::size_t>(node)].ball, ray, cot);
-    return t + kSlack * (std::abs(t) + (1 + cot) * (1 + std::abs(best)));
+  const Cone cone{ray, cot, std::hypot(1.0, cot)};
+  const auto bound_of = [&](std::int32_t node) {
+    return bound(nodes_[static_cast<std::size_t>(node)], cone, best);
   };
   struct Open {
     std::int32_t node;
@@ -102,15 +243,15 @@ double CutawayMesh::greatest(const spec::Ray<double>& ray, double cot, double at
   // Halving: depth of at most 32, one open node per level and the two of the last.
   std::array<Open, 64> open;
   std::size_t count = 0;
-  open[count++] = {0, bound(0)};
+  open[count++] = {0, bound_of(0)};
   while (count > 0) {
     const Open next = open[--count];
     if (!(next.bound > best)) continue;
     const Node& node = nodes_[static_cast<std::size_t>(next.node)];
     for (std::int32_t i = 0; i < node.count; ++i) meet_triangle(node.first + i);
     if (node.count > 0) continue;
-    Open a{node.first, bound(node.first)};
-    Open b{node.first + 1, bound(node.first + 1)};
+    Open a{node.first, bound_of(node.first)};
+    Open b{node.first + 1, bound_of(node.first + 1)};
     if (a.bound > b.bound) std::swap(a, b);
     if (a.bound > best) open[count++] = a;
     if (b.bound > best) open[count++] = b;  // The better one is next.

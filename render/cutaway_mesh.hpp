@@ -11,10 +11,14 @@
 
 namespace nav::render {
 
-/// A mesh that cuts, however many triangles it has: the same surfaces as by meeting every triangle,
-/// to the last bit of double precision. A tree of balls bounds the cone function of
-/// ray_spec_cutaway.hpp (its greatest value over a ball is a closed form), so a search visits only
-/// the balls that may hold a better point than the best so far. Immutable; any number of threads.
+/// A mesh that cuts, however many triangles it has: the surfaces of ray_spec_cutaway.hpp as by
+/// meeting every triangle, up to rounding. A search over a tree visits only what may hold a better
+/// point than the best so far, by two bounds of the function f of a cone:
+/// - its greatest value over a ball is a closed form;
+/// - where a surface is closed, f can be greatest only where its gradient, r - cot(theta) e with e
+///   the direction away from the ray, is at right angles to the surface. So nodes also know a cone
+///   that holds the normals of their triangles and of all that touch those.
+/// Immutable; any number of threads.
 class CutawayMesh {
  public:
   /// The last best triangles of a ray: where to look first for its neighbour. Any value is right.
@@ -37,16 +41,37 @@ class CutawayMesh {
                                 int& hint, int* triangles_met = nullptr) const;
 
  private:
+  /// Every normal lies within an angle of an axis or of its opposite. cosine < 0: unknown.
+  struct Normals {
+    spec::Vec3<double> axis;
+    double cosine;  ///< Of the angle, [0, 1].
+    double sine;
+  };
   /// A ball about the triangles [first, first + count); inner nodes: children at first, first + 1.
   struct Node {
     spec::CutawayBall<double> ball;
+    Normals normals;
     std::int32_t first;
     std::int32_t count;  ///< 0: an inner node.
   };
+  /// Orders [first, first + count) so that the lower half along an axis comes first.
+  void split(std::int32_t first, std::int32_t half, std::int32_t count, Eigen::Index axis);
   void build(std::size_t node, std::int32_t first, std::int32_t count);
   [[nodiscard]] spec::CutawayBall<double> ball_about(std::int32_t first, std::int32_t count) const;
+  [[nodiscard]] Normals normals_about(std::int32_t first, std::int32_t count) const;
+  /// f of one ray and angle.
+  struct Cone {
+    const spec::Ray<double>& ray;
+    double cot;
+    double norm;  ///< Of the gradient of f, hypot(1, cot).
+  };
+  /// Upper bound of f over a node; -infinity where that is not above best, or its normals rule it
+  /// out.
+  [[nodiscard]] static double bound(const Node& node, const Cone& cone, double best);
 
   std::vector<spec::CutawayTriangle<double>> triangles_;
+  std::vector<double>
+      ring_angles_;  ///< Largest to the normals of touching triangles, rad; pi: open.
   std::vector<Node> nodes_;
 };
 
