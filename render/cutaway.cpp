@@ -31,8 +31,7 @@ CutawayPolygon<double> make_polygon(Points vertices) {
 bool drawn(const Safety& safety) { return safety.state != SafetyState::kLost; }
 
 Points box_face(const BoxObject& box, int axis, double side, const Eigen::Vector3d& origin) {
-  const Eigen::Vector3d centre =
-      box.centre_ct.mm - origin + side * box.half_edges_ct.col(axis);
+  const Eigen::Vector3d centre = box.centre_ct.mm - origin + side * box.half_edges_ct.col(axis);
   const Eigen::Vector3d u = box.half_edges_ct.col((axis + 1) % 3);
   const Eigen::Vector3d v = box.half_edges_ct.col((axis + 2) % 3);
   return {centre - u - v, centre + u - v, centre + u + v, centre - u + v};
@@ -45,9 +44,8 @@ std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame) {
     std::vector<Vec2<double>> corners;
     const double right = frame.pixels.width() - 0.5;
     const double bottom = frame.pixels.height() - 0.5;
-    for (const Vec2<double>& pixel :
-         {Vec2<double>(-0.5, -0.5), Vec2<double>(right, -0.5), Vec2<double>(right, bottom),
-          Vec2<double>(-0.5, bottom)}) {
+    for (const Vec2<double>& pixel : {Vec2<double>(-0.5, -0.5), Vec2<double>(right, -0.5),
+                                      Vec2<double>(right, bottom), Vec2<double>(-0.5, bottom)}) {
       corners.push_back(frame.grid.origin_mm + frame.grid.mm_per_pixel * pixel);
     }
     return corners;

@@ -19,11 +19,11 @@
 /// a point q of the object, at angle theta, when the angle between q - p(t) and r is at most theta.
 /// The cutaway surface therefore meets the ray at
 ///   T(theta) = max over q of  (q - o) · r - cot(theta) |(q - o) - ((q - o) · r) r|,
-/// which equals the paper's xi(theta) for parallel rays (there with the sign of eye space, z towards
-/// the eye). An object never occludes itself along its own rays, and rays farther than theta from
-/// its silhouette have T < 0: untouched. The other conventions in perspective (cones towards the
-/// eye, cones along the view axis) agree near the axis and differ outside. With T2 = T(theta2) >=
-/// T1 = T(theta1) and d measured along the ray,
+/// which equals the paper's xi(theta) for parallel rays (there with the sign of eye space, z
+/// towards the eye). An object never occludes itself along its own rays, and rays farther than
+/// theta from its silhouette have T < 0: untouched. The other conventions in perspective (cones
+/// towards the eye, cones along the view axis) agree near the axis and differ outside. With T2 =
+/// T(theta2) >= T1 = T(theta1) and d measured along the ray,
 ///   Omega(t) = (clamp((T2 - t) / (T2 - T1)) + clamp((T1 - t) / d)) / 2,
 /// 0 in the base, 1/2 between transition and overlay, 1 in the clear region.
 namespace nav::render::spec {
