@@ -32,7 +32,8 @@ struct Repeats {
   double enough_s = 2;  ///< No further repeat of a task that took this long in all, process time.
 };
 
-/// Medians of tasks run in turn (A B C A B C …), so that what else the machine does hits them alike.
+/// Medians of tasks run in turn (A B C A B C …), so that what else the machine does hits them
+/// alike.
 Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Repeats& repeats);
 
 }  // namespace nav::bench

@@ -24,14 +24,15 @@ struct Element {
 };
 
 render::TransferFunction clear_everywhere() {
-  auto made = render::TransferFunction::create(
-      "clear", {{-1024, {1, 1, 1}, 0, 0}, {3000, {1, 1, 1}, 0, 0}});
+  auto made = render::TransferFunction::create("clear",
+                                               {{-1024, {1, 1, 1}, 0, 0}, {3000, {1, 1, 1}, 0, 0}});
   NAV_CHECK(made.has_value());
   return *made;
 }
 
 /// The same function where every node is of one importance.
-render::TransferFunction of_importance(const render::TransferFunction& transfer, double importance) {
+render::TransferFunction of_importance(const render::TransferFunction& transfer,
+                                       double importance) {
   std::vector<render::TransferComponent> components = transfer.components();
   for (auto& component : components) {
     for (auto& node : component.nodes) node.importance = importance;
@@ -67,27 +68,27 @@ void add_optics(const render::Scene& all, std::vector<Element>& elements) {
   using enum render::ShadingStyle;
   const Change clear = [](render::Scene& s) { s.transfer = clear_everywhere(); };
   elements.push_back({"volume: sampling, pre-integrated classification", clear, kNothing, {}});
-  elements.push_back({"  post-classified instead", kNothing,
-                      [](render::Scene& s) {
-                        s.quality.classification = render::Classification::kPostClassified;
-                      },
-                      {}});
+  elements.push_back(
+      {"  post-classified instead",
+       kNothing,
+       [](render::Scene& s) { s.quality.classification = render::Classification::kPostClassified; },
+       {}});
   elements.push_back({"shading, Phong", kNothing, shaded(kPhong, 0), [&all](render::Scene& s) {
                         s.transfer = of_importance(all.transfer, 0);
                         shaded(kPhong, 1)(s);
                       }});
-  elements.push_back({"  importance emphasis, E = 0.5", shaded(kPhong, 0), shaded(kPhong, 0.5), {}});
-  elements.push_back({"  Gooch instead of Phong", shaded(kPhong, 0), shaded(kGooch, 0), {}});
   elements.push_back(
-      {"jitter", kNothing, [](render::Scene& s) { s.quality.jitter = true; }, {}});
+      {"  importance emphasis, E = 0.5", shaded(kPhong, 0), shaded(kPhong, 0.5), {}});
+  elements.push_back({"  Gooch instead of Phong", shaded(kPhong, 0), shaded(kGooch, 0), {}});
+  elements.push_back({"jitter", kNothing, [](render::Scene& s) { s.quality.jitter = true; }, {}});
   elements.push_back({"skipping of empty bricks",
                       [](render::Scene& s) { s.quality.skip_empty_bricks = false; },
                       [](render::Scene& s) { s.quality.skip_empty_bricks = true; },
                       {}});
-  elements.push_back({"early termination", [](render::Scene& s) { s.quality.opaque_at = 1; },
+  elements.push_back(
+      {"early termination", [](render::Scene& s) { s.quality.opaque_at = 1; }, kNothing, {}});
+  elements.push_back({"adaptive cells, 0.001",
                       kNothing,
-                      {}});
-  elements.push_back({"adaptive cells, 0.001", kNothing,
                       [](render::Scene& s) { s.quality.adaptive_error = 1e-3; },
                       {}});
 }
@@ -240,9 +241,10 @@ Result<ChangeCost> measure(const SceneChange& change, const render::Scene& scene
 Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repeats) {
   if (!scene.ct || !scene.plane || !scene.needle || scene.spheres.empty() || scene.lines.empty() ||
       !scene.cutaway) {
-    return Error{ErrorCode::kUsage,
-                 "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, found "
-                 "not all of them"};
+    return Error{
+        ErrorCode::kUsage,
+        "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, found "
+        "not all of them"};
   }
   CostTable table;
   MovingCamera whole(scene);

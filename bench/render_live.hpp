@@ -27,8 +27,8 @@ struct CutawayCost {
   /// The same if the samples that they save were still taken, at the price of a sample of the CT
   /// alone: the price of their own work.
   [[nodiscard]] double own_fraction() const {
-    const double saved = ct_ms * (1 - static_cast<double>(cutaway_samples) /
-                                          static_cast<double>(ct_samples));
+    const double saved =
+        ct_ms * (1 - static_cast<double>(cutaway_samples) / static_cast<double>(ct_samples));
     return (cutaway_ms + saved - ct_ms) / cutaway_ms;
   }
 };

@@ -15,8 +15,8 @@ namespace {
 
 Result<render::Scene> scene_of(std::shared_ptr<const Volume> ct,
                                const render::TransferFunction& transfer, int width, int height) {
-  const auto scenes = bench_scenes({{"patient", std::move(ct), {transfer}}},
-                                   "perspective/shaded", width, height);
+  const auto scenes =
+      bench_scenes({{"patient", std::move(ct), {transfer}}}, "perspective/shaded", width, height);
   NAV_CHECK(scenes.size() == 1);
   return scenes.front().scene;
 }

@@ -69,8 +69,8 @@ class UnpackFolder {
   bool unpack(const fs::path& archive) {
     std::error_code error;
     fs::create_directories(path_, error);
-    const std::string command = "tar -I zstd -xf '" + archive.string() + "' -C '" +
-                                path_.string() + "' 2>/dev/null";
+    const std::string command =
+        "tar -I zstd -xf '" + archive.string() + "' -C '" + path_.string() + "' 2>/dev/null";
     return !error && std::system(command.c_str()) == 0;
   }
   [[nodiscard]] const fs::path& path() const { return path_; }
@@ -200,7 +200,8 @@ Result<std::shared_ptr<const Volume>> cubic_patient(int n) {
   options.noise_hu = 0;
   options.region = {Eigen::Vector3d::Constant(-0.5 * kSideMm),
                     Eigen::Vector3d::Constant(0.5 * kSideMm)};
-  static const Result<Volume> base = sim::scan_ct(sim::AbdomenPhantom(sim::PhantomOptions{}), options);
+  static const Result<Volume> base =
+      sim::scan_ct(sim::AbdomenPhantom(sim::PhantomOptions{}), options);
   if (!base) return base.error();
   VoxelGrid grid;
   grid.size = {n, n, n};
@@ -208,8 +209,8 @@ Result<std::shared_ptr<const Volume>> cubic_patient(int n) {
   grid.origin_mm.setConstant(-0.5 * (n - 1) * grid.spacing_mm.x());
   std::vector<std::int16_t> hu(grid.voxel_count());
   render::for_each_index(n, 0, [&](int k) {
-    std::size_t at = static_cast<std::size_t>(k) * static_cast<std::size_t>(n) *
-                     static_cast<std::size_t>(n);
+    std::size_t at =
+        static_cast<std::size_t>(k) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i, ++at) {
         const double clean = base->sample(grid.at({1.0 * i, 1.0 * j, 1.0 * k})).value_or(kAirHu);
@@ -223,12 +224,11 @@ Result<std::shared_ptr<const Volume>> cubic_patient(int n) {
 }
 
 render::TransferFunction vessels_only() {
-  auto made = render::TransferFunction::create(
-      "vessels-only", {{-1024, {0.8, 0.08, 0.06}, 0, 1},
-                       {180, {0.8, 0.08, 0.06}, 0, 1},
-                       {220, {0.8, 0.08, 0.06}, 0.15, 1},
-                       {440, {0.9, 0.16, 0.1}, 0.3, 1},
-                       {480, {0.9, 0.16, 0.1}, 0, 1}});
+  auto made = render::TransferFunction::create("vessels-only", {{-1024, {0.8, 0.08, 0.06}, 0, 1},
+                                                                {180, {0.8, 0.08, 0.06}, 0, 1},
+                                                                {220, {0.8, 0.08, 0.06}, 0.15, 1},
+                                                                {440, {0.9, 0.16, 0.1}, 0.3, 1},
+                                                                {480, {0.9, 0.16, 0.1}, 0, 1}});
   NAV_CHECK(made.has_value());
   return *made;
 }

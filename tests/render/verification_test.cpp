@@ -85,22 +85,21 @@ std::vector<Manufactured> manufactured() {
   const double wave = 2 * M_PI / 32;
   const double far = std::exp(-x);
   // Colour (1 + sin(w s)) / 2: the integral of tau e^(-tau s) sin(w s) over [0, L].
-  const double sine = kTau *
-                      (wave - far * (kTau * std::sin(wave * kLengthMm) +
-                                     wave * std::cos(wave * kLengthMm))) /
-                      (kTau * kTau + wave * wave);
+  const double sine =
+      kTau *
+      (wave - far * (kTau * std::sin(wave * kLengthMm) + wave * std::cos(wave * kLengthMm))) /
+      (kTau * kTau + wave * wave);
   // Extinction rising as 2 a s, colour e^(-a s^2): half of 1 - e^(-2 a L^2).
   const double a = 3e-4;
-  return {{"linear colour", [](double s) { return s / kLengthMm; },
-           [](double) { return kTau; }, (1 - far * (1 + x)) / x},
+  return {{"linear colour", [](double s) { return s / kLengthMm; }, [](double) { return kTau; },
+           (1 - far * (1 + x)) / x},
           {"exponential colour", [=](double s) { return std::exp(-decay * s); },
            [](double) { return kTau; },
            kTau / (kTau + decay) * -std::expm1(-(kTau + decay) * kLengthMm)},
           {"sinusoidal colour", [=](double s) { return 0.5 * (1 + std::sin(wave * s)); },
            [](double) { return kTau; }, 0.5 * (1 - far) + 0.5 * sine},
           {"linear extinction", [=](double s) { return std::exp(-a * s * s); },
-           [=](double s) { return 2 * a * s; },
-           -0.5 * std::expm1(-2 * a * kLengthMm * kLengthMm)}};
+           [=](double s) { return 2 * a * s; }, -0.5 * std::expm1(-2 * a * kLengthMm * kLengthMm)}};
 }
 
 TEST_P(VerificationTest, ConvergesWithSecondOrderInTheStep) {
@@ -149,9 +148,9 @@ TEST_P(VerificationTest, ConvergesWithSecondOrderInTheGrid) {
   std::vector<double> errors;
   for (const int cells : {4, 8, 16, 32}) {
     const double spacing = kLengthMm / cells;
-    const auto ct = test::make_volume(
-        test::centred_grid({9, cells + 1, 9}, {spacing, spacing, spacing}),
-        [&](int, int j, int) { return kPeakHu * std::sin(M_PI * j / cells); });
+    const auto ct =
+        test::make_volume(test::centred_grid({9, cells + 1, 9}, {spacing, spacing, spacing}),
+                          [&](int, int j, int) { return kPeakHu * std::sin(M_PI * j / cells); });
     Scene scene = test::plain_scene(ct, *transfer, test::frontal(96, 10, true));
     scene.width = scene.height = 1;
     scene.quality.step_voxels = 0.5 / spacing;
@@ -176,8 +175,8 @@ double ball_error(Engine& engine, int cells) {
     return kScaleHu * (1 - p.squaredNorm() / (kRadiusMm * kRadiusMm));
   });
   const double opacity = -std::expm1(-kTau);
-  const auto transfer = TransferFunction::create(
-      "inside", {{-1, {1, 1, 1}, 0, 1}, {1, {1, 1, 1}, opacity, 1}});
+  const auto transfer =
+      TransferFunction::create("inside", {{-1, {1, 1, 1}, 0, 1}, {1, {1, 1, 1}, opacity, 1}});
   Scene scene = test::plain_scene(ct, *transfer, test::frontal(150, 1.6 * kRadiusMm, true));
   scene.width = scene.height = 31;
   scene.quality.step_voxels = 0.25 / spacing;
