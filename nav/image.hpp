@@ -20,11 +20,18 @@ class Image2d {
  public:
   Image2d() = default;
   /// Precondition: pixels.size() == width * height, otherwise a Bug.
-  Image2d(int width, int height, std::vector<T> pixels) : width_(width), height_(height) {
+  Image2d(int width, int height, std::vector<T> pixels)
+      : Image2d(shared(width, height, std::make_shared<const std::vector<T>>(std::move(pixels)))) {}
+  /// Shares pixels that nobody changes any more. Preconditions as above, and not null.
+  static Image2d shared(int width, int height, std::shared_ptr<const std::vector<T>> pixels) {
     NAV_CHECK(width >= 0 && height >= 0, width, height);
-    NAV_CHECK(pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
-              pixels.size(), width, height);
-    pixels_ = std::make_shared<const std::vector<T>>(std::move(pixels));
+    NAV_CHECK(pixels->size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+              pixels->size(), width, height);
+    Image2d image;
+    image.width_ = width;
+    image.height_ = height;
+    image.pixels_ = std::move(pixels);
+    return image;
   }
 
   [[nodiscard]] int width() const { return width_; }

@@ -3,6 +3,7 @@
 #include "render/brick_grid.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "render/parallel.hpp"
@@ -91,6 +92,15 @@ BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& tab
   // Two sweeps over the 26-neighbourhood give the exact chessboard distance.
   sweep(bricks.count, +1, out.distance);
   sweep(bricks.count, -1, out.distance);
+  return out;
+}
+
+std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const TransferTable& table) {
+  std::vector<std::uint8_t> out(bricks.low.size());
+  for (std::size_t b = 0; b < out.size(); ++b) {
+    const double importance = table.max_importance(bricks.low[b], bricks.high[b]);
+    out[b] = static_cast<std::uint8_t>(importance < 1 ? std::ceil(importance * 254) : 255);
+  }
   return out;
 }
 

@@ -34,4 +34,8 @@ struct BrickDistances {
 };
 BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table);
 
+/// For every brick the greatest importance of what may be visible in it, in parts of 254 and
+/// rounded up; 255: 1. Order as in BrickGrid.
+std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const TransferTable& table);
+
 }  // namespace nav::render

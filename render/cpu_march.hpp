@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-// Plain data only: one of the files that include this is compiled for AVX2, and an inline function
-// shared with the others could be linked in from there.
+// Plain data only: some of the files that include this are compiled for AVX2, and an inline
+// function shared with the others could be linked in from there.
 namespace nav::render {
 
 /// Lanes of a packet: a block of 4 × 2 pixels.
@@ -18,6 +18,14 @@ struct alignas(32) TableEntry {
   float to_next[4];
 };
 
+/// The integral of colour times extinction, and of extinction, over the values up to w beyond a
+/// whole HU, in quanta: before + round(w (here + w bend)). Its derivative is here + 2 w bend.
+struct alignas(64) IntegralEntry {
+  std::int32_t before[4];
+  float here[4];
+  float bend[4];
+};
+
 /// What all rays of a picture share.
 struct MarchInputs {
   const std::int16_t* voxels;  ///< Voxel (0, 0, 0) of a volume with repeated borders.
@@ -26,48 +34,94 @@ struct MarchInputs {
   float last[3];  ///< n - 1 per axis.
 
   const std::uint8_t* brick_distance;  ///< Null: no skipping. Readable 3 bytes past the end.
+  /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
+  /// Null without a cutaway. Readable 3 bytes past the end.
+  const std::uint8_t* brick_importance;
+  const std::int32_t* brick_range;  ///< Least HU below, greatest in the upper 16 bits. Projections.
   int bricks[3];
 
-  const TableEntry* table;
+  const TableEntry* table;  ///< table_size entries, row after row.
+  const float* importance;  ///< One per entry.
   float table_low_hu;
   float table_high_hu;
+  int table_size;
+  int table_rows;            ///< 1 without gradient windows.
+  float rows_per_gradient;   ///< mm/HU.
   float invisible_up_to_hu;  ///< Everything up to here has no extinction; -infinity: nothing.
+  /// table_size + 1 entries: below the table, from each entry to the next, beyond it.
+  const IntegralEntry* integrals;
+  float quantum;  ///< HU/mm.
 
   float step_mm;
   float opaque_at;  ///< Infinity: never.
 
-  bool shading;
   float half_per_spacing[3];   ///< 1 / (2 spacing), per mm.
   float mm_per_index_step[3];  ///< spacing / step: turns a step in indices into a unit direction.
+  float light[3];              ///< Of spec::gooch(), along the grid's axes.
   float per_full_gradient;     ///< mm/HU.
+  float emphasis;
   float ambient;
   float diffuse;
   float specular;
   float shininess;
+  float cool_share;
+  float warm_share;
+  float silhouette;
   float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded.
+
+  float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
+  float overlay_cells;  ///< 1e30 for infinity.
 };
 
 /// Rays in voxel indices, counted in cells from each ray's own base cell.
 struct alignas(32) RayPacket {
-  float origin[3][kPacketLanes];  ///< Index at the centre of cell 0.
+  float origin[3][kPacketLanes];  ///< Index of sample 0: the begin of cell 0 pre-integrated, else
+                                  ///< its middle.
   float step[3][kPacketLanes];    ///< Index per cell.
   float begin[kPacketLanes];      ///< Part to march, in cells; empty when end <= begin.
   float end[kPacketLanes];
   float rgb[3][kPacketLanes];  ///< Colour so far, premultiplied.
   float alpha[kPacketLanes];   ///< Opacity so far.
+  // Only for marches that fade.
+  float t1[kPacketLanes];              ///< Of the cutaway, in cells; -1e30: nowhere.
+  float t2[kPacketLanes];              ///< As t1.
+  float per_transition[kPacketLanes];  ///< 1 / (t2 - t1); 1e30 for 0.
+  float margin[kPacketLanes];          ///< Rounding of Omega's break points, in cells.
+  float value[kPacketLanes];           ///< What a projection found, HU.
 };
 
 struct MarchCounts {
   std::uint64_t samples;
   std::uint64_t gradients;
+  std::uint64_t window_gradients;
+  std::uint64_t faded;
 };
 
-/// Marches the given part of each ray of a packet, adding to its colour and opacity.
+enum class MarchClassify { kPreIntegrated, kPostClassified, kWindows };
+enum class MarchShade { kNone, kPhong, kGooch };
+enum class MarchProject { kMaximum, kMinimum, kMean };
+
+/// What a march is compiled for: what a scene has not, costs nothing.
+struct MarchKey {
+  MarchClassify classify;
+  MarchShade shade;
+  bool fade;
+};
+
+/// Marches the given part of each ray of a packet: compositing adds to its colour and opacity,
+/// projecting sets its value.
 using March = void (*)(const MarchInputs&, RayPacket&, MarchCounts&);
-void march_portable(const MarchInputs& in, RayPacket& rays, MarchCounts& counts);
-/// Needs AVX2 and FMA; ask for it through vector_march().
-void march_avx2(const MarchInputs& in, RayPacket& rays, MarchCounts& counts);
-/// The fastest march for this processor besides the portable one; null when there is none.
-March vector_march();
+
+/// The marches of one instruction set.
+struct MarchSet {
+  March (*composite)(const MarchKey&);
+  March (*project)(MarchProject);
+};
+MarchSet portable_marches();
+/// Needs AVX2 and FMA; ask for it through vector_marches().
+MarchSet avx2_marches();
+/// The fastest marches for this processor besides the portable ones; null pointers when there are
+/// none.
+MarchSet vector_marches();
 
 }  // namespace nav::render

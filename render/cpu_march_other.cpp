@@ -4,6 +4,6 @@
 
 namespace nav::render {
 
-March vector_march() { return nullptr; }
+MarchSet vector_marches() { return {nullptr, nullptr}; }
 
 }  // namespace nav::render

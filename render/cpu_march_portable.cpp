@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/cpu_kernel.hpp"
+#include "render/cpu_kernel_project.hpp"
 
 namespace nav::render {
 namespace {
@@ -39,12 +40,15 @@ struct Scalar {
   static M less(F a, F b) { return a < b; }
   static M not_less(F a, F b) { return a >= b; }
   static M both(M a, M b) { return a && b; }
+  static M either(M a, M b) { return a || b; }
+  static M none() { return false; }
   static M negate(M a) { return !a; }
   static bool any(M a) { return a; }
   static int count(M a) { return a ? 1 : 0; }
   static F select(M m, F a, F b) { return m ? a : b; }
   static F mask(M m, F a) { return m ? a : 0.0F; }
   static F one_minus_exp(F x) { return -std::expm1(-x); }
+  static F log1p(F x) { return std::log1p(x); }
   static F power(F base, float exponent) { return std::pow(base, exponent); }
   static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
     a = p[at];
@@ -55,15 +59,36 @@ struct Scalar {
     load_pair(p, at + 2, c, d);
   }
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
+  static F load_float(const float* p, I at) { return p[at]; }
+  static void load_range(const std::int32_t* p, I at, F& low, F& high) {
+    low = static_cast<std::int16_t>(p[at] & 0xffff);
+    high = static_cast<F>(p[at] >> 16);
+  }
   static void lookup(const TableEntry* table, I at, F w, F* out) {
     for (int i = 0; i < 4; ++i) out[i] = madd(w, table[at].to_next[i], table[at].value[i]);
+  }
+  struct Integral {
+    std::int32_t sum[4];
+    F slope[4];
+  };
+  static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
+    const IntegralEntry& entry = table[at];
+    for (int i = 0; i < 4; ++i) {
+      const F rise = w * entry.bend[i];
+      out.sum[i] =
+          entry.before[i] + static_cast<std::int32_t>(std::nearbyint(w * (entry.here[i] + rise)));
+      out.slope[i] = entry.here[i] + (rise + rise);
+    }
+  }
+  static void mean(const Integral& a, const Integral& b, M close, F scale, F* out) {
+    for (int i = 0; i < 4; ++i) {
+      out[i] = scale * (close ? a.slope[i] + b.slope[i] : static_cast<F>(b.sum[i] - a.sum[i]));
+    }
   }
 };
 
 }  // namespace
 
-void march_portable(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
-  march_with<Scalar>(in, rays, counts);
-}
+MarchSet portable_marches() { return {composite_march<Scalar>, project_march<Scalar>}; }
 
 }  // namespace nav::render

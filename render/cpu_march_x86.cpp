@@ -4,9 +4,11 @@
 
 namespace nav::render {
 
-March vector_march() {
-  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return march_avx2;
-  return nullptr;
+MarchSet vector_marches() {
+  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
+    return avx2_marches();
+  }
+  return {nullptr, nullptr};
 }
 
 }  // namespace nav::render

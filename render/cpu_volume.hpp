@@ -22,6 +22,9 @@ class CpuVolume {
   [[nodiscard]] const std::int16_t* origin() const { return voxels_.data() + origin_; }
   [[nodiscard]] int row_stride() const { return row_stride_; }
   [[nodiscard]] int slice_stride() const { return slice_stride_; }
+  /// Least and greatest value, HU.
+  [[nodiscard]] int low_hu() const { return low_hu_; }
+  [[nodiscard]] int high_hu() const { return high_hu_; }
 
  private:
   void copy_voxels(const Volume& ct, int threads);
@@ -30,6 +33,8 @@ class CpuVolume {
   std::size_t origin_ = 0;
   int row_stride_ = 0;
   int slice_stride_ = 0;
+  int low_hu_ = 0;
+  int high_hu_ = 0;
 };
 
 }  // namespace nav::render

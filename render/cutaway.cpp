@@ -7,8 +7,19 @@ namespace {
 
 using Points = std::vector<Vec3<double>>;
 
+bool drawn(const Safety& safety) { return safety.state != SafetyState::kLost; }
+
+Points box_face(const BoxObject& box, int axis, double side, const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d centre = box.centre_ct.mm - origin + side * box.half_edges_ct.col(axis);
+  const Eigen::Vector3d u = box.half_edges_ct.col((axis + 1) % 3);
+  const Eigen::Vector3d v = box.half_edges_ct.col((axis + 2) % 3);
+  return {centre - u - v, centre + u - v, centre + u + v, centre - u + v};
+}
+
+}  // namespace
+
 /// Normal by Newell's sum, which does not depend on three vertices being in general position.
-CutawayPolygon<double> make_polygon(Points vertices) {
+CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices) {
   CutawayPolygon<double> polygon;
   polygon.normal = Vec3<double>::Zero();
   polygon.axis_u = polygon.axis_v = Vec3<double>::Zero();
@@ -27,17 +38,6 @@ CutawayPolygon<double> make_polygon(Points vertices) {
   polygon.vertices = std::move(vertices);
   return polygon;
 }
-
-bool drawn(const Safety& safety) { return safety.state != SafetyState::kLost; }
-
-Points box_face(const BoxObject& box, int axis, double side, const Eigen::Vector3d& origin) {
-  const Eigen::Vector3d centre = box.centre_ct.mm - origin + side * box.half_edges_ct.col(axis);
-  const Eigen::Vector3d u = box.half_edges_ct.col((axis + 1) % 3);
-  const Eigen::Vector3d v = box.half_edges_ct.col((axis + 2) % 3);
-  return {centre - u - v, centre + u - v, centre + u + v, centre - u + v};
-}
-
-}  // namespace
 
 std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame) {
   if (!frame.outline) {

@@ -68,11 +68,27 @@ std::string raycast_fragment_source(const GlFeatures& features) {
   const auto add = [&](bool on, const char* name) {
     if (on) defines += std::string("#define ") + name + '\n';
   };
-  add(features.shading, "SHADING");
+  using Classified = GlFeatures::Classified;
+  using Shaded = GlFeatures::Shaded;
+  const bool composite = features.projection == Projection::kComposite;
+  const bool shading = composite && features.shaded != Shaded::kNot;
+  add(!composite, "PROJECTION");
+  add(features.projection == Projection::kMaximum, "MAXIMUM");
+  add(features.projection == Projection::kMinimum, "MINIMUM");
+  add(composite && features.classified == Classified::kPreIntegrated, "PREINTEGRATED");
+  add(composite && features.classified == Classified::kByGradientToo, "GRADIENT_WINDOWS");
+  add(shading, "SHADING");
+  add(shading && features.shaded == Shaded::kPhong, "PHONG");
+  add(shading && features.shaded == Shaded::kGooch, "GOOCH");
+  add(shading || (composite && features.classified == Classified::kByGradientToo), "GRADIENTS");
+  add(shading && features.emphasis, "EMPHASIS");
+  add(composite && features.cutaway, "CUTAWAY");
+  add(composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
+  add(composite && features.skipping, "SKIPPING");
+  add(features.jitter, "JITTER");
   add(features.plane, "PLANE");
-  add(features.needle, "NEEDLE");
-  add(features.spheres, "SPHERES");
-  add(features.skipping, "SKIPPING");
+  add(features.solids, "SOLIDS");
+  add(features.solids && features.capsules, "CAPSULES");
   add(features.shared_depth, "SHARED_DEPTH");
   add(features.manual_filter, "MANUAL_FILTER");
   // Constants that the reference engine uses too: one definition for all.
@@ -83,6 +99,9 @@ std::string raycast_fragment_source(const GlFeatures& features) {
   };
   constant("kBorderMm", spec::kBorderMm);
   constant("kEdgeOnSine", spec::kEdgeOnSine);
+  constant("kGoochBlue", spec::kGoochBlue);
+  constant("kGoochYellow", spec::kGoochYellow);
+  defines += "const int kFadeSteps = " + std::to_string(spec::kFadeSteps) + ";\n";
   return text.insert(after_version, defines);
 }
 
@@ -101,7 +120,7 @@ Result<std::unique_ptr<GlProgram>> GlProgram::link(const std::string& vertex,
   glLinkProgram(id);
   glDeleteShader(*vs);
   glDeleteShader(*fs);
-  std::unique_ptr<GlProgram> program(new GlProgram(id));
+  std::unique_ptr<GlProgram> program(new GlProgram(id, fragment));
   GLint ok = GL_FALSE;
   glGetProgramiv(id, GL_LINK_STATUS, &ok);
   if (ok == GL_TRUE) return program;
@@ -119,7 +138,7 @@ int GlProgram::location(const std::string& name) {
   const auto found = locations_.find(name);
   if (found != locations_.end()) return found->second;
   const int location = glGetUniformLocation(id_, name.c_str());
-  NAV_CHECK(location >= 0, name);
+  NAV_CHECK(location >= 0 || fragment_.find(name) != std::string::npos, name);
   return locations_[name] = location;
 }
 

@@ -9,17 +9,26 @@
 #include <string>
 
 #include "nav/result.hpp"
+#include "render/scene.hpp"
 
 namespace nav::render {
 
 /// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
 /// share a program. Internal to render/.
 struct GlFeatures {
-  bool shading = false;  ///< Gradient and Blinn–Phong.
-  bool plane = false;    ///< Ultrasound picture or its border.
-  bool needle = false;
-  bool spheres = false;
-  bool skipping = false;       ///< Leaps over empty bricks.
+  enum class Classified { kPreIntegrated, kAtMiddle, kByGradientToo };
+  enum class Shaded { kNot, kPhong, kGooch };
+
+  Projection projection = Projection::kComposite;
+  Classified classified = Classified::kPreIntegrated;
+  Shaded shaded = Shaded::kNot;  ///< Needs gradients.
+  bool emphasis = false;         ///< Shading by importance.
+  bool cutaway = false;
+  bool skipping = false;  ///< Leaps over empty bricks.
+  bool jitter = false;
+  bool plane = false;          ///< Ultrasound picture or its border.
+  bool solids = false;         ///< Needle, spheres or lines.
+  bool capsules = false;       ///< Some of them are longer than a sphere.
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
   auto operator<=>(const GlFeatures&) const = default;
@@ -41,7 +50,8 @@ class GlProgram {
   GlProgram& operator=(const GlProgram&) = delete;
 
   void use() const;
-  /// Each sets a uniform of the program in use. A name that it does not have is a Bug.
+  /// Each sets a uniform of the program in use; one that the driver found unused is passed over. A
+  /// name that its text does not have is a Bug.
   void set(const std::string& name, int value);
   void set(const std::string& name, double value);
   void set(const std::string& name, const Eigen::Vector2d& value);
@@ -54,9 +64,10 @@ class GlProgram {
   void set(const std::string& name, const Eigen::Matrix4d& value);
 
  private:
-  explicit GlProgram(unsigned id) : id_(id) {}
+  GlProgram(unsigned id, std::string fragment) : id_(id), fragment_(std::move(fragment)) {}
   int location(const std::string& name);
   unsigned id_;
+  std::string fragment_;
   std::map<std::string, int> locations_;
 };
 

@@ -27,30 +27,81 @@ void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int 
   glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
 }
 
+Result<void> complete_framebuffer() {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return Error{ErrorCode::kUnavailable,
+               "OpenGL: expected a single-precision colour target, found none"};
+}
+
+void unbind_all() {
+  for (int unit = kCt; unit <= kTarget; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D}) glBindTexture(target, 0);
+  }
+}
+
+/// Links a program that fills the viewport, on first use.
+Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) {
+  if (program) return {};
+  auto linked = GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader(fragment));
+  if (!linked) return linked.error();
+  program = std::move(linked).value();
+  return {};
+}
+
+double seconds_between(std::chrono::steady_clock::time_point a,
+                       std::chrono::steady_clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
+
 }  // namespace
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
+  const GlChange change = last_ && !depth ? change_between(*last_, scene) : GlChange::kAll;
+  statistics_ = {};
+  statistics_.rays =
+      static_cast<std::uint64_t>(scene.width) * static_cast<std::uint64_t>(scene.height);
+  cast_ = change == GlChange::kAll;
+  if (change == GlChange::kNothing) return {};
+  last_.reset();
   const GlStateGuard guard;
   glActiveTexture(GL_TEXTURE0 + kTarget);
-  if (auto ok = prepare_target(scene.width, scene.height); !ok) return ok;
+  auto drawn = change == GlChange::kAll ? cast(scene, depth) : textures_.update(scene);
+  if (drawn && layers_) drawn = resolve(scene);
+  unbind_all();
+  if (!drawn) return drawn;
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+    return Error{ErrorCode::kUnavailable,
+                 "OpenGL: expected the ray casting pass to succeed, found "
+                 "error " +
+                     std::to_string(error)};
+  }
+  if (!depth) last_ = scene;
+  return {};
+}
+
+Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDepth>& depth) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
   if (!manual_filter_) {
     auto coarse = filter_is_coarse();
     if (!coarse) return coarse.error();
     manual_filter_ = *coarse;
   }
   if (auto sent = textures_.update(scene); !sent) return sent;
-  const GlFeatures features = features_of(scene, depth.has_value(), *manual_filter_);
+  const GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
+  if (auto ok = prepare_targets(scene.width, scene.height, features.plane); !ok) return ok;
   auto program = programs_.get(features);
   if (!program) return program.error();
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
-  bind(kTransfer, GL_TEXTURE_1D, textures_.transfer.id());
+  bind(kTransfer, GL_TEXTURE_2D, textures_.transfer.id());
+  bind(kImportances, GL_TEXTURE_2D, textures_.importances.id());
+  bind(kIntegrals, GL_TEXTURE_2D, textures_.integrals.id());
   bind(kBricks, GL_TEXTURE_3D, textures_.bricks.id());
-  bind(kPicture, GL_TEXTURE_2D, textures_.picture.id());
-  bind(kSpheres, GL_TEXTURE_2D, textures_.spheres.id());
+  bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
+  bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
   bind(kDepth, GL_TEXTURE_2D, depth ? depth->texture : 0);
   glFinish();
   const auto prepared = Clock::now();
@@ -59,38 +110,36 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   write_everything();
   draw_triangle();
   glFinish();
-  const std::chrono::duration<double> prepare_s = prepared - start;
-  const std::chrono::duration<double> cast_s = Clock::now() - prepared;
-  statistics_ = {};
-  statistics_.rays = static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_);
   if (features.skipping) {
     statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
     statistics_.bricks_occupied = textures_.bricks_occupied();
   }
-  statistics_.prepare_s = prepare_s.count();
-  statistics_.cast_s = cast_s.count();
-  for (int unit = kCt; unit <= kTarget; ++unit) {
-    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    for (const GLenum target : {GL_TEXTURE_1D, GL_TEXTURE_2D, GL_TEXTURE_3D}) {
-      glBindTexture(target, 0);
-    }
-  }
-  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-    return Error{ErrorCode::kUnavailable,
-                 "OpenGL: expected the ray casting pass to succeed, found "
-                 "error " +
-                     std::to_string(error)};
-  }
+  statistics_.prepare_s = seconds_between(start, prepared);
+  statistics_.cast_s = seconds_between(prepared, Clock::now());
+  return {};
+}
+
+Result<void> GlRaycaster::resolve(const Scene& scene) {
+  if (auto ok = prepare(resolve_program_, "resolve.frag"); !ok) return ok;
+  resolve_program_->use();
+  resolve_program_->set("front", kFront);
+  resolve_program_->set("behind", kBehind);
+  resolve_program_->set("live_at", kLiveAt);
+  resolve_program_->set("us_picture", kPicture);
+  resolve_program_->set("plane_opacity", scene.plane->opacity);
+  bind(kFront, GL_TEXTURE_2D, front_.id());
+  bind(kBehind, GL_TEXTURE_2D, behind_.id());
+  bind(kLiveAt, GL_TEXTURE_2D, live_at_.id());
+  bind(kPicture, GL_TEXTURE_2D, textures_.picture.id());
+  glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
+  glViewport(0, 0, width_, height_);
+  write_everything();
+  draw_triangle();
   return {};
 }
 
 Result<void> GlRaycaster::composite(int x, int y) {
-  if (!composite_program_) {
-    auto program =
-        GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("composite.frag"));
-    if (!program) return program.error();
-    composite_program_ = std::move(program).value();
-  }
+  if (auto ok = prepare(composite_program_, "composite.frag"); !ok) return ok;
   const GlStateGuard guard;
   write_everything();
   glViewport(x, y, width_, height_);
@@ -99,7 +148,7 @@ Result<void> GlRaycaster::composite(int x, int y) {
   composite_program_->use();
   composite_program_->set("picture", kTarget);
   composite_program_->set("viewport_origin", Eigen::Vector2i(x, y));
-  bind(kTarget, GL_TEXTURE_2D, target_.id());
+  bind(kTarget, GL_TEXTURE_2D, picture().id());
   draw_triangle();
   glBindTexture(GL_TEXTURE_2D, 0);
   return {};
@@ -110,7 +159,7 @@ std::vector<RgbaF> GlRaycaster::read() const {
   const auto width = static_cast<std::size_t>(width_);
   const auto height = static_cast<std::size_t>(height_);
   std::vector<RgbaF> pixels(width * height);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, layers_ ? resolve_framebuffer_ : framebuffer_);
   glReadBuffer(GL_COLOR_ATTACHMENT0);
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, pixels.data());
   for (std::size_t row = 0; row < height / 2; ++row) {
@@ -123,6 +172,7 @@ std::vector<RgbaF> GlRaycaster::read() const {
 
 RenderStatistics GlRaycaster::statistics() const {
   RenderStatistics statistics = statistics_;
+  if (!cast_) return statistics;
   const GlStateGuard guard;
   std::vector<float> cost(2 * static_cast<std::size_t>(statistics.rays));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
@@ -135,8 +185,8 @@ RenderStatistics GlRaycaster::statistics() const {
   return statistics;
 }
 
-Result<void> GlRaycaster::prepare_target(int width, int height) {
-  if (framebuffer_ != 0 && width == width_ && height == height_) return {};
+Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers) {
+  if (framebuffer_ != 0 && width == width_ && height == height_ && layers == layers_) return {};
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (width > largest || height > largest) {
@@ -145,17 +195,37 @@ Result<void> GlRaycaster::prepare_target(int width, int height) {
                      " pixels along an edge on this OpenGL device, found " + std::to_string(width) +
                      " x " + std::to_string(height)};
   }
+  release_targets();
   width_ = width;
   height_ = height;
-  if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
+  layers_ = layers;
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  attach(target_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  attach(front_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
   attach(cost_, GL_COLOR_ATTACHMENT1, GL_RG32F, width, height);
-  constexpr std::array<GLenum, 2> kBoth{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-  glDrawBuffers(static_cast<GLsizei>(kBoth.size()), kBoth.data());
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
-  return Error{ErrorCode::kUnavailable,
-               "OpenGL: expected a single-precision colour target, found none"};
+  if (layers) {
+    attach(behind_, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
+    attach(live_at_, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
+  }
+  constexpr std::array<GLenum, 4> kAll{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                       GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
+  glDrawBuffers(layers ? 4 : 2, kAll.data());
+  if (auto ok = complete_framebuffer(); !ok || !layers) return ok;
+  glGenFramebuffers(1, &resolve_framebuffer_);
+  glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
+  attach(resolved_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  return complete_framebuffer();
+}
+
+void GlRaycaster::release_targets() {
+  for (GlTexture* texture : {&front_, &cost_, &behind_, &live_at_, &resolved_}) {
+    texture->release();
+  }
+  for (unsigned* framebuffer : {&framebuffer_, &resolve_framebuffer_}) {
+    if (*framebuffer != 0) glDeleteFramebuffers(1, framebuffer);
+    *framebuffer = 0;
+  }
 }
 
 void GlRaycaster::draw_triangle() {
@@ -165,14 +235,13 @@ void GlRaycaster::draw_triangle() {
 }
 
 void GlRaycaster::release() {
+  last_.reset();
   textures_.release();
-  target_.release();
-  cost_.release();
+  release_targets();
   programs_.clear();
+  resolve_program_.reset();
   composite_program_.reset();
-  if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
   if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
-  framebuffer_ = 0;
   vertex_array_ = 0;
   manual_filter_.reset();
 }

@@ -8,6 +8,7 @@
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "render/engine.hpp"
+#include "render/gl_live.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"
@@ -24,13 +25,16 @@ class GlRaycaster {
   GlRaycaster(const GlRaycaster&) = delete;
   GlRaycaster& operator=(const GlRaycaster&) = delete;
 
-  /// Precondition: a validated scene. Refuses what does not fit the device.
+  /// Precondition: a validated scene. Refuses what does not fit the device. Draws nothing when the
+  /// picture would be the last one, and only puts in the ultrasound picture when nothing but that
+  /// has changed; geometry of others (depth) may always have changed.
   Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
   /// Blends the last picture over the framebuffer that is bound, its lower left corner at (x, y).
   Result<void> composite(int x, int y);
   /// The last picture, premultiplied, top row first. Waits for the device.
   [[nodiscard]] std::vector<RgbaF> read() const;
   /// What the last picture cost; reads the number of samples back from the device.
+  /// All zero but the rays when no ray was cast.
   [[nodiscard]] RenderStatistics statistics() const;
 
   /// Programs compiled and textures sent since the beginning, for tests.
@@ -40,25 +44,37 @@ class GlRaycaster {
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
   /// Decides instead of the measurement, for tests.
-  void set_manual_filter(bool manual) { manual_filter_ = manual; }
+  void set_manual_filter(bool manual) {
+    manual_filter_ = manual;
+    last_.reset();
+  }
   /// Frees everything on the device.
   void release();
 
  private:
-  Result<void> prepare_target(int width, int height);
+  Result<void> prepare_targets(int width, int height, bool layers);
+  Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth);
+  Result<void> resolve(const Scene& scene);
+  [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
+  void release_targets();
   void draw_triangle();
 
   GlProgramCache programs_;
+  std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
-  GlTexture target_;
-  GlTexture cost_;
+  GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.
+  GlTexture cost_, behind_, live_at_, resolved_;
   unsigned framebuffer_ = 0;
+  unsigned resolve_framebuffer_ = 0;
+  bool layers_ = false;        ///< The scene has a plane.
+  std::optional<Scene> last_;  ///< Whose picture the targets hold.
   unsigned vertex_array_ = 0;
   int width_ = 0;
   int height_ = 0;
   std::optional<bool> manual_filter_;
   RenderStatistics statistics_;
+  bool cast_ = false;  ///< The last picture took rays through the volume.
 };
 
 }  // namespace nav::render

@@ -3,6 +3,7 @@
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
+#include <cmath>
 
 #include "render/gl_textures.hpp"
 #include "render/ray_spec.hpp"
@@ -33,6 +34,32 @@ class PackedRows {
   GLint before_ = 4;
 };
 
+/// Entries of the transfer table in lines of a fixed length, as the shader expects.
+constexpr int kLine = 4096;
+
+template <class T>
+void send_table(GlTexture& texture, GLint internal, GLenum format, GLenum type, int channels,
+                std::vector<T> entries) {
+  const auto per_entry = static_cast<std::size_t>(channels);
+  const int count = static_cast<int>(entries.size() / per_entry);
+  const int width = std::min(count, kLine);
+  const int height = (count + kLine - 1) / kLine;
+  entries.resize(per_entry * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
+  glTexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format, type, entries.data());
+}
+
+/// Sends rows that differ from those on the device.
+void send(GlRows&& rows, GlTexture& texture, GlRows& sent) {
+  if (rows == sent || rows.height == 0) return;
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, rows.width, rows.height, 0, GL_RGBA, GL_FLOAT,
+               rows.texels.data());
+  sent = std::move(rows);
+}
+
 std::string text_of(const std::array<int, 3>& size) {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
          std::to_string(size[2]);
@@ -52,26 +79,32 @@ void GlTexture::release() {
 
 Result<void> GlTextures::update(const Scene& scene) {
   const PackedRows packed;
-  if (auto sent = update_volume(scene.ct); !sent) return sent;
-  update_transfer(scene.transfer);
-  if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
-  const auto fits = [&](const char* what, std::size_t count) -> Result<void> {
-    if (count <= static_cast<std::size_t>(largest)) return {};
+  const auto fits = [&](const char* what, int count) -> Result<void> {
+    if (count <= largest) return {};
     return Error{ErrorCode::kUnsupportedData,
                  std::string(what) + ": expected at most " + std::to_string(largest) +
                      " on this OpenGL device, found " + std::to_string(count)};
   };
-  if (auto ok = fits("spheres", scene.spheres.size()); !ok) return ok;
-  if (scene.plane) {
+  cut_ = spec::make_cutaway(scene, false);
+  GlRows solids_now = solid_rows(scene);
+  GlRows cut_now = cut_rows(cut_);
+  if (auto ok = fits("needle, spheres and lines", solids_now.height); !ok) return ok;
+  if (auto ok = fits("cutaway objects", cut_now.height); !ok) return ok;
+  const bool plane = scene.plane && scene.plane->safety.state != SafetyState::kLost;
+  if (plane) {
     const Image2d<std::uint8_t>& pixels = scene.plane->frame.pixels;
-    const int longest = std::max(pixels.width(), pixels.height());
-    if (auto ok = fits("ultrasound picture edge", static_cast<std::size_t>(longest)); !ok)
+    if (auto ok = fits("ultrasound picture edge", std::max(pixels.width(), pixels.height())); !ok)
       return ok;
-    update_picture(pixels);
   }
-  if (!scene.spheres.empty()) update_spheres(scene.spheres, scene.ct->grid());
+  if (auto sent = update_volume(scene.ct); !sent) return sent;
+  update_transfer(scene.transfer);
+  if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
+  if (plane) update_picture(scene.plane->frame.pixels);
+  solid_count_ = solids_now.height;
+  send(std::move(solids_now), solids, solid_rows_);
+  send(std::move(cut_now), cut_objects, cut_rows_);
   return {};
 }
 
@@ -112,10 +145,9 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
-  glBindTexture(GL_TEXTURE_1D, transfer.id());
-  set_sampling(GL_TEXTURE_1D, GL_NEAREST);
-  glTexImage1D(GL_TEXTURE_1D, 0, GL_RGBA32F, table_->size(), 0, GL_RGBA, GL_FLOAT,
-               table_->rgbat().data());
+  send_table(transfer, GL_RGBA32F, GL_RGBA, GL_FLOAT, 4, table_->rgbat());
+  send_table(importances, GL_R32F, GL_RED, GL_FLOAT, 1, table_->importance());
+  send_table(integrals, GL_RGBA32I, GL_RGBA_INTEGER, GL_INT, 4, table_->integrals());
   ++uploads_.transfers;
 }
 
@@ -128,8 +160,17 @@ void GlTextures::update_bricks() {
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
-               0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, distances.distance.data());
+  // Distance, and an upper bound of importance in 1/254; 255: full, never hidden.
+  std::vector<std::uint8_t> texels;
+  texels.reserve(2 * distances.distance.size());
+  for (std::size_t b = 0; b < distances.distance.size(); ++b) {
+    texels.push_back(distances.distance[b]);
+    const double importance = table_->max_importance(ranges_.low[b], ranges_.high[b]);
+    texels.push_back(importance >= 1 ? 255
+                                     : static_cast<std::uint8_t>(std::ceil(254 * importance)));
+  }
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
+               0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
   bricks_valid_ = true;
   ++uploads_.bricks;
 }
@@ -139,31 +180,28 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
   pixels_ = pixels;
   glBindTexture(GL_TEXTURE_2D, picture.id());
   set_sampling(GL_TEXTURE_2D, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R8, pixels.width(), pixels.height(), 0, GL_RED,
-               GL_UNSIGNED_BYTE, pixels.pixels().data());
+  // 16 bit: some devices interpolate no finer than the format.
+  std::vector<std::uint16_t> values;
+  values.reserve(pixels.pixels().size());
+  for (const std::uint8_t value : pixels.pixels()) {
+    values.push_back(static_cast<std::uint16_t>(value * 257));
+  }
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R16, pixels.width(), pixels.height(), 0, GL_RED,
+               GL_UNSIGNED_SHORT, values.data());
   ++uploads_.pictures;
 }
 
-void GlTextures::update_spheres(const std::vector<SphereShape>& shapes, const VoxelGrid& grid) {
-  // A few dozen bytes: cheaper to send than to compare.
-  std::vector<float> rows;
-  for (const SphereShape& shape : shapes) {
-    const auto s = spec::make_sphere<float>(shape, grid);
-    rows.insert(rows.end(), {s.a.x(), s.a.y(), s.a.z(), s.radius});
-    rows.insert(rows.end(), {s.rgb.x(), s.rgb.y(), s.rgb.z(), s.alpha});
-  }
-  glBindTexture(GL_TEXTURE_2D, spheres.id());
-  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, 2, static_cast<GLsizei>(shapes.size()), 0, GL_RGBA,
-               GL_FLOAT, rows.data());
-}
-
 void GlTextures::release() {
-  for (GlTexture* texture : {&ct, &transfer, &bricks, &picture, &spheres}) texture->release();
+  for (GlTexture* texture :
+       {&ct, &transfer, &importances, &integrals, &bricks, &picture, &solids, &cut_objects}) {
+    texture->release();
+  }
   volume_ = nullptr;
   function_.reset();
   bricks_valid_ = false;
   pixels_ = {};
+  solid_rows_ = {};
+  cut_rows_ = {};
 }
 
 }  // namespace nav::render

@@ -11,6 +11,7 @@
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "render/brick_grid.hpp"
+#include "render/gl_shape_rows.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_table.hpp"
 
@@ -53,14 +54,18 @@ class GlTextures {
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
 
-  GlTexture ct, transfer, bricks, picture, spheres;
+  /// Objects of the cutaway of the last scene.
+  [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
+
+  [[nodiscard]] int solid_count() const { return solid_count_; }
+
+  GlTexture ct, transfer, importances, integrals, bricks, picture, solids, cut_objects;
 
  private:
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void update_transfer(const TransferFunction& function);
   void update_bricks();
   void update_picture(const Image2d<std::uint8_t>& pixels);
-  void update_spheres(const std::vector<SphereShape>& shapes, const VoxelGrid& grid);
 
   GlUploads uploads_;
   std::shared_ptr<const Volume> volume_;
@@ -71,6 +76,9 @@ class GlTextures {
   bool bricks_valid_ = false;
   std::uint64_t bricks_occupied_ = 0;
   Image2d<std::uint8_t> pixels_;
+  spec::CutawayObjects<double> cut_;
+  GlRows solid_rows_, cut_rows_;
+  int solid_count_ = 0;
 };
 
 }  // namespace nav::render

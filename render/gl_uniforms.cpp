@@ -32,6 +32,7 @@ void set_camera(GlProgram& program, const Scene& scene) {
   program.set("picture_size", Eigen::Vector2d(scene.width, scene.height));
   program.set("orthographic", static_cast<int>(view.orthographic));
   program.set("step_mm", step_mm);
+  if (scene.quality.jitter) program.set("picture_height", static_cast<double>(scene.height));
 }
 
 void set_volume(GlProgram& program, const VoxelGrid& grid) {
@@ -43,7 +44,7 @@ void set_volume(GlProgram& program, const VoxelGrid& grid) {
 }
 
 void set_plane(GlProgram& program, const spec::PlaneSurface<double>& plane) {
-  program.set("us_picture", kPicture);
+  program.set("us_size", Eigen::Vector2d(plane.width, plane.height));
   program.set("image_from_local", plane.image_from_local);
   program.set("image_origin", plane.origin);
   program.set("pixel_from_mm", plane.pixel_from_mm);
@@ -58,25 +59,98 @@ void set_plane(GlProgram& program, const spec::PlaneSurface<double>& plane) {
   program.set("plane_opacity", plane.opacity);
 }
 
-void set_needle(GlProgram& program, const spec::CapsuleSurface<double>& needle) {
-  program.set("needle_a", needle.a);
-  program.set("needle_b", needle.b);
-  program.set("needle_radius", needle.radius);
-  program.set("needle_rgba",
-              Eigen::Vector4d(needle.rgb.x(), needle.rgb.y(), needle.rgb.z(), needle.alpha));
+void set_transfer(GlProgram& program, const GlFeatures& features, const TransferTable& table) {
+  program.set("transfer", kTransfer);
+  program.set("transfer_first_hu", table.first_hu());
+  program.set("transfer_size", table.size());
+  if (features.cutaway || features.emphasis) program.set("importances", kImportances);
+  switch (features.classified) {
+    case GlFeatures::Classified::kPreIntegrated:
+      program.set("integrals", kIntegrals);
+      program.set("quantum", table.quantum());
+      break;
+    case GlFeatures::Classified::kByGradientToo:
+      program.set("transfer_rows", table.rows());
+      program.set("rows_per_gradient", 1 / table.gradient_per_row());
+      break;
+    case GlFeatures::Classified::kAtMiddle:
+      break;
+  }
+}
+
+void set_shading(GlProgram& program, const GlFeatures& features, const Scene& scene) {
+  const VoxelGrid& grid = scene.ct->grid();
+  const Shading& shading = scene.shading;
+  const Eigen::Matrix3d axes_from_local = grid.directions.transpose();
+  program.set("axes_from_local", axes_from_local);
+  program.set("full_gradient_per_mm", shading.full_gradient_per_mm);
+  if (features.emphasis) program.set("emphasis", shading.emphasis);
+  if (features.shaded != GlFeatures::Shaded::kGooch) return;
+  const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+  program.set("gooch_light", Eigen::Vector3d(axes_from_local * spec::gooch_light(view)));
+  program.set("gooch_shares",
+              Eigen::Vector3d(shading.cool_share, shading.warm_share, shading.silhouette));
+}
+
+void set_cutaway(GlProgram& program, const spec::CutawayObjects<double>& objects) {
+  constexpr double kEndless = 1e30;  // No region is clear; infinity would meet zeros.
+  program.set("cut_objects", kCutObjects);
+  program.set("cut_count", static_cast<int>(objects.polygons.size() + objects.balls.size()));
+  program.set("cut_cot", Eigen::Vector2d(objects.cot1, objects.cot2));
+  program.set("overlay_mm", std::min(objects.overlay_mm, kEndless));
+}
+
+void set_skipping(GlProgram& program, const Scene& scene, const GlTextures& textures) {
+  const VoxelGrid& grid = scene.ct->grid();
+  program.set("bricks", kBricks);
+  program.set("brick_count", textures.brick_count());
+  program.set("bricks_per_voxel", 1.0 / kBrickVoxels);
+  // Indices are at most about three times the volume's diagonal away from zero.
+  const double farthest = 3 * grid.extent_mm().norm() / grid.spacing_mm.minCoeff();
+  constexpr double kRounding = 1e-6;  // A few units of single precision.
+  program.set("brick_margin", 1e-3 + kRounding * farthest);
+}
+
+void set_volume_marching(GlProgram& program, const GlFeatures& features, const Scene& scene,
+                         const GlTextures& textures) {
+  const bool by_gradient = features.classified == GlFeatures::Classified::kByGradientToo;
+  const bool shading = features.shaded != GlFeatures::Shaded::kNot;
+  set_transfer(program, features, textures.table());
+  if (shading || by_gradient) {
+    const Eigen::Vector3d per_mm = scene.ct->grid().spacing_mm.cwiseInverse();
+    program.set("half_per_spacing", Eigen::Vector3d(0.5 * per_mm));
+  }
+  if (shading) set_shading(program, features, scene);
+  if (features.cutaway) set_cutaway(program, textures.cut());
+  if (features.skipping) set_skipping(program, scene, textures);
 }
 
 }  // namespace
 
-GlFeatures features_of(const Scene& scene, bool shared_depth, bool manual_filter) {
+GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
+                       bool manual_filter) {
   GlFeatures features;
-  features.shading = scene.shading.enabled;
+  features.projection = scene.projection;
   features.plane = scene.plane && scene.plane->safety.state != SafetyState::kLost;
-  features.needle = scene.needle && scene.needle->safety.state != SafetyState::kLost;
-  features.spheres = !scene.spheres.empty();
-  features.skipping = scene.quality.skip_empty_bricks;
+  features.capsules = has_capsules(scene);
+  features.solids = features.capsules || !scene.spheres.empty();
+  features.jitter = scene.quality.jitter;
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
+  if (scene.projection != Projection::kComposite) return features;
+  if (textures.table().rows() > 1) {
+    features.classified = GlFeatures::Classified::kByGradientToo;
+  } else if (scene.quality.classification == Classification::kPostClassified) {
+    features.classified = GlFeatures::Classified::kAtMiddle;
+  }
+  if (scene.shading.enabled) {
+    features.shaded = scene.shading.style == ShadingStyle::kPhong ? GlFeatures::Shaded::kPhong
+                                                                  : GlFeatures::Shaded::kGooch;
+    features.emphasis = scene.shading.emphasis > 0;
+  }
+  features.cutaway = !textures.cut().empty();
+  // Leaps over cells longer than a brick would not be exact, nor worth it.
+  features.skipping = scene.quality.skip_empty_bricks && scene.quality.step_voxels <= kBrickVoxels;
   return features;
 }
 
@@ -85,32 +159,23 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   const VoxelGrid& grid = scene.ct->grid();
   set_camera(program, scene);
   set_volume(program, grid);
-  const TransferTable& table = textures.table();
-  program.set("transfer", kTransfer);
-  program.set("transfer_first_hu", table.first_hu());
-  program.set("transfer_per_hu", 1.0);
-  program.set("transfer_last", table.size() - 1.0);
   constexpr double kNeverReached = 2;
   program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
-  if (features.shading || features.needle || features.spheres) {
+  if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {
     const Shading& light = scene.shading;
     program.set("shade_light",
                 Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
   }
-  if (features.shading) {
-    program.set("full_gradient_per_mm", scene.shading.full_gradient_per_mm);
-    program.set("half_per_spacing", Eigen::Vector3d(0.5 * grid.spacing_mm.cwiseInverse()));
-  }
-  if (features.skipping) {
-    program.set("brick_distance", kBricks);
-    program.set("brick_count", textures.brick_count());
-    program.set("brick_size", static_cast<double>(kBrickVoxels));
+  if (features.projection == Projection::kComposite) {
+    set_volume_marching(program, features, scene, textures);
+  } else {
+    program.set("grey_level_hu", scene.grey.level_hu);
+    program.set("grey_width_hu", scene.grey.width_hu);
   }
   if (features.plane) set_plane(program, *spec::make_plane<double>(*scene.plane, grid));
-  if (features.needle) set_needle(program, *spec::make_needle<double>(*scene.needle, grid));
-  if (features.spheres) {
-    program.set("spheres", kSpheres);
-    program.set("sphere_count", static_cast<int>(scene.spheres.size()));
+  if (features.solids) {
+    program.set("solids", kSolids);
+    program.set("solid_count", textures.solid_count());
   }
   if (features.shared_depth) {
     program.set("vtk_depth", kDepth);

@@ -18,10 +18,26 @@ struct SharedDepth {
 };
 
 /// Texture units, above those that VTK hands out itself.
-enum GlUnit { kCt = 20, kTransfer, kBricks, kPicture, kSpheres, kDepth, kTarget };
+enum GlUnit {
+  kCt = 20,
+  kTransfer,
+  kImportances,
+  kIntegrals,
+  kBricks,
+  kPicture,
+  kSolids,
+  kCutObjects,
+  kDepth,
+  kFront,
+  kBehind,
+  kLiveAt,
+  kTarget
+};
 
-/// What a scene needs compiled in. A plane or needle that is lost needs nothing.
-GlFeatures features_of(const Scene& scene, bool shared_depth, bool manual_filter);
+/// What a scene needs compiled in. A plane or needle that is lost needs nothing. textures: updated
+/// for the scene.
+GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
+                       bool manual_filter);
 
 /// Sets every uniform of the program in use; geometry is prepared in double. depth: given exactly
 /// when features.shared_depth.

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -41,6 +42,14 @@ struct CutawayPolygon {
   std::vector<Vec3<S>> vertices;  ///< Local mm.
   Vec3<S> normal;                 ///< Unit; zero for a segment.
   Vec3<S> axis_u;                 ///< Unit, in the plane; with axis_v for the test of being inside.
+  Vec3<S> axis_v;
+};
+/// The same for the many triangles of a mesh, without a list.
+template <class S>
+struct CutawayTriangle {
+  std::array<Vec3<S>, 3> vertices;
+  Vec3<S> normal;
+  Vec3<S> axis_u;
   Vec3<S> axis_v;
 };
 template <class S>
@@ -100,12 +109,20 @@ S faded(S tau_per_mm, S visible) {
 }
 
 /// Up to this t a sample of importance I is invisible: nothing of importance <= I needs sampling
-/// before it. -infinity for I = 1.
+/// before it. Nearer to the eye than the exact place by more than visibility(occlusion()) rounds
+/// (kSkipUlps of the largest term), so that skipping stays bit-identical. -infinity for I = 1 and
+/// where no surface meets the ray.
 template <class S>
 S visible_from(const CutawaySpan<S>& span, S overlay_mm, S importance) {
-  if (importance >= S(1)) return -std::numeric_limits<S>::infinity();
-  if (importance <= S(0.5)) return span.t2 - S(2) * importance * (span.t2 - span.t1);
-  return span.t1 - (S(2) * importance - S(1)) * overlay_mm;
+  constexpr S kNever = -std::numeric_limits<S>::infinity();
+  constexpr S kSkipUlps = S(16) * std::numeric_limits<S>::epsilon();
+  if (importance >= S(1) || !(span.t2 > kNever)) return kNever;
+  if (importance <= S(0.5)) {
+    const S margin = kSkipUlps * (std::abs(span.t2) + std::abs(span.t1));
+    return span.t2 - S(2) * importance * (span.t2 - span.t1) - margin;
+  }
+  const S margin = kSkipUlps * (std::abs(span.t1) + overlay_mm);
+  return span.t1 - (S(2) * importance - S(1)) * overlay_mm - margin;
 }
 
 /// (q - o) · r - cot |across| for one point.
@@ -139,9 +156,10 @@ S cone_segment(const Vec3<S>& a, const Vec3<S>& b, const Ray<S>& ray, S cot) {
   return along_a + slope * s - cot * std::hypot(s - foot, height);
 }
 
-/// Whether a point of the polygon's plane is inside, by the even-odd rule.
-template <class S>
-bool inside_polygon(const CutawayPolygon<S>& polygon, const Vec3<S>& p) {
+/// Whether a point of the plane of a CutawayPolygon or CutawayTriangle is inside, by the even-odd
+/// rule.
+template <class S, class Polygon>
+bool inside_polygon(const Polygon& polygon, const Vec3<S>& p) {
   const S u = p.dot(polygon.axis_u);
   const S v = p.dot(polygon.axis_v);
   bool inside = false;
@@ -156,17 +174,17 @@ bool inside_polygon(const CutawayPolygon<S>& polygon, const Vec3<S>& p) {
   return inside;
 }
 
-/// Greatest over a polygon. Inside its projection the ray's own point decides when the plane is
-/// less steep than the cone: the function is concave, so that maximum is the only one. Otherwise
-/// the greatest lies on an edge, whether the polygon is convex or not.
-template <class S>
-S cone_polygon(const CutawayPolygon<S>& polygon, const Ray<S>& ray, S cot) {
+/// Greatest over a CutawayPolygon or CutawayTriangle. Inside its projection the ray's own point
+/// decides when the plane is less steep than the cone: the function is concave, so that maximum is
+/// the only one. Otherwise the greatest lies on an edge, whether the polygon is convex or not.
+template <class S, class Polygon>
+S cone_polygon(const Polygon& polygon, const Ray<S>& ray, S cot) {
   const S facing = polygon.normal.dot(ray.direction);
   if (std::abs(facing) > S(0)) {
     const S steep = (polygon.normal - facing * ray.direction).norm();
     if (steep <= cot * std::abs(facing)) {
       const S t = polygon.normal.dot(polygon.vertices[0] - ray.origin) / facing;
-      if (inside_polygon(polygon, Vec3<S>(ray.origin + t * ray.direction))) return t;
+      if (inside_polygon<S>(polygon, ray.origin + t * ray.direction)) return t;
     }
   }
   S best = -std::numeric_limits<S>::infinity();
@@ -205,13 +223,16 @@ CutawaySpan<S> meet_cutaway(const CutawayObjects<S>& objects, const Ray<S>& ray)
   return span;
 }
 
-/// Where a mesh has more triangles than this the CPU and GL engines cut by a depth image of it; the
-/// reference always meets every triangle.
+/// Where a mesh has more triangles than this the CPU and GL engines search it (cutaway_mesh.hpp),
+/// with the same result; the reference always meets every triangle.
 inline constexpr std::size_t kExactTriangles = 64;
 
 /// The objects of a scene that cut, in double: planes, needles and spheres only while they are
 /// drawn, meshes triangle by triangle (with_meshes). Empty: no cutaway. Defined in cutaway.cpp.
 CutawayObjects<double> make_cutaway(const Scene& scene, bool with_meshes);
+
+/// A flat polygon from its vertices in order, local mm; without a normal when they lie in a line.
+CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices);
 
 /// The outline of an ultrasound picture, image mm: its rectangle of pixels, or its sector, which
 /// the rectangle is expected to hold.

@@ -22,6 +22,10 @@ struct Hit {
   S t;  ///< mm, > 0.
   Vec3<S> rgb;
   S alpha;
+  /// The ultrasound picture was hit, here; rgb is its grey. Its colour can be put in last, because
+  /// nothing else depends on it.
+  bool picture = false;
+  Vec2<S> pixel = Vec2<S>::Zero();  ///< Column and row.
 };
 
 /// The ultrasound plane, ready to meet rays. z = 0 of the image frame; the picture fills the
@@ -134,7 +138,8 @@ std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const Ray<S>& ray)
   if (!(inside >= S(0))) return {};
   if (inside < static_cast<S>(kBorderMm)) return Hit<S>{t, plane.border_rgb, S(1)};
   if (!plane.shows_picture) return {};
-  return Hit<S>{t, Vec3<S>::Constant(picture_at(plane, pixel.x(), pixel.y())), plane.opacity};
+  return Hit<S>{t, Vec3<S>::Constant(picture_at(plane, pixel.x(), pixel.y())), plane.opacity, true,
+                pixel};
 }
 
 /// A capsule or, with a = b, a sphere; local mm.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -161,17 +162,21 @@ Result<void> check_lines(const std::vector<LineShape>& lines) {
   return {};
 }
 
-/// How far vertices lie off their common plane, mm: the extent along the least axis of inertia.
+/// How far vertices lie off their common plane, mm: the plane through their mean at right angles to
+/// the axis of their least extent, which is defined for vertices in a line and for folded outlines
+/// too.
 double flatness_mm(const std::vector<Point<frames::Ct>>& vertices) {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0, j = vertices.size() - 1; i < vertices.size(); j = i++) {
-    normal += (vertices[j].mm - vertices[0].mm).cross(vertices[i].mm - vertices[0].mm);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& vertex : vertices) mean += vertex.mm / static_cast<double>(vertices.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const auto& vertex : vertices) {
+    spread += (vertex.mm - mean) * (vertex.mm - mean).transpose();
   }
-  if (!(normal.norm() > 0)) return 0;
-  normal.normalize();
+  const Eigen::Vector3d normal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
   double worst = 0;
   for (const auto& vertex : vertices) {
-    worst = std::max(worst, std::abs(normal.dot(vertex.mm - vertices[0].mm)));
+    worst = std::max(worst, std::abs(normal.dot(vertex.mm - mean)));
   }
   return worst;
 }
@@ -209,8 +214,9 @@ Result<void> check_box(const std::string& name, const BoxObject& box) {
 Result<void> check_mesh(const std::string& name, const std::shared_ptr<const MeshObject>& mesh) {
   if (!mesh || mesh->triangles.empty()) return refusal(name, "at least one triangle", "none");
   const auto count = static_cast<int>(mesh->vertices_ct.size());
+  const std::string vertices = name + ".vertices_ct";
   for (const auto& vertex : mesh->vertices_ct) {
-    if (const auto ok = check_place(name + ".vertices_ct", vertex.mm); !ok) return ok;
+    if (const auto ok = check_place(vertices, vertex.mm); !ok) return ok;
   }
   for (const auto& triangle : mesh->triangles) {
     for (const int i : triangle) {

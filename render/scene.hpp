@@ -164,10 +164,10 @@ struct Scene {
   Eigen::Vector3d background_rgb{0, 0, 0};
   int width = 800;
   int height = 600;
-  std::vector<LineShape> lines;
-  std::optional<Cutaway> cutaway;  ///< Absent, or without an object that is drawn: costs nothing.
+  std::vector<LineShape> lines{};
+  std::optional<Cutaway> cutaway{};  ///< Absent, or without an object that is drawn: costs nothing.
   Projection projection = Projection::kComposite;
-  GreyWindow grey;  ///< Of the projections other than kComposite.
+  GreyWindow grey{};  ///< Of the projections other than kComposite.
 };
 
 /// Refuses, naming the field: no CT, picture sizes outside [1, 16384], a degenerate camera, NaN

@@ -64,24 +64,28 @@ TransferSample at_nodes(const std::vector<TransferNode>& nodes, double hu) {
 
 /// Distance of a value to where a component may be visible, HU; infinity: nowhere.
 double distance_to_visible(const std::vector<TransferNode>& nodes, double hu) {
-  double best = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i].opacity > 0) best = std::min(best, std::abs(hu - nodes[i].hu));
-    if (nodes[i].opacity > 0 || i + 1 == nodes.size() || !(nodes[i + 1].opacity > 0)) continue;
-    best = std::min(best, std::abs(hu - nodes[i].hu));
+  const auto past = [hu](double low, double high) { return std::max({low - hu, hu - high, 0.0}); };
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
+  if (nodes.front().opacity > 0) best = past(-kInfinity, nodes.front().hu);
+  if (nodes.back().opacity > 0) best = std::min(best, past(nodes.back().hu, kInfinity));
+  for (std::size_t i = 1; i < nodes.size(); ++i) {
+    if (!(nodes[i - 1].opacity > 0 || nodes[i].opacity > 0)) continue;
+    best = std::min(best, past(nodes[i - 1].hu, nodes[i].hu));
   }
   return best;
 }
 
 Result<void> check_window(const std::string& name, const GradientWindow& w) {
   if (w.zero_below >= 0 && w.zero_below <= w.full_from && w.full_from <= w.full_to &&
-      w.full_to <= w.zero_above && std::isfinite(w.full_from)) {
+      w.full_to <= w.zero_above && std::isfinite(w.full_from) &&
+      std::isfinite(w.full_to) == std::isfinite(w.zero_above)) {
     return {};
   }
   std::ostringstream text;
   text << "transfer function " << name
        << ": gradient window: expected 0 <= zero_below <= full_from <= full_to <= zero_above in "
-          "HU/mm, found "
+          "HU/mm, the last two finite or both infinite, found "
        << w.zero_below << ", " << w.full_from << ", " << w.full_to << ", " << w.zero_above;
   return Error{ErrorCode::kMalformedData, text.str()};
 }

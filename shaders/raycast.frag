@@ -3,148 +3,171 @@
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through the CT, the ultrasound plane and the solid shapes. The equations
 // and the global lattice of cells are those of render/ray_spec.hpp, which the reference engine runs
-// in double. Features that a scene does not use are not compiled: SHADING PLANE NEEDLE SPHERES
-// SKIPPING SHARED_DEPTH MANUAL_FILTER.
-// Result: premultiplied colour and alpha in [0, 1]; and how many samples and gradients it took.
-
-#if defined(PLANE) || defined(NEEDLE) || defined(SPHERES)
-#define SURFACES
-#endif
+// in double. Features that a scene does not use are not compiled: see GlFeatures.
+// Results: premultiplied colour and alpha in [0, 1], up to the ultrasound picture where the ray
+// meets it; how many samples and gradients it took; and with PLANE what lies behind the picture and
+// where the ray meets it, column and row. resolve.frag puts the picture between the two.
 
 #include "include/camera.glsl"
 #include "include/ct.glsl"
-#include "include/transfer.glsl"
 #include "include/compositing.glsl"
-#if defined(SHADING) || defined(NEEDLE) || defined(SPHERES)
-#include "include/shading.glsl"
+#include "include/lattice.glsl"
+#if defined(PHONG) || defined(SOLIDS)
+#include "include/phong.glsl"
 #endif
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
 #endif
-
-uniform float step_mm;    // Length of a cell.
-uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
-
-layout(location = 0) out vec4 colour;
-layout(location = 1) out vec2 cost;  // CT samples, shaded samples.
-
-// Where cell k is sampled. precise: every caller gets the same bits.
-vec3 index_at(int k, vec3 origin, vec3 direction) {
-  precise vec3 index = origin + (float(k) + 0.5) * step_mm * direction;
-  return index;
-}
-
+#ifdef PROJECTION
+#include "include/projection.glsl"
+#else
+#include "include/transfer.glsl"
+#include "include/shading.glsl"
+#ifdef PREINTEGRATED
+#include "include/preintegrated.glsl"
+#endif
+#ifdef CUTAWAY
+#include "include/cutaway.glsl"
+#endif
 #ifdef SKIPPING
 #include "include/skipping.glsl"
 #endif
+#endif
 
-#ifdef SURFACES
+uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
+
+layout(location = 0) out vec4 colour;
+layout(location = 1) out vec2 samples;  // CT samples, shaded samples.
+#ifdef PLANE
+layout(location = 2) out vec4 behind;
+layout(location = 3) out vec2 live_at;
+#endif
+
+vec4 picture;  // The layer that is being composited, premultiplied.
+float enough;  // Its alpha at which the ray ends.
+
+#ifndef PROJECTION
+#include "include/march.glsl"
+#endif
+
+#if defined(PLANE) || defined(SOLIDS)
+#define SURFACES
 #include "include/surfaces.glsl"
 #ifdef PLANE
 #include "include/plane.glsl"
 #endif
-#if defined(NEEDLE) || defined(SPHERES)
-#include "include/shapes.glsl"
+#ifdef SOLIDS
+#include "include/solids.glsl"
 #endif
 
-#ifdef SPHERES
-uniform int sphere_count;
-#endif
-
-// First surface of the ray behind a place on it.
-Surface next_surface(Ray ray, float t_eye, float after_t, int after_order) {
+// First surface of the ray behind a place on it and before t_stop.
+Surface next_surface(Ray ray, float t_eye, float t_stop, float after_t, int after_order) {
   Surface best = kNoSurface;
 #ifdef PLANE
   keep_nearer(best, hit_plane(ray, t_eye), after_t, after_order);
 #endif
-#ifdef NEEDLE
-  keep_nearer(best, hit_needle(ray, t_eye), after_t, after_order);
+#ifdef SOLIDS
+  for (int i = 0; i < solid_count; ++i)
+    keep_nearer(best, hit_solid(i, ray, t_eye), after_t, after_order);
 #endif
-#ifdef SPHERES
-  for (int i = 0; i < sphere_count; ++i)
-    keep_nearer(best, hit_sphere(i, ray, t_eye), after_t, after_order);
-#endif
+  if (best.t >= t_stop) return kNoSurface;
   return best;
+}
+#endif
+
+// The volume between two places on the ray, mm.
+void march_between(float begin, float end) {
+#ifndef PROJECTION
+  float first = cells_of(begin);
+  float last = cells_of(end);
+#ifdef CUTAWAY
+  // Cells that begin in front of the surface of theta2 fade.
+  float fade = cells_of(cut_span.t2);
+  float turn = fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
+  march(first, min(turn, last), true);
+  if (picture.a < enough) march(turn, last, false);
+#else
+  march(first, last, false);
+#endif
+#endif
+}
+
+#ifdef SURFACES
+#ifdef PLANE
+vec4 front;
+bool split = false;
+
+// The layer in front of the ultrasound picture is done; how much the one behind it can show decides
+// when that is. False: nothing.
+bool begin_behind(Surface surface) {
+  front = picture;
+  live_at = surface.rgb.xy;
+  split = true;
+  float total = front.a + (1.0 - front.a) * surface.alpha;
+  float left = (1.0 - front.a) * (1.0 - surface.alpha);
+  picture = vec4(0.0);
+  if (!(left > 0.0) || total >= opaque_at) return false;
+  enough = (opaque_at - total) / left;
+  return true;
+}
+#endif
+
+// Everything up to the first opaque surface. True: the ray goes on behind the last surface.
+bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
+  float begin = box.x;
+  Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
+  for (;;) {
+    march_between(begin, min(box.y, surface.t));
+    if (picture.a >= enough) return false;
+    if (surface.t >= kNever) return true;
+#ifdef PLANE
+    if (surface.live) {
+      if (!begin_behind(surface)) return false;
+    } else
+#endif
+    {
+      put_behind(picture, surface.rgb, surface.alpha);
+      if (surface.alpha >= 1.0 || picture.a >= enough) return false;
+    }
+    begin = max(box.x, surface.t);
+    surface = next_surface(ray, t_eye, t_stop, surface.t, surface.order);
+  }
 }
 #endif
 
 void main() {
   Ray ray = ray_of_pixel(gl_FragCoord.xy);
-  vec3 origin = index_from_local * ray.origin;
-  vec3 direction = index_from_local * ray.direction;
+  set_lattice(ray);
   float t_eye = -t_base_mm;
-  vec2 box = clip_to_box(origin, direction, t_eye);
-#ifdef SHADING
-  vec3 axis_direction = normalize(direction / half_per_spacing);
-#endif
+  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  float t_stop = 3.0e38;
 #ifdef SHARED_DEPTH
-  float t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
   box.y = min(box.y, t_stop);
 #endif
-  float begin = box.x;
-  float end = box.y;
+#ifdef CUTAWAY
+  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
+#endif
+  picture = vec4(0.0);
+  enough = opaque_at;
+#ifdef PLANE
+  live_at = vec2(-1.0e9);
+#endif
 #ifdef SURFACES
-  Surface surface = next_surface(ray, t_eye, t_eye, -1);
-#ifdef SHARED_DEPTH
-  if (surface.t >= t_stop) surface = kNoSurface;
-#endif
-  end = min(end, surface.t);
-#endif
-  int k = int(floor(begin / step_mm));
-  vec4 picture = vec4(0.0);
-  cost = vec2(0.0);
-  for (;;) {
-    float low = float(k) * step_mm;
-    float high = float(k + 1) * step_mm;
-    if (min(high, end) > max(low, begin)) {
-#ifdef SKIPPING
-      int leap = empty_cells(k, origin, direction);
-      if (leap > 0) {
-        // Never past the cell that holds the end of this segment.
-        int holds_end = int(floor(min(end, 1.0e9 * step_mm) / step_mm));
-        int next = min(k + leap, holds_end);
-        if (next > k) {
-          k = next;
-          continue;
-        }
-      } else
-#endif
-      {
-        vec3 index = index_at(k, origin, direction);
-        vec4 classified = transfer_at(ct_hu(index));
-        cost.x += 1.0;
-        if (classified.a > 0.0) {
-          // A whole cell is exactly one step long, whatever its place on the ray rounds to.
-          bool whole = low >= begin && high <= end;
-          float alpha =
-              opacity_of(classified.a * (whole ? step_mm : min(high, end) - max(low, begin)));
-#ifdef SHADING
-          cost.y += 1.0;
-          classified.rgb = shaded_sample(classified.rgb, index, axis_direction);
-#endif
-          put_behind(picture, classified.rgb, alpha);
-          if (picture.a >= opaque_at) break;
-        }
-      }
-    }
-    if (high < end) {
-      ++k;
-      continue;
-    }
-#ifdef SURFACES
-    if (surface.t >= kNever) break;
-    put_behind(picture, surface.rgb, surface.alpha);
-    if (surface.alpha >= 1.0 || picture.a >= opaque_at) break;
-    begin = max(box.x, surface.t);
-    surface = next_surface(ray, t_eye, surface.t, surface.order);
-#ifdef SHARED_DEPTH
-    if (surface.t >= t_stop) surface = kNoSurface;
-#endif
-    end = min(box.y, surface.t);
-    k = int(floor(begin / step_mm));
+  bool open = cast_surfaces(ray, t_eye, t_stop, box);
 #else
-    break;
+  march_between(box.x, box.y);
+  bool open = true;
 #endif
-  }
+#ifdef PROJECTION
+  if (open && box.y > box.x)
+    put_behind(picture, vec3(projected_grey(cells_of(box.x), cells_of(box.y))), 1.0);
+#endif
+  samples = cost;
+#ifdef PLANE
+  colour = split ? front : picture;
+  behind = split ? picture : vec4(0.0);
+#else
   colour = picture;
+#endif
 }

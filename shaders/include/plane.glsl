@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ultrasound plane, z = 0 of the image frame, mm. Border: the safety state's colour.
 
-uniform sampler2D us_picture;        // Grey in [0, 1]; first texel row: shallowest.
+uniform vec2 us_size;                // Pixels; the picture itself is put in by resolve.frag.
 uniform mat3 image_from_local;       // Rotation.
 uniform vec3 image_origin;            // Of the image frame, local mm.
 uniform mat2 pixel_from_mm;
@@ -15,18 +15,6 @@ uniform bool shows_picture;          // False when stale: border only.
 uniform vec3 border_rgb;
 uniform float plane_opacity;         // (0, 1].
 
-
-// Bilinear between pixel centres, clamped to the outermost.
-float picture_at(vec2 pixel, ivec2 size) {
-  vec2 p = clamp(pixel, vec2(0.0), vec2(size - 1));
-  ivec2 a = min(ivec2(p), max(size - 2, 0));
-  ivec2 b = min(a + 1, size - 1);
-  vec2 f = p - vec2(a);
-  float top = mix(texelFetch(us_picture, a, 0).r, texelFetch(us_picture, ivec2(b.x, a.y), 0).r, f.x);
-  float bottom =
-      mix(texelFetch(us_picture, ivec2(a.x, b.y), 0).r, texelFetch(us_picture, b, 0).r, f.x);
-  return mix(top, bottom, f.y);
-}
 
 // Distance to the nearest edge of what is drawn, mm; negative outside.
 float depth_inside(vec2 p_image, vec2 pixel, vec2 size) {
@@ -47,10 +35,9 @@ Surface hit_plane(Ray ray, float t_eye) {
   if (!(t > t_eye)) return kNoSurface;
   vec2 p = o.xy + t * d.xy;
   vec2 pixel = pixel_from_mm * (p - grid_origin_mm);
-  ivec2 size = textureSize(us_picture, 0);
-  float inside = depth_inside(p, pixel, vec2(size));
+  float inside = depth_inside(p, pixel, us_size);
   if (!(inside >= 0.0)) return kNoSurface;
-  if (inside < kBorderMm) return Surface(t, 0, border_rgb, 1.0);
+  if (inside < kBorderMm) return Surface(t, 0, border_rgb, 1.0, false);
   if (!shows_picture) return kNoSurface;
-  return Surface(t, 0, vec3(picture_at(pixel, size)), plane_opacity);
+  return Surface(t, 0, vec3(pixel, 0.0), plane_opacity, true);
 }

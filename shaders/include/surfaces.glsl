@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What all surfaces on a ray have in common. order: plane 0, needle 1, spheres from 2; it decides
-// between surfaces at equal t.
+// What all surfaces on a ray have in common. order: plane 0, then the solids; it decides between
+// surfaces at equal t.
 
 const float kNever = 3.0e38;
 
@@ -10,9 +10,10 @@ struct Surface {
   int order;
   vec3 rgb;     // [0, 1], not premultiplied.
   float alpha;  // [0, 1].
+  bool live;    // The ultrasound picture: rg are its column and row, and the layer ends here.
 };
 
-const Surface kNoSurface = Surface(kNever, 0, vec3(0.0), 0.0);
+const Surface kNoSurface = Surface(kNever, 0, vec3(0.0), 0.0, false);
 
 // Keeps the nearer of two surfaces, among those behind a place on the ray.
 void keep_nearer(inout Surface best, Surface other, float after_t, int after_order) {

@@ -1,15 +1,48 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The transfer function as a table over HU: colour in [0, 1], not premultiplied, and extinction
-// per mm. Linear between entries; the end values hold outside.
+// The transfer function as a table with an entry per whole HU: colour in [0, 1], not premultiplied,
+// and extinction per mm, linear between entries and held outside; importance of the nearest entry.
+// Entry i of row r is texel r * transfer_size + i, in lines of 4096 texels.
 
-uniform sampler1D transfer;        // rgb, extinction per mm.
+uniform sampler2D transfer;  // rgb, extinction per mm.
 uniform float transfer_first_hu;
-uniform float transfer_per_hu;     // Entries per HU.
-uniform float transfer_last;       // Index of the last entry.
+uniform int transfer_size;  // Entries of a row.
+#ifdef IMPORTANCE
+uniform sampler2D importances;
+#endif
+#ifdef GRADIENT_WINDOWS
+uniform int transfer_rows;
+uniform float rows_per_gradient;  // Per HU/mm.
+#endif
 
-vec4 transfer_at(float hu) {
-  float x = clamp((hu - transfer_first_hu) * transfer_per_hu, 0.0, transfer_last);
-  int i = min(int(x), int(transfer_last) - 1);
-  return mix(texelFetch(transfer, i, 0), texelFetch(transfer, i + 1, 0), x - float(i));
+const int kLineBits = 12;
+
+ivec2 texel_of(int entry) { return ivec2(entry & ((1 << kLineBits) - 1), entry >> kLineBits); }
+
+vec4 transfer_entry(int entry) { return texelFetch(transfer, texel_of(entry), 0); }
+
+// rgb and extinction; importance is written only where it is compiled in.
+vec4 transfer_at(float hu, float gradient, out float importance) {
+  float x = clamp(hu - transfer_first_hu, 0.0, float(transfer_size - 1));
+  int i = min(int(x), transfer_size - 2);
+  float w = x - float(i);
+  int nearest = w >= 0.5 ? i + 1 : i;
+#ifdef GRADIENT_WINDOWS
+  float y = clamp(gradient * rows_per_gradient, 0.0, float(transfer_rows - 1));
+  int row = min(int(y), transfer_rows - 2);
+  float v = y - float(row);
+  i += row * transfer_size;
+  nearest += (v >= 0.5 ? row + 1 : row) * transfer_size;
+  vec4 value = mix(mix(transfer_entry(i), transfer_entry(i + 1), w),
+                   mix(transfer_entry(i + transfer_size), transfer_entry(i + transfer_size + 1), w),
+                   v);
+#else
+  vec4 value = mix(transfer_entry(i), transfer_entry(i + 1), w);
+#endif
+#ifdef IMPORTANCE
+  importance = texelFetch(importances, texel_of(nearest), 0).r;
+#else
+  importance = 1.0;
+#endif
+  return value;
 }

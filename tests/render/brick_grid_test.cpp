@@ -27,7 +27,7 @@ VoxelGrid grid_of(std::array<int, 3> size) { return test::centred_grid(size, {1,
 
 /// Nothing is visible up to 399 HU, everything from 401 HU.
 TransferTable bone_table() {
-  return TransferTable::at_whole_hu(*TransferFunction::create(
+  return TransferTable(*TransferFunction::create(
       "bone", {{-1000, {1, 1, 1}, 0, 0}, {400, {1, 1, 1}, 0, 0}, {600, {1, 1, 1}, 0.5, 0}}));
 }
 

@@ -3,7 +3,9 @@
 // The CPU engine against itself (skipping, threads, vectors) and against the reference.
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <random>
+#include <sstream>
 
 #include "bench/support/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
@@ -41,7 +43,13 @@ std::shared_ptr<const Volume> random_volume(std::mt19937& random, const VoxelGri
   });
 }
 
-TransferFunction random_transfer(std::mt19937& random) {
+double random_importance(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double kind = unit(random);
+  return kind < 0.2 ? 0.0 : kind < 0.4 ? 1.0 : kind < 0.5 ? 0.5 : unit(random);
+}
+
+std::vector<TransferNode> random_nodes(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<TransferNode> nodes;
   double hu = -1100 + 300 * unit(random);
@@ -51,10 +59,74 @@ TransferFunction random_transfer(std::mt19937& random) {
     nodes.push_back({std::round(hu),
                      {unit(random), unit(random), unit(random)},
                      clear ? 0 : 0.9 * std::pow(unit(random), 3),
-                     1});
+                     random_importance(random)});
     hu += 2 + 500 * unit(random);
   }
-  return *TransferFunction::create("random", nodes);
+  return nodes;
+}
+
+/// One component, or two, or one of them only within a window of gradients.
+TransferFunction random_transfer(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<TransferComponent> components{{"first", random_nodes(random), {}}};
+  const double kind = unit(random);
+  if (kind > 0.6) components.push_back({"second", random_nodes(random), {}});
+  if (kind > 0.85) {
+    const double from = 100 * unit(random);
+    const double to = from + 20 + 200 * unit(random);
+    components.back().gradient = GradientWindow{0.5 * from, from, to, 1.5 * to};
+  }
+  return *TransferFunction::blend("random", components);
+}
+
+Shading random_shading(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Shading shading;
+  shading.enabled = unit(random) > 0;
+  if (unit(random) > 0) shading.style = ShadingStyle::kGooch;
+  if (unit(random) > 0) shading.emphasis = std::min(1.0, 0.3 + std::abs(unit(random)));
+  shading.full_gradient_per_mm = 5 + 200 * std::abs(unit(random));
+  return shading;
+}
+
+/// Around everything there may be; sometimes simple, sometimes without a clear region.
+Cutaway random_cutaway(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto point = [&] {
+    return Point<frames::Ct>{{12 * unit(random), 12 * unit(random), 12 * unit(random)}};
+  };
+  Cutaway cutaway;
+  cutaway.theta1_rad = 0.2 + 0.3 * std::abs(unit(random));
+  cutaway.theta2_rad = cutaway.theta1_rad + 0.4 * std::abs(unit(random));
+  cutaway.overlay_mm = 12 * std::abs(unit(random));
+  if (unit(random) > 0.8) cutaway.overlay_mm = std::numeric_limits<double>::infinity();
+  cutaway.around_needle = unit(random) > 0;
+  cutaway.around_spheres = unit(random) > 0;
+  if (unit(random) > 0) cutaway.polygons.push_back({{point(), point(), point()}});
+  if (unit(random) > 0.5) {
+    cutaway.boxes.push_back({point(), Eigen::Vector3d(3, 5, 2).asDiagonal()});
+  }
+  return cutaway;
+}
+
+/// Surfaces of every kind, each with an even chance.
+void add_surfaces(std::mt19937& random, Scene& scene) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto vector = [&](double size) {
+    return Eigen::Vector3d(size * unit(random), size * unit(random), size * unit(random));
+  };
+  if (unit(random) > 0) {
+    scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, vector(10));
+    scene.plane->opacity = 0.6;
+    if (unit(random) > 0) scene.plane->frame.outline = SectorOutline{{0, -4}, 6, 20, 0.5};
+  }
+  if (unit(random) > 0) {
+    scene.needle = test::needle(vector(10), vector(40), SafetyState::kStale);
+  }
+  if (unit(random) > 0) scene.spheres.push_back({{vector(10)}, 3, {1, 0.8, 0.1}, 0.5});
+  if (unit(random) > 0) {
+    scene.lines.push_back({{vector(10)}, {vector(40)}, 0.7, {0.2, 0.7, 1.0}, 0.4});
+  }
 }
 
 /// A scene with everything in it, seen from anywhere, sometimes from within.
@@ -69,17 +141,22 @@ Scene random_scene(std::mt19937& random, std::shared_ptr<const Volume> ct) {
   camera.vertical_fov_rad = 0.8;
   if (unit(random) > 0.7) camera.eye_ct.mm = camera.look_at_ct.mm + Eigen::Vector3d(0, -40, 0);
   Scene scene{std::move(ct), random_transfer(random), {}, {}, {}, {}, camera, {}};
-  scene.shading.enabled = unit(random) > 0;
+  scene.shading = random_shading(random);
   scene.quality.step_voxels = std::pow(2.0, 1.5 * unit(random));
+  if (unit(random) > 0.9) scene.quality.step_voxels = 5 + 4 * std::abs(unit(random));
   scene.quality.opaque_at = unit(random) > 0 ? 0.98 : 1.0;
+  if (unit(random) > 0.4) scene.quality.classification = Classification::kPostClassified;
+  scene.quality.jitter = unit(random) > 0.5;
   scene.width = 27;
   scene.height = 21;
-  if (unit(random) > 0) {
-    scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, vector(10));
-    scene.plane->opacity = 0.6;
-  }
-  if (unit(random) > 0) {
-    scene.needle = test::needle(vector(10), vector(40), SafetyState::kStale);
+  add_surfaces(random, scene);
+  if (unit(random) > 0) scene.cutaway = random_cutaway(random);
+  if (unit(random) > 0.7) {
+    const double kind = unit(random);
+    scene.projection = kind < -0.3  ? Projection::kMaximum
+                       : kind < 0.3 ? Projection::kMinimum
+                                    : Projection::kMean;
+    scene.grey = {100, 1500};
   }
   return scene;
 }
@@ -105,7 +182,7 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
   std::uint64_t with = 0;
   std::uint64_t without = 0;
   constexpr int kVolumes = 40;
-  constexpr int kScenesEach = 6;
+  constexpr int kScenesEach = 26;  // 1040 transfer functions and poses.
   for (int v = 0; v < kVolumes; ++v) {
     const auto ct = random_volume(random, random_grid(v));
     for (int s = 0; s < kScenesEach; ++s) {
@@ -122,6 +199,54 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
     }
   }
   EXPECT_LT(with, without * 3 / 4) << "nothing was skipped";
+}
+
+/// What a scene is made of, for messages.
+std::string description(const Scene& s) {
+  std::ostringstream out;
+  out << "projection " << static_cast<int>(s.projection) << ", step " << s.quality.step_voxels
+      << ", post " << (s.quality.classification == Classification::kPostClassified) << ", windows "
+      << s.transfer.uses_gradient() << ", shading " << s.shading.enabled << " style "
+      << static_cast<int>(s.shading.style) << " emphasis " << s.shading.emphasis << ", jitter "
+      << s.quality.jitter << ", cutaway " << s.cutaway.has_value() << ", orthographic "
+      << s.camera.orthographic;
+  return out.str();
+}
+
+TEST_P(SkippingTest, EmptyAndFullVolumesAreTheSameToo) {
+  const auto engine = make_cpu_engine({1, GetParam()});
+  for (const int hu : {-1000, 40, 900}) {
+    const auto ct = test::make_volume(test::centred_grid({33, 25, 17}, {1, 1, 1}),
+                                      [&](int, int, int) { return hu; });
+    Scene scene{ct, *preset_transfer_function("ct-bone"), {}, {}, {},
+                {}, test::frontal(70, 40, false),         {}};
+    scene.width = 33;
+    scene.height = 25;
+    const RenderedImage skipped = test::draw(*engine, scene);
+    scene.quality.skip_empty_bricks = false;
+    const RenderedImage full = test::draw(*engine, scene);
+    EXPECT_TRUE(same_bytes(skipped, full)) << hu;
+    if (hu < 900) {
+      EXPECT_EQ(skipped.statistics.volume_samples, 0U) << hu;
+    }
+  }
+}
+
+class AgreementTest : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Vector, AgreementTest, ::testing::Bool());
+
+TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
+  constexpr float kTwoGreyLevels = 2.0F / 255;
+  std::mt19937 random(11);
+  const auto engine = make_cpu_engine({0, GetParam()});
+  const auto reference = make_reference_engine();
+  for (int i = 0; i < 150; ++i) {
+    Scene scene = random_scene(random, random_volume(random, random_grid(i)));
+    scene.quality.opaque_at = 1;
+    const float difference =
+        test::max_difference(test::draw(*engine, scene), test::draw(*reference, scene));
+    EXPECT_LE(difference, kTwoGreyLevels) << i << ": " << description(scene);
+  }
 }
 
 TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {

@@ -113,7 +113,11 @@ TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
   const auto ct = test::make_volume(test::centred_grid({33, 33, 9}, {1, 1, 4}),
                                     [&](int i, int j, int) { return slope * (i + j - 32); });
   Scene scene = test::plain_scene(ct, test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
-  scene.shading = {true, 0.2, 0.6, 0.3, 10};
+  scene.shading.enabled = true;
+  scene.shading.ambient = 0.2;
+  scene.shading.diffuse = 0.6;
+  scene.shading.specular = 0.3;
+  scene.shading.shininess = 10;
   scene.camera.eye_ct.mm.y() = -8;  // Inside: at the box's faces the gradient is one-sided.
   const RgbaF found = test::middle(test::draw(*engine_, scene));
   const double c = std::sqrt(0.5);
@@ -125,7 +129,11 @@ TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
 TEST_P(OpticsTest, FlatTissueStaysUnshaded) {
   Scene scene =
       test::plain_scene(slab(41, 1.0), test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
-  scene.shading = {true, 0.2, 0.6, 0.3, 10};
+  scene.shading.enabled = true;
+  scene.shading.ambient = 0.2;
+  scene.shading.diffuse = 0.6;
+  scene.shading.specular = 0.3;
+  scene.shading.shininess = 10;
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.5, 1e-5);
 }
 
@@ -154,8 +162,10 @@ TEST_P(OpticsTest, CountsWhatItDid) {
   const RenderedImage plain = test::draw(*engine_, scene);
   const std::uint64_t rays = 33 * 25;
   EXPECT_EQ(plain.statistics.rays, rays);
-  EXPECT_EQ(plain.statistics.volume_samples, rays * 64);  // 32 mm in cells of 0.5 mm.
+  EXPECT_EQ(plain.statistics.volume_samples, rays * 65);  // The ends of 64 cells of 0.5 mm.
   EXPECT_EQ(plain.statistics.gradient_samples, 0U);
+  scene.quality.classification = Classification::kPostClassified;
+  EXPECT_EQ(test::draw(*engine_, scene).statistics.volume_samples, rays * 64);
   scene.shading.enabled = true;
   EXPECT_EQ(test::draw(*engine_, scene).statistics.gradient_samples, rays * 64);
   scene.transfer = test::fog(0);

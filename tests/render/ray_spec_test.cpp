@@ -90,16 +90,91 @@ TEST(RayOfTest, CornersSpanTheFieldOfView) {
   EXPECT_NEAR(ray_of(view, 7, 9).direction.norm(), 1.0, 1e-15);
 }
 
+Shading matte(ShadingStyle style) {
+  Shading shading;
+  shading.style = style;
+  shading.ambient = 0.2;
+  shading.diffuse = 0.5;
+  shading.specular = 0;
+  return shading;
+}
+
 TEST(ShadeSampleTest, FadesInWithTheGradientAndIsTwoSided) {
-  const Shading shading{true, 0.2, 0.5, 0.0, 1};
+  const Shading shading = matte(ShadingStyle::kPhong);
   const V rgb(0.8, 0.4, 0.2);
   const V along(0, 1, 0);
-  EXPECT_EQ(shade_sample<double>(rgb, V::Zero(), along, shading), rgb);
-  const V full = shade_sample<double>(rgb, {0, 50, 0}, along, shading);
-  EXPECT_NEAR(full.x(), 0.8 * 0.7, 1e-12);
-  EXPECT_EQ(full, shade_sample<double>(rgb, {0, -50, 0}, along, shading));
-  const V half = shade_sample<double>(rgb, {0, 5, 0}, along, shading);
-  EXPECT_NEAR(half.x(), 0.5 * (0.8 + 0.8 * 0.7), 1e-12);
+  const V light = V(-1, 0, 1).normalized();
+  const auto shade = [&](const V& gradient, double share) {
+    return shade_sample<double>(rgb, gradient, along, light, share, shading);
+  };
+  EXPECT_EQ(shade(V::Zero(), 1), rgb);
+  EXPECT_NEAR(shade({0, 50, 0}, 1).x(), 0.8 * 0.7, 1e-12);
+  EXPECT_EQ(shade({0, 50, 0}, 1), shade({0, -50, 0}, 1));
+  EXPECT_NEAR(shade({0, 5, 0}, 1).x(), 0.5 * (0.8 + 0.8 * 0.7), 1e-12);
+  EXPECT_EQ(shade({0, 50, 0}, 0), rgb);
+  EXPECT_NEAR(shade({0, 50, 0}, 0.25).x(), 0.8 + 0.25 * (0.8 * 0.7 - 0.8), 1e-12);
+  EXPECT_EQ(shade({1e-320, 0, 0}, 1).allFinite(), true) << "denormal gradients";
+}
+
+TEST(ShadedShareTest, IsThePapersBlendOfShadedAndPlain) {
+  Shading shading;
+  for (const double importance : {0.0, 0.3, 1.0}) {
+    shading.emphasis = 0;
+    EXPECT_EQ(shaded_share(importance, shading), 1) << "no emphasis: all is shaded";
+    shading.emphasis = 1;
+    EXPECT_NEAR(shaded_share(importance, shading), importance, 1e-15);
+    shading.emphasis = 0.5;
+    EXPECT_NEAR(shaded_share(importance, shading), 1 - 0.5 * (1 - importance), 1e-15);
+  }
+  EXPECT_EQ(shaded_share(1.0F, shading), 1.0F);
+}
+
+TEST(GoochTest, RunsFromCoolToWarmAndDarkensEdges) {
+  Shading shading;
+  shading.silhouette = 0;
+  const V rgb(0.8, 0.2, 0.2);
+  const V cool = gooch<double>(rgb, 1, -1, shading);
+  const V warm = gooch<double>(rgb, 1, 1, shading);
+  EXPECT_NEAR((cool - V(0.25 * 0.8, 0.25 * 0.2, 0.25 * 0.2 + 0.4)).norm(), 0, 1e-12);
+  EXPECT_NEAR((warm - V(0.6 * 0.8 + 0.4, 0.6 * 0.2 + 0.4, 0.6 * 0.2)).norm(), 0, 1e-12);
+  EXPECT_NEAR((gooch<double>(rgb, 1, 0, shading) - 0.5 * (cool + warm)).norm(), 0, 1e-12);
+  shading.silhouette = 0.7;
+  EXPECT_NEAR((gooch<double>(rgb, 0, 1, shading) - 0.3 * warm).norm(), 0, 1e-12) << "edge-on";
+  EXPECT_EQ(gooch<double>(rgb, 1, 1, shading), warm) << "facing: as without";
+  EXPECT_EQ(gooch<double>(rgb, -1.0001, 2, shading), warm) << "rounded cosines are clamped";
+}
+
+TEST(GoochTest, IsTwoSidedAndLitFromTheUpperLeft) {
+  const Shading shading = matte(ShadingStyle::kGooch);
+  VoxelGrid grid;
+  const auto view = make_view<double>({{{0, -10, 0}}, {{0, 0, 0}}, {{0, 0, 1}}}, 10, 10, grid);
+  const V light = gooch_light(view);
+  EXPECT_NEAR((light - V(-1, 0, 1).normalized()).norm(), 0, 1e-12) << "x is right, z up";
+  const V along = view.forward;
+  const V rgb(0.5, 0.5, 0.5);
+  const auto shade = [&](const V& gradient) {
+    return shade_sample<double>(rgb, gradient, along, light, 1, shading);
+  };
+  const V lit = shade({-40, -40, 40});
+  EXPECT_EQ(lit, shade({40, 40, -40})) << "the normal is turned to the eye";
+  EXPECT_GT(lit.x(), shade({40, -40, -40}).x()) << "warm towards the light";
+}
+
+TEST(JitterTest, IsEvenAndWithoutRows) {
+  double sum = 0;
+  double product = 0;
+  constexpr int kSize = 200;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const double u = jitter_of(x, y);
+      ASSERT_TRUE(u >= 0 && u < 1);
+      sum += u;
+      product += (u - 0.5) * (jitter_of(x + 1, y) - 0.5);
+    }
+  }
+  // Three standard deviations of 40 000 even numbers.
+  EXPECT_NEAR(sum / (kSize * kSize), 0.5, 3 * std::sqrt(1.0 / 12) / kSize);
+  EXPECT_NEAR(product / (kSize * kSize), 0, 3.0 / 12 / kSize);
 }
 
 }  // namespace

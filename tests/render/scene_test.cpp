@@ -20,7 +20,21 @@ Scene full_scene() {
   scene.plane->frame.outline = SectorOutline{{0, -10}, 11, 20, 0.5};
   scene.needle = test::needle({0, 0, 0}, {0, 0, 50});
   scene.spheres.push_back({{{0, 0, 0}}, 3});
+  scene.lines.push_back({{{0, 0, 0}}, {{1, 2, 3}}});
+  scene.cutaway.emplace();
+  scene.cutaway->polygons.push_back({{{{0, 0, 0}}, {{1, 0, 0}}, {{1, 1, 0}}, {{0, 1, 0}}}});
+  scene.cutaway->boxes.push_back({{{0, 0, 0}}, Eigen::Vector3d(1, 2, 3).asDiagonal()});
+  scene.cutaway->meshes.push_back(std::make_shared<const MeshObject>(
+      MeshObject{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 1}}}, {{0, 1, 2}}}));
   return scene;
+}
+
+/// The mesh of full_scene(), changed.
+template <class Change>
+std::shared_ptr<const MeshObject> mesh_with(Change change) {
+  MeshObject mesh = *full_scene().cutaway->meshes[0];
+  change(mesh);
+  return std::make_shared<const MeshObject>(std::move(mesh));
 }
 
 TEST(ValidateSceneTest, AcceptsAFullScene) { EXPECT_TRUE(test::has_value(validate(full_scene()))); }
@@ -66,6 +80,70 @@ TEST(ValidateSceneTest, NamesTheField) {
   expect_refused([](Scene& s) { s.needle->radius_mm = 0; }, "needle.radius_mm");
   expect_refused([](Scene& s) { s.spheres[0].radius_mm = kNan; }, "spheres[0].radius_mm");
   expect_refused([](Scene& s) { s.spheres[0].rgb.x() = -1; }, "spheres[0].rgb");
+  expect_refused([](Scene& s) { s.lines[0].to_ct.mm.x() = kNan; }, "lines[0].to_ct");
+  expect_refused([](Scene& s) { s.lines[0].opacity = 0; }, "lines[0].opacity");
+  expect_refused([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
+  expect_refused([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
+  expect_refused([](Scene& s) { s.shading.full_gradient_per_mm = 0; }, "full_gradient_per_mm");
+  expect_refused([](Scene& s) { s.quality.adaptive_error = kNan; }, "quality.adaptive_error");
+  expect_refused([](Scene& s) { s.grey.width_hu = 0; }, "grey.width_hu");
+  expect_refused([](Scene& s) { s.grey.level_hu = kNan; }, "grey.level_hu");
+}
+
+TEST(ValidateSceneTest, NamesTheFieldOfTheCutaway) {
+  const auto expect_refused = [](auto change, const std::string& field) {
+    Scene scene = full_scene();
+    change(*scene.cutaway);
+    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {field})) << field;
+  };
+  expect_refused([](Cutaway& c) { c.theta1_rad = 0.9; }, "cutaway.theta1_rad: expected at most");
+  expect_refused([](Cutaway& c) { c.theta1_rad = 0; }, "cutaway.theta1_rad");
+  expect_refused([](Cutaway& c) { c.theta1_rad = kNan; }, "cutaway.theta1_rad");
+  expect_refused([](Cutaway& c) { c.theta2_rad = kNan; }, "cutaway.theta2_rad");
+  expect_refused([](Cutaway& c) { c.theta2_rad = 2; }, "cutaway.theta2_rad");
+  expect_refused([](Cutaway& c) { c.theta1_rad = c.theta2_rad = M_PI / 2; }, "below pi/2");
+  expect_refused([](Cutaway& c) { c.overlay_mm = -1e-9; }, "cutaway.overlay_mm");
+  expect_refused([](Cutaway& c) { c.overlay_mm = kNan; }, "cutaway.overlay_mm");
+  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct.resize(1); }, "2 to 256 vertices");
+  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct.resize(257); }, "2 to 256 vertices");
+  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.y() = kNan; }, "vertices_ct[2]");
+  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.z() = 0.1; }, "in one plane");
+  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 0) = 0; }, "boxes[0].half_edges_ct");
+  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = 0.1; }, "right angles");
+  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = kNan; }, "half_edges_ct");
+  expect_refused([](Cutaway& c) { c.meshes[0] = nullptr; }, "meshes[0]: expected at least one");
+  const auto triangle = [](int index) {
+    return [index](Cutaway& c) {
+      c.meshes[0] = mesh_with([&](MeshObject& m) { m.triangles[0][1] = index; });
+    };
+  };
+  expect_refused(triangle(3), "meshes[0].triangles: expected indices of 3 vertices, found 3");
+  expect_refused(triangle(-1), "meshes[0].triangles");
+  expect_refused(
+      [](Cutaway& c) {
+        c.meshes[0] = mesh_with([](MeshObject& m) { m.vertices_ct[0].mm.z() = kNan; });
+      },
+      "meshes[0].vertices_ct");
+}
+
+TEST(ValidateSceneTest, AcceptsTheLimitsOfACutaway) {
+  const auto accepts = [](auto change) {
+    Scene scene = full_scene();
+    change(*scene.cutaway);
+    return test::has_value(validate(scene));
+  };
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.theta1_rad = c.theta2_rad; })) << "simple cutaway";
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.overlay_mm = 0; }));
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.overlay_mm = std::numeric_limits<double>::infinity(); }));
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.theta1_rad = 1e-3; }));
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.polygons[0].vertices_ct.resize(2); })) << "a segment";
+  EXPECT_TRUE(accepts([](Cutaway& c) {
+    auto& v = c.polygons[0].vertices_ct;  // In a line whose numbers are not round.
+    v = {{{0.1, 0.7, 0.3}}, {{100.3, 33.1, 77.7}}};
+    v.push_back({v[0].mm + 0.37 * (v[1].mm - v[0].mm)});
+    v.push_back({v[0].mm + 0.11 * (v[1].mm - v[0].mm)});
+  }));
+  EXPECT_TRUE(accepts([](Cutaway& c) { c.boxes[0].half_edges_ct.col(0) *= -1; })) << "left-handed";
 }
 
 TEST(ValidateSceneTest, DoesNotJudgeWhatIsLost) {

@@ -13,73 +13,201 @@ namespace {
 
 /// Entries are stored in single precision.
 constexpr double kSingle = 1e-6;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TransferFunction random_function(std::mt19937& random, bool whole) {
+TransferComponent random_component(std::mt19937& random, bool whole) {
   std::uniform_real_distribution<double> unit(0, 1);
-  std::vector<TransferNode> nodes;
+  TransferComponent component{"random", {}, {}};
   double hu = -200 * unit(random);
   const int count = 2 + static_cast<int>(6 * unit(random));
   for (int i = 0; i < count; ++i) {
     const double opacity = unit(random) < 0.6 ? 0 : 0.9 * unit(random);
-    nodes.push_back({whole ? std::round(hu) : hu,
-                     {unit(random), unit(random), unit(random)},
-                     opacity,
-                     unit(random)});
+    component.nodes.push_back({whole ? std::round(hu) : hu,
+                               {unit(random), unit(random), unit(random)},
+                               opacity,
+                               unit(random)});
     hu += 2 + 60 * unit(random);
   }
-  return *TransferFunction::create("random", nodes);
+  return component;
 }
 
-/// Extinction as the table gives it: linear between the entries, held outside.
-double interpolated(const TransferTable& table, double hu) {
-  const double x = std::clamp((hu - table.first_hu()) * table.per_hu(), 0.0, table.size() - 1.0);
+TransferFunction random_function(std::mt19937& random, bool whole) {
+  return *TransferFunction::create("random", random_component(random, whole).nodes);
+}
+
+/// Colour times extinction, and extinction, by definition linear between entries.
+Eigen::Vector4d premultiplied(const TransferTable& table, double hu) {
+  const double x = std::clamp(hu - table.first_hu(), 0.0, table.size() - 1.0);
   const auto i = std::min(static_cast<std::size_t>(x), static_cast<std::size_t>(table.size()) - 2);
+  const auto entry = [&](std::size_t e) {
+    Eigen::Vector4d v =
+        Eigen::Map<const Eigen::Vector4f>(table.rgbat().data() + 4 * e).cast<double>();
+    v.head<3>() *= v[3];
+    return v;
+  };
   const double w = x - static_cast<double>(i);
-  return (1 - w) * table.rgbat()[4 * i + 3] + w * table.rgbat()[4 * i + 7];
+  return (1 - w) * entry(i) + w * entry(i + 1);
+}
+
+/// The mean over [a, b] by the midpoint rule between the whole values, where it is exact.
+Eigen::Vector4d dense_mean(const TransferTable& table, double a, double b) {
+  const auto [low, high] = std::minmax(a, b);
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (double from = low; from < high;) {
+    const double to = std::min(high, std::floor(from) + 1);
+    sum += (to - from) * premultiplied(table, 0.5 * (from + to));
+    from = to;
+  }
+  return sum / (high - low);
+}
+
+void expect_mean(const TransferTable& table, double a, double b) {
+  const Eigen::Vector4d expected = dense_mean(table, a, b);
+  const TransferSample found = table.mean(a, b);
+  // Integrals of some hundred HU are subtracted.
+  const double tolerance = 1e-11 * (1 + 100 / std::abs(b - a));
+  EXPECT_NEAR(found.tau_per_mm, expected[3], tolerance) << a << ' ' << b;
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(found.rgb[c] * found.tau_per_mm, expected[c], tolerance) << a << ' ' << b;
+  }
 }
 
 TEST(TransferTableTest, IsExactForNodesAtWholeHu) {
   std::mt19937 random(1);
   for (int f = 0; f < 20; ++f) {
     const TransferFunction function = random_function(random, true);
-    for (const TransferTable& table :
-         {TransferTable::at_whole_hu(function), TransferTable::for_texture(function)}) {
-      EXPECT_EQ(table.per_hu(), 1);
-      EXPECT_EQ(table.first_hu(), function.values().front());
-      EXPECT_EQ(table.last_hu(), function.values().back());
-      for (double hu = table.first_hu() - 3; hu < table.last_hu() + 3; hu += 0.25) {
-        EXPECT_NEAR(interpolated(table, hu), function.at(hu).tau_per_mm, kSingle) << hu;
-      }
-      for (int i = 0; i < table.size(); ++i) {
-        const Eigen::Vector3d rgb = function.at(table.first_hu() + i).rgb;
-        for (int c = 0; c < 3; ++c) {
-          EXPECT_NEAR(table.rgbat()[static_cast<std::size_t>(4 * i + c)], rgb(c), kSingle);
-        }
-      }
+    const TransferTable table(function);
+    EXPECT_EQ(table.rows(), 1);
+    EXPECT_EQ(table.first_hu(), function.values().front());
+    EXPECT_EQ(table.last_hu(), function.values().back());
+    for (double hu = table.first_hu() - 3; hu < table.last_hu() + 3; hu += 0.25) {
+      EXPECT_NEAR(table.at(hu).tau_per_mm, function.at(hu).tau_per_mm, kSingle) << hu;
+      EXPECT_NEAR((table.at(hu).rgb - function.at(hu).rgb).norm(), 0, kSingle) << hu;
+    }
+    for (double hu = table.first_hu(); hu <= table.last_hu(); ++hu) {
+      const TransferSample s = function.at(hu);
+      const double importance = s.tau_per_mm > 0 ? s.importance : 0;
+      EXPECT_NEAR(table.at(hu).importance, importance, kSingle) << hu;
     }
   }
 }
 
-TEST(TransferTableTest, RangeQueryEqualsBruteForce) {
+TEST(TransferTableTest, ImportanceIsThatOfTheNearestEntry) {
+  const TransferTable table(*TransferFunction::create(
+      "jump", {{0, {1, 1, 1}, 0.5, 0.25}, {1, {1, 1, 1}, 0.5, 0.75}, {2, {1, 1, 1}, 0, 1}}));
+  EXPECT_EQ(table.at(0.49).importance, 0.25);
+  EXPECT_EQ(table.at(0.5).importance, 0.75);
+  EXPECT_EQ(table.at(1.49).importance, 0.75);
+  EXPECT_EQ(table.at(1.5).importance, 0) << "an invisible entry has none";
+  EXPECT_EQ(table.at(-100).importance, 0.25);
+  EXPECT_TRUE(table.importance_matters());
+}
+
+TEST(TransferTableTest, ImportanceMattersOnlyWhereSomethingIsVisible) {
+  const auto matters = [](double opacity, double importance) {
+    return TransferTable(*TransferFunction::create("one", {{0, {1, 1, 1}, opacity, importance},
+                                                           {9, {1, 1, 1}, opacity, importance}}))
+        .importance_matters();
+  };
+  EXPECT_FALSE(matters(0.5, 1));
+  EXPECT_FALSE(matters(0, 0.5));
+  EXPECT_TRUE(matters(1e-9, 0.9));
+}
+
+TEST(TransferTableTest, MeanEqualsDenseIntegration) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> anywhere(-300, 500);
+  std::uniform_real_distribution<double> near(-3, 3);
+  for (int f = 0; f < 40; ++f) {
+    const TransferTable table(random_function(random, f % 2 == 0));
+    for (int trial = 0; trial < 50; ++trial) {
+      const double a = anywhere(random);
+      expect_mean(table, a, anywhere(random));
+      const double b = a + near(random);
+      if (std::abs(b - a) > 0.01) expect_mean(table, a, b);
+    }
+    expect_mean(table, -1e4, 1e4);
+    expect_mean(table, 1000, 2000);
+  }
+}
+
+TEST(TransferTableTest, MeanIsSymmetricAndMeetsTheValue) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> anywhere(-250, 300);
+  for (int f = 0; f < 40; ++f) {
+    const TransferTable table(random_function(random, false));
+    const double a = anywhere(random);
+    const double b = anywhere(random);
+    EXPECT_NEAR(table.mean(a, b).tau_per_mm, table.mean(b, a).tau_per_mm, 1e-15);
+    // The limit of equal ends, from both sides of the switch to the value itself.
+    for (const double gap : {0.0, 1e-9, 0.0009, 0.0011, 0.01}) {
+      const TransferSample at = table.at(a);
+      const TransferSample mean = table.mean(a, a + gap);
+      constexpr double kSteepest = 2.4;  // Of extinction, per HU: opacity 0.9 within one.
+      EXPECT_NEAR(mean.tau_per_mm, at.tau_per_mm, 1e-8 + gap * kSteepest) << gap;
+    }
+  }
+}
+
+TEST(TransferTableTest, SpikesAndStepsOfOneHuKeepTheirArea) {
+  const double tau = -std::log1p(-0.5);
+  const Eigen::Vector3d red(1, 0, 0);
+  const TransferTable spike(
+      *TransferFunction::create("spike", {{99, red, 0, 1}, {100, red, 0.5, 1}, {101, red, 0, 1}}));
+  EXPECT_NEAR(spike.mean(0, 200).tau_per_mm, tau / 200, 1e-9);
+  EXPECT_NEAR(spike.mean(90, 100).tau_per_mm, tau / 2 / 10, 1e-8);
+  EXPECT_NEAR((spike.mean(0, 200).rgb - red).norm(), 0, kSingle);
+  EXPECT_EQ(spike.mean(0, 99).tau_per_mm, 0);
+  EXPECT_EQ(spike.mean(101, 500).tau_per_mm, 0);
+  const TransferTable step(
+      *TransferFunction::create("step", {{99, red, 0, 1}, {100, red, 0.5, 1}}));
+  EXPECT_NEAR(step.mean(0, 200).tau_per_mm, tau * 100.5 / 200, 1e-7);
+  EXPECT_NEAR(step.mean(100, 4000).tau_per_mm, tau, 1e-7);
+}
+
+TEST(TransferTableTest, IntegralsAreWholeQuantaOfTheSameIntegral) {
+  std::mt19937 random(6);
+  for (int f = 0; f < 20; ++f) {
+    const TransferTable table(random_function(random, true));
+    const auto& integrals = table.integrals();
+    ASSERT_EQ(integrals.size(), static_cast<std::size_t>(4 * table.size()));
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (int i = 1; i < table.size(); ++i) {
+      const double hu = table.first_hu() + i;
+      sum += 0.5 * (premultiplied(table, hu - 1) + premultiplied(table, hu));
+      for (int c = 0; c < 4; ++c) {
+        const std::int32_t found = integrals[static_cast<std::size_t>(4 * i + c)];
+        EXPECT_LE(std::abs(found * table.quantum() - sum[c]), 0.51 * table.quantum()) << i;
+      }
+    }
+    EXPECT_LE(integrals[integrals.size() - 1], 1 << 30) << "sums of two stay within int32";
+  }
+}
+
+TEST(TransferTableTest, RangeQueriesEqualBruteForce) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> anywhere(-300, 500);
   int visible = 0;
   constexpr int kFunctions = 60;
   constexpr int kRanges = 100;
   for (int f = 0; f < kFunctions; ++f) {
-    const TransferFunction function = random_function(random, true);
-    const TransferTable whole = TransferTable::at_whole_hu(function);
-    const TransferTable texture = TransferTable::for_texture(function);
+    const TransferFunction function = random_function(random, f % 2 == 0);
+    const TransferTable table(function);
     for (int r = 0; r < kRanges; ++r) {
       const int a = anywhere(random);
       const int b = r % 3 == 0 ? a : anywhere(random);
       const auto [low, high] = std::minmax(a, b);
       bool expected = false;
+      float importance = 0;
       for (int hu = low - 1; hu <= high + 1; ++hu) {
-        expected = expected || static_cast<float>(function.at(hu).tau_per_mm) > 0;
+        const double held = std::clamp<double>(hu, table.first_hu(), table.last_hu());
+        const TransferSample s = function.at(held);
+        if (!(static_cast<float>(s.tau_per_mm) > 0)) continue;
+        expected = true;
+        importance = std::max(importance, static_cast<float>(s.importance));
       }
-      EXPECT_EQ(whole.visible(low, high), expected) << low << ' ' << high;
-      EXPECT_EQ(texture.visible(low, high), expected) << low << ' ' << high;
+      EXPECT_EQ(table.visible(low, high), expected) << low << ' ' << high;
+      EXPECT_EQ(table.max_importance(low, high), importance) << low << ' ' << high;
       visible += expected ? 1 : 0;
     }
   }
@@ -87,33 +215,71 @@ TEST(TransferTableTest, RangeQueryEqualsBruteForce) {
   EXPECT_LT(visible, kFunctions * kRanges * 9 / 10);
 }
 
-TEST(TransferTableTest, NoRangeCalledInvisibleHasAVisibleValue) {
+TEST(TransferTableTest, NoValueExceedsWhatItsRangePromises) {
   std::mt19937 random(3);
-  std::uniform_int_distribution<int> anywhere(-250, 450);
+  std::uniform_real_distribution<double> anywhere(-250, 450);
+  std::uniform_real_distribution<double> gradient(0, 150);
   int invisible = 0;
-  for (int f = 0; f < 60; ++f) {
-    const TransferFunction function = random_function(random, false);
-    for (const TransferTable& table :
-         {TransferTable::at_whole_hu(function), TransferTable::for_texture(function)}) {
-      for (int r = 0; r < 50; ++r) {
-        const int low = anywhere(random);
-        const int high = low + r % 10;
-        if (table.visible(low, high)) continue;
-        ++invisible;
-        for (double hu = low; hu <= high; hu += 1.0 / 16) EXPECT_EQ(interpolated(table, hu), 0);
+  for (int f = 0; f < 40; ++f) {
+    TransferComponent a = random_component(random, false);
+    if (f % 2 == 0) a.gradient = GradientWindow{20, 40, 60, 100};
+    const TransferTable table(
+        *TransferFunction::blend("two", {a, random_component(random, false)}));
+    for (int r = 0; r < 50; ++r) {
+      const double low = anywhere(random);
+      const double high = low + r % 10;
+      const bool visible = table.visible(low, high);
+      const double most = table.max_importance(low, high);
+      invisible += visible ? 0 : 1;
+      for (double hu = low; hu <= high; hu += 1.0 / 16) {
+        const TransferSample s = table.at(hu, gradient(random));
+        EXPECT_TRUE(visible || s.tau_per_mm == 0) << hu;
+        EXPECT_LE(s.importance, most) << hu;
+        const bool all_clear = visible || table.rows() > 1 || table.mean(low, hu).tau_per_mm == 0;
+        EXPECT_TRUE(all_clear) << hu;
       }
     }
   }
-  EXPECT_GT(invisible, 100);
+  EXPECT_GT(invisible, 50);
+}
+
+TEST(TransferTableTest, RowsFollowTheGradientWindows) {
+  TransferComponent edge{"edge", {{0, {1, 0, 0}, 0.5, 1}, {100, {1, 0, 0}, 0.5, 1}}, {}};
+  edge.gradient = GradientWindow{21, 42, 63, 63};  // Rows are 1 HU/mm apart.
+  const TransferComponent haze{
+      "haze", {{0, {0, 1, 0}, 0.1, 0.25}, {100, {0, 1, 0}, 0.1, 0.25}}, {}};
+  const TransferFunction function = *TransferFunction::blend("both", {edge, haze});
+  const TransferTable table(function);
+  EXPECT_EQ(table.rows(), TransferTable::kGradientRows);
+  EXPECT_NEAR(table.gradient_per_row(), 1, 1e-12);
+  for (const double gradient : {0.0, 10.0, 21.0, 30.0, 42.0, 62.0, 500.0}) {
+    const TransferSample s = table.at(50, gradient);
+    const TransferSample expected = function.at(50, std::min(gradient, 63.0));
+    EXPECT_NEAR(s.tau_per_mm, expected.tau_per_mm, kSingle) << gradient;
+    EXPECT_NEAR((s.rgb - expected.rgb).norm(), 0, kSingle) << gradient;
+    EXPECT_EQ(s.importance, static_cast<float>(expected.importance)) << gradient;
+  }
+  EXPECT_EQ(table.at(50, 21.49).importance, 0.25);
+  EXPECT_EQ(table.at(50, 21.51).importance, 1) << "the nearest row decides";
+}
+
+TEST(TransferTableTest, AWindowOverEverythingChangesNothing) {
+  const std::vector<TransferNode> nodes{{0, {1, 0, 0}, 0.1, 1}, {50, {0, 1, 0}, 0.6, 0.5}};
+  const TransferTable plain(*TransferFunction::create("plain", nodes));
+  const TransferTable windowed(*TransferFunction::blend(
+      "all", {{"all", nodes, GradientWindow{0, 0, kInfinity, kInfinity}}}));
+  EXPECT_GT(windowed.rows(), 1);
+  for (const double gradient : {0.0, 1e-9, 1.0, 1e6}) {
+    EXPECT_EQ(windowed.at(20.3, gradient).tau_per_mm, plain.at(20.3).tau_per_mm);
+    EXPECT_EQ(windowed.at(20.3, gradient).rgb, plain.at(20.3).rgb);
+  }
 }
 
 TEST(TransferTableTest, KnowsUpToWhereNothingIsVisible) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto up_to = [](double first_opacity, double last_opacity) {
-    return TransferTable::at_whole_hu(
-               *TransferFunction::create("ramp", {{-10, {1, 1, 1}, first_opacity, 0},
-                                                  {20, {1, 1, 1}, first_opacity, 0},
-                                                  {30, {1, 1, 1}, last_opacity, 0}}))
+    return TransferTable(*TransferFunction::create("ramp", {{-10, {1, 1, 1}, first_opacity, 0},
+                                                            {20, {1, 1, 1}, first_opacity, 0},
+                                                            {30, {1, 1, 1}, last_opacity, 0}}))
         .invisible_up_to_hu();
   };
   EXPECT_EQ(up_to(0, 0.5), 20);
@@ -124,44 +290,24 @@ TEST(TransferTableTest, KnowsUpToWhereNothingIsVisible) {
 TEST(TransferTableTest, RoundsNodesBetweenWholeHuOutwards) {
   const auto function =
       *TransferFunction::create("between", {{-0.5, {1, 1, 1}, 0, 0}, {10.25, {1, 1, 1}, 0.5, 0}});
-  const TransferTable whole = TransferTable::at_whole_hu(function);
-  EXPECT_EQ(whole.first_hu(), -1);
-  EXPECT_EQ(whole.last_hu(), 11);
-  EXPECT_EQ(whole.size(), 13);
-  const TransferTable texture = TransferTable::for_texture(function);
-  EXPECT_EQ(texture.first_hu(), -0.5);
-  EXPECT_NEAR(texture.last_hu(), 10.25, kSingle);
-  EXPECT_EQ(texture.size(), 4096);
+  const TransferTable table(function);
+  EXPECT_EQ(table.first_hu(), -1);
+  EXPECT_EQ(table.last_hu(), 11);
+  EXPECT_EQ(table.size(), 13);
 }
 
-TEST(TransferTableTest, KeepsToInt16AndToTheWidthOfATexture) {
+TEST(TransferTableTest, KeepsToInt16) {
   const auto wide =
       *TransferFunction::create("wide", {{-40000, {1, 1, 1}, 0, 0}, {40000, {1, 1, 1}, 0.5, 0}});
-  const TransferTable whole = TransferTable::at_whole_hu(wide);
-  EXPECT_EQ(whole.first_hu(), -32768);
-  EXPECT_EQ(whole.last_hu(), 32767);
-  EXPECT_NEAR(interpolated(whole, 1234), wide.at(1234).tau_per_mm, kSingle);
-  const TransferTable texture = TransferTable::for_texture(wide);
-  EXPECT_EQ(texture.size(), 4096);
-  EXPECT_NEAR(interpolated(texture, 1234), wide.at(1234).tau_per_mm, kSingle);
-  const auto beyond =
-      *TransferFunction::create("beyond", {{50000, {1, 1, 1}, 0.5, 0}, {50010, {1, 1, 1}, 0, 0}});
-  EXPECT_TRUE(TransferTable::at_whole_hu(beyond).visible(-1024, -1024));
-}
-
-TEST(SameTablesTest, MindsWhatTheTableHoldsOnly) {
-  const std::vector<TransferNode> nodes{{0, {1, 1, 1}, 0, 0}, {10, {1, 1, 1}, 0.5, 0}};
-  const auto changed = [&](auto change) {
-    auto other = nodes;
-    change(other[1]);
-    return *TransferFunction::create("other", other);
-  };
-  const auto f = *TransferFunction::create("one", nodes);
-  EXPECT_TRUE(same_tables(f, changed([](TransferNode&) {})));
-  EXPECT_TRUE(same_tables(f, changed([](TransferNode& n) { n.importance = 1; })));
-  EXPECT_FALSE(same_tables(f, changed([](TransferNode& n) { n.hu = 11; })));
-  EXPECT_FALSE(same_tables(f, changed([](TransferNode& n) { n.rgb.x() = 0; })));
-  EXPECT_FALSE(same_tables(f, changed([](TransferNode& n) { n.opacity = 0.4; })));
+  const TransferTable table(wide);
+  EXPECT_EQ(table.first_hu(), -32768);
+  EXPECT_EQ(table.last_hu(), 32767);
+  EXPECT_NEAR(table.at(1234).tau_per_mm, wide.at(1234).tau_per_mm, kSingle);
+  for (const double hu : {-50000.0, 50000.0}) {
+    const auto beyond =
+        *TransferFunction::create("beyond", {{hu, {1, 1, 1}, 0.5, 0}, {hu + 10, {1, 1, 1}, 0, 0}});
+    EXPECT_NEAR(TransferTable(beyond).at(0).tau_per_mm, beyond.at(0).tau_per_mm, kSingle);
+  }
 }
 
 }  // namespace

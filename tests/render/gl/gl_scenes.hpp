@@ -87,7 +87,11 @@ inline render::Scene ball_scene(const VoxelGrid& grid, int width = 96, int heigh
           .quality = {},
           .background_rgb = {0.1, 0.2, 0.3},
           .width = width,
-          .height = height};
+          .height = height,
+          .lines = {},
+          .cutaway = {},
+          .projection = render::Projection::kComposite,
+          .grey = {}};
 }
 
 /// An ultrasound picture with a ramp and a checkerboard, through the middle of a volume and

@@ -11,16 +11,28 @@
 namespace nav::render {
 namespace {
 
-GlFeatures features_of_bits(int bits) {
-  GlFeatures f;
-  f.shading = (bits & 1) != 0;
-  f.plane = (bits & 2) != 0;
-  f.needle = (bits & 4) != 0;
-  f.spheres = (bits & 8) != 0;
-  f.skipping = (bits & 16) != 0;
-  f.shared_depth = (bits & 32) != 0;
-  f.manual_filter = (bits & 64) != 0;
-  return f;
+/// Sets of features in which every pair of settings of two members occurs: members count through
+/// their settings at different speeds.
+std::vector<GlFeatures> many_features() {
+  std::vector<GlFeatures> all;
+  for (int i = 0; i < 192; ++i) {
+    GlFeatures f;
+    const auto bit = [&](int which) { return ((i * 2654435761U) >> (which + 7) & 1) != 0; };
+    f.projection = static_cast<Projection>(i % 8 < 5 ? 0 : i % 8 - 4);
+    f.classified = static_cast<GlFeatures::Classified>(i % 3);
+    f.shaded = static_cast<GlFeatures::Shaded>(i / 3 % 3);
+    f.emphasis = bit(0);
+    f.cutaway = bit(1);
+    f.skipping = bit(2);
+    f.jitter = bit(3);
+    f.plane = bit(4);
+    f.solids = bit(5);
+    f.capsules = f.solids && bit(6);
+    f.shared_depth = bit(7);
+    f.manual_filter = bit(8);
+    all.push_back(f);
+  }
+  return all;
 }
 
 TEST(ShadersTest, UnknownNamesAreEmpty) {
@@ -32,8 +44,23 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
   // The feature's code is there in the text but no #define switches it on.
   const std::string none = raycast_fragment_source({});
   for (const char* feature :
-       {"SHADING", "PLANE", "NEEDLE", "SPHERES", "SKIPPING", "SHARED_DEPTH", "MANUAL_FILTER"}) {
-    EXPECT_EQ(none.find(std::string("#define ") + feature), std::string::npos) << feature;
+       {"PROJECTION", "MAXIMUM", "MINIMUM", "GRADIENT_WINDOWS", "SHADING", "PHONG", "GOOCH",
+        "GRADIENTS", "EMPHASIS", "CUTAWAY", "IMPORTANCE", "SKIPPING", "JITTER", "PLANE", "SOLIDS",
+        "CAPSULES", "SHARED_DEPTH", "MANUAL_FILTER"}) {
+    EXPECT_EQ(none.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
+  }
+  EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
+}
+
+TEST(ShadersTest, AProjectionNeedsNoTransferFunction) {
+  GlFeatures features;
+  features.projection = Projection::kMaximum;
+  features.shaded = GlFeatures::Shaded::kGooch;
+  features.emphasis = features.cutaway = features.skipping = true;
+  const std::string text = raycast_fragment_source(features);
+  for (const char* feature :
+       {"PREINTEGRATED", "SHADING", "GOOCH", "EMPHASIS", "CUTAWAY", "IMPORTANCE", "SKIPPING"}) {
+    EXPECT_EQ(text.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
   }
 }
 
@@ -47,11 +74,12 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
     std::ofstream(folder / name) << text;
     files += ' ' + (folder / name).string();
   };
-  for (int bits = 0; bits < 128; ++bits) {
-    add("raycast" + std::to_string(bits) + ".frag",
-        raycast_fragment_source(features_of_bits(bits)));
+  int count = 0;
+  for (const GlFeatures& features : many_features()) {
+    add("raycast" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
   }
-  for (const char* name : {"fullscreen.vert", "composite.frag", "filter_probe.frag"}) {
+  for (const char* name :
+       {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {
     add(name, assembled_shader(name));
   }
   const std::string log = (folder / "log").string();

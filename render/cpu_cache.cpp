@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_cache.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr std::size_t kTail = 3;  // A brick's byte is fetched as the first of four.
+
+std::vector<std::int32_t> packed_ranges(const BrickGrid& bricks) {
+  std::vector<std::int32_t> out(bricks.low.size());
+  for (std::size_t b = 0; b < out.size(); ++b) {
+    out[b] = bricks.high[b] * 65536 + static_cast<std::uint16_t>(bricks.low[b]);
+  }
+  return out;
+}
+
+}  // namespace
+
+void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
+  const bool new_volume = ct_ != scene.ct;
+  if (new_volume) take_volume(scene, threads);
+  const bool new_transfer = !transfer_ || !same_classification(*transfer_, scene.transfer);
+  if (new_transfer) take_transfer(scene);
+  if ((new_volume || new_transfer) && table_->rows() == 1) {
+    integrals_ = march_integrals(*table_, volume_->low_hu(), volume_->high_hu());
+  }
+  if (!scene.quality.skip_empty_bricks) return;
+  if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
+  if (scene.projection != Projection::kComposite) {
+    if (ranges_.empty()) ranges_ = packed_ranges(*bricks_);
+    return;
+  }
+  if (!distances_) {
+    distances_ = brick_distances(*bricks_, *table_);
+    distances_->distance.resize(distances_->distance.size() + kTail);
+  }
+  if (with_cutaway && importance_.empty()) {
+    importance_ = brick_importance(*bricks_, *table_);
+    importance_.resize(importance_.size() + kTail);
+  }
+}
+
+void CpuCache::take_volume(const Scene& scene, int threads) {
+  volume_.emplace(*scene.ct, threads);
+  ct_ = scene.ct;
+  bricks_.reset();
+  distances_.reset();
+  importance_.clear();
+  ranges_.clear();
+}
+
+void CpuCache::take_transfer(const Scene& scene) {
+  transfer_ = scene.transfer;
+  table_.emplace(scene.transfer);
+  entries_ = march_entries(*table_);
+  distances_.reset();
+  importance_.clear();
+}
+
+}  // namespace nav::render

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "render/brick_grid.hpp"
+#include "render/cpu_transfer.hpp"
+#include "render/cpu_volume.hpp"
+#include "render/scene.hpp"
+#include "render/transfer_table.hpp"
+
+namespace nav::render {
+
+/// What the CPU engine keeps from one picture to the next: everything that follows from the volume
+/// and the transfer function, made when a scene first needs it.
+class CpuCache {
+ public:
+  /// Prepares for a validated scene whose volume fits. with_cutaway: something of it will be cut.
+  void update(const Scene& scene, bool with_cutaway, int threads);
+
+  [[nodiscard]] const CpuVolume& volume() const { return *volume_; }
+  [[nodiscard]] const TransferTable& table() const { return *table_; }
+  [[nodiscard]] const std::vector<TableEntry>& entries() const { return entries_; }
+  [[nodiscard]] const MarchIntegrals& integrals() const { return integrals_; }
+  /// Absent until a scene asked for skipping.
+  [[nodiscard]] const std::optional<BrickGrid>& bricks() const { return bricks_; }
+  /// Absent until a composited scene asked for skipping. Followed by bytes that nobody counts, as
+  /// are the two below.
+  [[nodiscard]] const std::optional<BrickDistances>& distances() const { return distances_; }
+  /// Empty until a scene with a cutaway asked for skipping.
+  [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
+  /// As MarchInputs::brick_range; empty until a projection asked for skipping.
+  [[nodiscard]] const std::vector<std::int32_t>& ranges() const { return ranges_; }
+
+ private:
+  void take_volume(const Scene& scene, int threads);
+  void take_transfer(const Scene& scene);
+
+  std::shared_ptr<const Volume> ct_;  ///< Held, so that its address stays its own.
+  std::optional<CpuVolume> volume_;
+  std::optional<TransferFunction> transfer_;
+  std::optional<TransferTable> table_;
+  std::vector<TableEntry> entries_;
+  MarchIntegrals integrals_;
+  std::optional<BrickGrid> bricks_;
+  std::optional<BrickDistances> distances_;
+  std::vector<std::uint8_t> importance_;
+  std::vector<std::int32_t> ranges_;
+};
+
+}  // namespace nav::render

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_inputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace nav::render {
+namespace {
+
+static_assert(kBrickVoxels == 8, "The march finds a sample's brick by a shift of 3 bits.");
+
+/// How much colour all samples of a ray together may miss by staying unshaded because each of
+/// them weighs too little.
+constexpr double kShadingBudget = 1.0 / 512;
+
+/// Ends of pre-integrated cells up to this long lie in the same brick or in neighbours, whose
+/// ranges overlap: nothing between two empty ones is visible. 8 voxels, less what rounding takes.
+constexpr double kLongestLeapableCell = 7.5;
+
+/// Stands for infinity where infinity · 0 must not become NaN.
+constexpr double kFar = 1e30;
+
+void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
+  const VoxelGrid& grid = scene.ct->grid();
+  const double step = spec::step_mm(scene.quality, grid);
+  in.voxels = cache.volume().origin();
+  in.row_stride = cache.volume().row_stride();
+  in.slice_stride = cache.volume().slice_stride();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    in.last[axis] = static_cast<float>(grid.size[a] - 1);
+    in.half_per_spacing[axis] = static_cast<float>(0.5 / grid.spacing_mm[axis]);
+    in.mm_per_index_step[axis] = static_cast<float>(grid.spacing_mm[axis] / step);
+  }
+  in.step_mm = static_cast<float>(step);
+  in.opaque_at = scene.quality.opaque_at < 1 ? static_cast<float>(scene.quality.opaque_at)
+                                             : std::numeric_limits<float>::infinity();
+}
+
+void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
+  if (!scene.quality.skip_empty_bricks) return;
+  std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
+  if (scene.projection != Projection::kComposite) {
+    in.brick_range = cache.ranges().data();
+    return;
+  }
+  if (key.classify == MarchClassify::kPreIntegrated &&
+      scene.quality.step_voxels > kLongestLeapableCell) {
+    return;
+  }
+  in.brick_distance = cache.distances()->distance.data();
+  if (key.fade) in.brick_importance = cache.importance().data();
+}
+
+void set_table(const CpuCache& cache, MarchInputs& in) {
+  const TransferTable& table = cache.table();
+  in.table = cache.entries().data();
+  in.importance = table.importance().data();
+  in.table_low_hu = static_cast<float>(table.first_hu());
+  in.table_high_hu = static_cast<float>(table.last_hu());
+  in.table_size = table.size();
+  in.table_rows = table.rows();
+  if (table.rows() > 1) in.rows_per_gradient = static_cast<float>(1 / table.gradient_per_row());
+  in.invisible_up_to_hu = static_cast<float>(table.invisible_up_to_hu());
+  in.integrals = cache.integrals().entries.data();
+  in.quantum = cache.integrals().quantum;
+}
+
+void set_shading(const Scene& scene, MarchInputs& in) {
+  const VoxelGrid& grid = scene.ct->grid();
+  const Shading& shading = scene.shading;
+  const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+  const Eigen::Vector3d light = grid.directions.transpose() * spec::gooch_light(view);
+  for (int axis = 0; axis < 3; ++axis) in.light[axis] = static_cast<float>(light[axis]);
+  in.per_full_gradient = static_cast<float>(1 / shading.full_gradient_per_mm);
+  in.emphasis = static_cast<float>(shading.emphasis);
+  in.ambient = static_cast<float>(shading.ambient);
+  in.diffuse = static_cast<float>(shading.diffuse);
+  in.specular = static_cast<float>(shading.specular);
+  in.shininess = static_cast<float>(shading.shininess);
+  in.cool_share = static_cast<float>(shading.cool_share);
+  in.warm_share = static_cast<float>(shading.warm_share);
+  in.silhouette = static_cast<float>(shading.silhouette);
+  // A ray crosses at most diagonal / step + 2 cells.
+  const double cells = grid.extent_mm().norm() / spec::step_mm(scene.quality, grid) + 2;
+  in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
+}
+
+}  // namespace
+
+MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway) {
+  MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway};
+  if (cache.table().rows() > 1) {
+    key.classify = MarchClassify::kWindows;
+  } else if (scene.quality.classification == Classification::kPostClassified) {
+    key.classify = MarchClassify::kPostClassified;
+  }
+  if (scene.shading.enabled) {
+    key.shade =
+        scene.shading.style == ShadingStyle::kPhong ? MarchShade::kPhong : MarchShade::kGooch;
+  }
+  return key;
+}
+
+MarchInputs march_inputs(const Scene& scene, const CpuCache& cache, const MarchKey& key) {
+  MarchInputs in{};
+  set_grid(scene, cache, in);
+  set_bricks(scene, cache, key, in);
+  set_table(cache, in);
+  set_shading(scene, in);
+  if (key.fade) {
+    const double overlay =
+        scene.cutaway->overlay_mm / spec::step_mm(scene.quality, scene.ct->grid());
+    in.overlay_cells = static_cast<float>(std::min(overlay, kFar));
+    in.per_overlay = static_cast<float>(std::min(1 / overlay, kFar));
+  }
+  return in;
+}
+
+}  // namespace nav::render

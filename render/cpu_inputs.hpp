@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_cache.hpp"
+#include "render/cpu_march.hpp"
+#include "render/ray_spec.hpp"
+
+namespace nav::render {
+
+/// What a scene is marched with: the variant that it needs.
+MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
+
+/// What the rays of a picture share. The cache, updated for the scene, must outlive it.
+MarchInputs march_inputs(const Scene& scene, const CpuCache& cache, const MarchKey& key);
+
+}  // namespace nav::render

@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_kernel_sample.hpp"
+
+/// Leaps over what cannot be seen. See cpu_kernel.hpp for V and for where this may be included.
+namespace nav::render {
+
+/// A leap ends this far inside of a brick's faces, voxels: more than the rounding of a position
+/// anywhere in a volume of 2^14 voxels per axis, so that a leap never passes over a sample that
+/// marching would have taken. Skipping is therefore bit-identical to not skipping.
+inline constexpr float kLeapMargin = 1.0F / 64;
+
+/// A step below this, in voxels, changes no position along any ray.
+inline constexpr float kStill = 1e-20F;
+
+/// Bricks along a packet of rays.
+template <class V>
+struct Bricks {
+  using F = typename V::F;
+  using I = typename V::I;
+  using M = typename V::M;
+
+  const Sampler<V>& sampler;
+  F per_step[3];
+
+  explicit Bricks(const Sampler<V>& s) : sampler(s) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const M moves = V::less(V::set(kStill), V::abs(s.step[axis]));
+      per_step[axis] = V::div(V::set(1.0F), V::select(moves, s.step[axis], V::set(1.0F)));
+    }
+  }
+
+  struct Brick {
+    I index[3];
+    I at;  ///< Position in the arrays.
+  };
+
+  /// The brick that holds a sample.
+  Brick find(F sample) const {
+    Brick b;
+    for (int axis = 0; axis < 3; ++axis) {
+      b.index[axis] = V::shift_right_3(V::truncate(sampler.coordinate(axis, sample)));
+    }
+    const MarchInputs& in = sampler.in;
+    b.at = V::add(V::mul(V::add(V::mul(b.index[2], V::set_int(in.bricks[1])), b.index[1]),
+                         V::set_int(in.bricks[0])),
+                  b.index[0]);
+    return b;
+  }
+
+  /// The first sample after one that may lie outside the cube of reach bricks around its own.
+  F leave(const Brick& brick, I reach, F sample) const {
+    F out = V::set(1e9F);
+    for (int axis = 0; axis < 3; ++axis) {
+      const F low = V::to_float(V::shift_left_3(V::subtract(brick.index[axis], reach)));
+      const F high =
+          V::to_float(V::shift_left_3(V::add(V::add(brick.index[axis], reach), V::set_int(1))));
+      const M forward = V::less(V::set(0.0F), sampler.step[axis]);
+      const F face =
+          V::select(forward, V::sub(high, V::set(kLeapMargin)), V::add(low, V::set(kLeapMargin)));
+      const F there = V::mul(V::sub(face, sampler.origin[axis]), per_step[axis]);
+      const M moves = V::less(V::set(kStill), V::abs(sampler.step[axis]));
+      out = V::min(out, V::select(moves, there, out));
+    }
+    const F one = V::set(1.0F);
+    return V::max(V::add(V::floor(out), one), V::add(sample, one));
+  }
+};
+
+/// Where the cutaway hides what is not important enough: spec::visible_from(), in cells and less
+/// the margin of rounding.
+template <class V>
+struct Hiding {
+  using F = typename V::F;
+
+  F t1;
+  F t2;
+  F margin;
+
+  Hiding(const RayPacket& rays, int lane)
+      : t1(V::load(rays.t1 + lane)),
+        t2(V::load(rays.t2 + lane)),
+        margin(V::load(rays.margin + lane)) {}
+
+  /// importance: in parts of 254, 255 for what is never hidden.
+  F up_to(F importance, float overlay_cells) const {
+    const F twice = V::mul(importance, V::set(2.0F / 254));
+    const F one = V::set(1.0F);
+    const F outer = V::sub(t2, V::mul(twice, V::sub(t2, t1)));
+    const F inner = V::sub(t1, V::mul(V::sub(twice, one), V::set(overlay_cells)));
+    const F up = V::sub(V::select(V::less(one, twice), inner, outer), margin);
+    return V::select(V::less(V::set(254.0F), importance), V::set(-1e30F), up);
+  }
+};
+
+/// Follows rays from cell to cell, over all cells in which nothing can be seen: a post-classified
+/// cell whose sample, a pre-integrated one both of whose ends lie in bricks that are empty, or
+/// hidden by the cutaway for longer than the cell.
+template <class V, bool kBothEnds, bool kFade>
+struct Leaper {
+  using F = typename V::F;
+  using I = typename V::I;
+  using M = typename V::M;
+
+  Bricks<V> bricks;
+  Hiding<V> hiding;
+  F known;  ///< Cells before this are to be marched.
+
+  Leaper(const Sampler<V>& sampler, const RayPacket& rays, int lane, F first)
+      : bricks(sampler), hiding(rays, lane), known(first) {}
+
+  /// The first sample beyond those that show nothing; sample itself where it may show something.
+  F beyond(F sample, F& leave) const {
+    const MarchInputs& in = bricks.sampler.in;
+    const auto brick = bricks.find(sample);
+    const I distance = V::load_byte(in.brick_distance, brick.at);
+    const I reach = V::max_int(V::add(distance, V::set_int(-1)), V::set_int(0));
+    leave = bricks.leave(brick, reach, sample);
+    const M empty = V::less(V::set(0.0F), V::to_float(distance));
+    if constexpr (!kFade) return V::select(empty, leave, sample);
+    const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
+    // Samples up to here end cells that are hidden; the next cell is as well.
+    const F hidden = V::floor(hiding.up_to(importance, in.overlay_cells));
+    return V::select(empty, leave, V::max(sample, V::min(leave, hidden)));
+  }
+
+  /// Moves the cells of active lanes on and marks those lanes in moved; true when one did.
+  bool leap(F& cell, F end, M active, M& moved) {
+    const F back = V::set(kBothEnds ? 1.0F : 0.0F);
+    M open = V::both(V::both(active, V::less(cell, end)), V::not_less(cell, known));
+    if (!V::any(open)) return false;
+    F sample = cell;
+    while (V::any(open)) {
+      F leave;
+      const F next = beyond(sample, leave);
+      const M free = V::less(sample, next);
+      known = V::select(V::both(open, V::negate(free)), leave, known);
+      sample = V::select(V::both(open, free), next, sample);
+      open = V::both(V::both(open, free), V::less(V::sub(sample, back), end));
+    }
+    const F there = V::sub(sample, back);
+    const M on = V::both(active, V::less(cell, there));
+    cell = V::select(on, there, cell);
+    moved = V::either(moved, on);
+    return V::any(on);
+  }
+};
+
+}  // namespace nav::render

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_march.hpp"
+
+/// Values and gradients of the volume along a packet of rays. See cpu_kernel.hpp for V and for
+/// where this may be included.
+namespace nav::render {
+
+template <class V>
+struct Sampler {
+  using F = typename V::F;
+  using I = typename V::I;
+
+  const MarchInputs& in;
+  F origin[3];
+  F step[3];
+
+  Sampler(const MarchInputs& inputs, const RayPacket& rays, int lane) : in(inputs) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis] = V::load(rays.origin[axis] + lane);
+      step[axis] = V::load(rays.step[axis] + lane);
+    }
+  }
+
+  struct Place {
+    I base;  ///< Offset of the lower voxel.
+    F w[3];  ///< Fractions towards the next.
+  };
+
+  F coordinate(int axis, F at) const {
+    const F p = V::madd(at, step[axis], origin[axis]);
+    return V::min(V::max(p, V::set(0.0F)), V::set(in.last[axis]));
+  }
+
+  /// The place of sample at, in cells.
+  Place locate(F at) const {
+    Place c;
+    I index[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const F p = coordinate(axis, at);
+      index[axis] = V::truncate(p);
+      c.w[axis] = V::sub(p, V::to_float(index[axis]));
+    }
+    c.base = V::add(V::add(V::mul(index[2], V::set_int(in.slice_stride)),
+                           V::mul(index[1], V::set_int(in.row_stride))),
+                    index[0]);
+    return c;
+  }
+
+  static F lerp(F a, F b, F w) { return V::madd(w, V::sub(b, a), a); }
+
+  int row_offset(int y, int z) const { return y * in.row_stride + z * in.slice_stride; }
+
+  /// Row of two voxels at an offset, interpolated along x.
+  F row(const Place& c, int y, int z) const {
+    F a;
+    F b;
+    V::load_pair(in.voxels + row_offset(y, z), c.base, a, b);
+    return lerp(a, b, c.w[0]);
+  }
+
+  /// HU.
+  F value(F at) const {
+    const Place c = locate(at);
+    const F below = lerp(row(c, 0, 0), row(c, 1, 0), c.w[1]);
+    const F above = lerp(row(c, 0, 1), row(c, 1, 1), c.w[1]);
+    return lerp(below, above, c.w[2]);
+  }
+
+  /// The four rows around a place, interpolated along x, and their central differences along x.
+  struct Rows {
+    F value[4];
+    F difference[4];
+  };
+
+  Rows rows(const Place& c) const {
+    Rows r;
+    for (int i = 0; i < 4; ++i) {
+      F before;
+      F a;
+      F b;
+      F after;
+      V::load_quad(in.voxels + row_offset(i & 1, i >> 1) - 1, c.base, before, a, b, after);
+      r.value[i] = lerp(a, b, c.w[0]);
+      r.difference[i] = V::sub(lerp(b, after, c.w[0]), lerp(before, a, c.w[0]));
+    }
+    return r;
+  }
+
+  static F bilinear(const F* r, const Place& c) {
+    return lerp(lerp(r[0], r[1], c.w[1]), lerp(r[2], r[3], c.w[1]), c.w[2]);
+  }
+
+  /// HU/mm along the axes of the grid, where the ray's direction is known as well.
+  void gradient(F at, F* g) const {
+    const Place c = locate(at);
+    const Rows r = rows(c);
+    g[0] = V::mul(bilinear(r.difference, c), V::set(in.half_per_spacing[0]));
+    F y[2];
+    for (int z = 0; z < 2; ++z) {
+      const F below = row(c, -1, z);
+      const F above = row(c, 2, z);
+      const F* centre = r.value + 2 * z;
+      y[z] = V::sub(lerp(centre[1], above, c.w[1]), lerp(below, centre[0], c.w[1]));
+    }
+    g[1] = V::mul(lerp(y[0], y[1], c.w[2]), V::set(in.half_per_spacing[1]));
+    const F below = lerp(row(c, 0, -1), row(c, 1, -1), c.w[1]);
+    const F above = lerp(row(c, 0, 2), row(c, 1, 2), c.w[1]);
+    const F first = lerp(r.value[0], r.value[1], c.w[1]);
+    const F second = lerp(r.value[2], r.value[3], c.w[1]);
+    g[2] = V::mul(V::sub(lerp(second, above, c.w[2]), lerp(below, first, c.w[2])),
+                  V::set(in.half_per_spacing[2]));
+  }
+
+  static F length(const F* g) {
+    return V::sqrt(V::madd(g[0], g[0], V::madd(g[1], g[1], V::mul(g[2], g[2]))));
+  }
+
+  /// g · ray direction, the ray's being of unit length.
+  F along_ray(const F* g) const {
+    F dot = V::set(0.0F);
+    for (int axis = 0; axis < 3; ++axis) {
+      dot = V::madd(g[axis], V::mul(step[axis], V::set(in.mm_per_index_step[axis])), dot);
+    }
+    return dot;
+  }
+};
+
+}  // namespace nav::render

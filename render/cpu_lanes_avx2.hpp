@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <immintrin.h>
+
+#include "render/cpu_march.hpp"
+
+namespace nav::render {
+namespace {
+
+/// Eight lanes of AVX2.
+struct Avx2 {
+  using F = __m256;
+  struct I {
+    __m256i v;
+  };
+  struct M {
+    __m256 v;
+  };
+  static constexpr int kLanes = 8;
+
+  static F set(float x) { return _mm256_set1_ps(x); }
+  static I set_int(int x) { return {_mm256_set1_epi32(x)}; }
+  static F load(const float* p) { return _mm256_load_ps(p); }
+  static void store(float* p, F x) { _mm256_store_ps(p, x); }
+  static F add(F a, F b) { return _mm256_add_ps(a, b); }
+  static F sub(F a, F b) { return _mm256_sub_ps(a, b); }
+  static F mul(F a, F b) { return _mm256_mul_ps(a, b); }
+  static F div(F a, F b) { return _mm256_div_ps(a, b); }
+  static F madd(F a, F b, F c) { return _mm256_fmadd_ps(a, b, c); }
+  static F min(F a, F b) { return _mm256_min_ps(a, b); }
+  static F max(F a, F b) { return _mm256_max_ps(a, b); }
+  static F abs(F a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0F), a); }
+  static F sqrt(F a) { return _mm256_sqrt_ps(a); }
+  static F floor(F a) { return _mm256_floor_ps(a); }
+  static I add(I a, I b) { return {_mm256_add_epi32(a.v, b.v)}; }
+  static I subtract(I a, I b) { return {_mm256_sub_epi32(a.v, b.v)}; }
+  static I mul(I a, I b) { return {_mm256_mullo_epi32(a.v, b.v)}; }
+  static I max_int(I a, I b) { return {_mm256_max_epi32(a.v, b.v)}; }
+  static I shift_right_3(I a) { return {_mm256_srai_epi32(a.v, 3)}; }
+  static I shift_left_3(I a) { return {_mm256_slli_epi32(a.v, 3)}; }
+  static I truncate(F a) { return {_mm256_cvttps_epi32(a)}; }
+  static F to_float(I a) { return _mm256_cvtepi32_ps(a.v); }
+  static M less(F a, F b) { return {_mm256_cmp_ps(a, b, _CMP_LT_OQ)}; }
+  static M not_less(F a, F b) { return {_mm256_cmp_ps(a, b, _CMP_GE_OQ)}; }
+  static M both(M a, M b) { return {_mm256_and_ps(a.v, b.v)}; }
+  static M either(M a, M b) { return {_mm256_or_ps(a.v, b.v)}; }
+  static M none() { return {_mm256_setzero_ps()}; }
+  static M negate(M a) { return {_mm256_xor_ps(a.v, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
+  static bool any(M a) { return _mm256_movemask_ps(a.v) != 0; }
+  static int count(M a) {
+    return __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps(a.v)));
+  }
+  static F select(M m, F a, F b) { return _mm256_blendv_ps(b, a, m.v); }
+  static F mask(M m, F a) { return _mm256_and_ps(m.v, a); }
+
+  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r, Taylor series in r.
+  static void split_exp(F y, F& scale, F& part) {
+    const F clamped = max(y, set(-87.0F));
+    const F n = _mm256_round_ps(mul(clamped, set(1.44269504F)),
+                                _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+    F r = _mm256_fnmadd_ps(n, set(0.693359375F), clamped);
+    r = _mm256_fnmadd_ps(n, set(-2.12194440e-4F), r);
+    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
+    p = madd(p, r, set(1.0F / 120));
+    p = madd(p, r, set(1.0F / 24));
+    p = madd(p, r, set(1.0F / 6));
+    p = madd(p, r, set(0.5F));
+    part = madd(mul(p, r), r, r);
+    const __m256i exponent = _mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127));
+    scale = _mm256_castsi256_ps(_mm256_slli_epi32(exponent, 23));
+  }
+  /// 1 - e^-x without cancellation for small x >= 0.
+  static F one_minus_exp(F x) {
+    F scale;
+    F part;
+    split_exp(sub(set(0.0F), x), scale, part);
+    return _mm256_fnmadd_ps(scale, part, sub(set(1.0F), scale));
+  }
+  /// Natural logarithm of x >= 1e-38, after Cephes logf.
+  static F log(F x) {
+    const __m256i bits = _mm256_castps_si256(x);
+    __m256i e = _mm256_sub_epi32(_mm256_srli_epi32(bits, 23), _mm256_set1_epi32(126));
+    F m = _mm256_castsi256_ps(_mm256_or_si256(_mm256_and_si256(bits, _mm256_set1_epi32(0x007fffff)),
+                                              _mm256_set1_epi32(0x3f000000)));
+    const F small = _mm256_cmp_ps(m, set(0.707106781F), _CMP_LT_OQ);  // m in [0.5, 1).
+    e = _mm256_add_epi32(e, _mm256_castps_si256(small));              // The mask is -1.
+    m = sub(add(m, _mm256_and_ps(small, m)), set(1.0F));
+    constexpr float kLog[9] = {7.0376836292e-2F,  -1.1514610310e-1F, 1.1676998740e-1F,
+                               -1.2420140846e-1F, 1.4249322787e-1F,  -1.6668057665e-1F,
+                               2.0000714765e-1F,  -2.4999993993e-1F, 3.3333331174e-1F};
+    F p = set(kLog[0]);
+    for (int i = 1; i < 9; ++i) p = madd(p, m, set(kLog[i]));
+    const F n = _mm256_cvtepi32_ps(e);
+    const F square = mul(m, m);
+    F log = mul(mul(p, m), square);
+    log = madd(n, set(-2.12194440e-4F), log);
+    log = _mm256_fnmadd_ps(set(0.5F), square, log);
+    log = add(log, m);
+    return madd(n, set(0.693359375F), log);
+  }
+  /// log(1 + x) for x in (-1, 0]: the rounding of 1 + x is divided out.
+  static F log1p(F x) {
+    const F u = add(set(1.0F), x);
+    const F d = sub(u, set(1.0F));
+    const F tiny = _mm256_cmp_ps(d, set(0.0F), _CMP_EQ_OQ);
+    const F exact = mul(log(u), div(x, _mm256_blendv_ps(d, set(1.0F), tiny)));
+    return _mm256_blendv_ps(exact, x, tiny);
+  }
+  /// base^exponent for base in [0, 1], exponent >= 0.
+  static F power(F base, float exponent) {
+    const F x = max(base, set(1.17549435e-38F));
+    F scale;
+    F part;
+    split_exp(min(mul(log(x), set(exponent)), set(0.0F)), scale, part);
+    return madd(scale, part, scale);
+  }
+
+  static F low_half(__m256i pair) {
+    return _mm256_cvtepi32_ps(_mm256_srai_epi32(_mm256_slli_epi32(pair, 16), 16));
+  }
+  static F high_half(__m256i pair) { return _mm256_cvtepi32_ps(_mm256_srai_epi32(pair, 16)); }
+
+  /// Voxels at and at + 1: one 32-bit gather.
+  static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
+    const __m256i pair = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 2);
+    a = low_half(pair);
+    b = high_half(pair);
+  }
+  /// Voxels at to at + 3: two 64-bit gathers of four lanes each.
+  static void load_quad(const std::int16_t* p, I at, F& a, F& b, F& c, F& d) {
+    const auto* base = reinterpret_cast<const long long*>(p);
+    const __m256i low = _mm256_i32gather_epi64(base, _mm256_castsi256_si128(at.v), 2);
+    const __m256i high = _mm256_i32gather_epi64(base, _mm256_extracti128_si256(at.v, 1), 2);
+    const F even = _mm256_shuffle_ps(_mm256_castsi256_ps(low), _mm256_castsi256_ps(high), 0x88);
+    const F odd = _mm256_shuffle_ps(_mm256_castsi256_ps(low), _mm256_castsi256_ps(high), 0xDD);
+    const __m256i first = _mm256_permute4x64_epi64(_mm256_castps_si256(even), 0xD8);
+    const __m256i second = _mm256_permute4x64_epi64(_mm256_castps_si256(odd), 0xD8);
+    a = low_half(first);
+    b = high_half(first);
+    c = low_half(second);
+    d = high_half(second);
+  }
+  static I load_byte(const std::uint8_t* p, I at) {
+    const __m256i word = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 1);
+    return {_mm256_and_si256(word, _mm256_set1_epi32(0xff))};
+  }
+  static F load_float(const float* p, I at) { return _mm256_i32gather_ps(p, at.v, 4); }
+  /// Two signed 16-bit numbers.
+  static void load_range(const std::int32_t* p, I at, F& low, F& high) {
+    const __m256i word = _mm256_i32gather_epi32(p, at.v, 4);
+    low = low_half(word);
+    high = high_half(word);
+  }
+
+  /// Lane i in the lower half, lane i + 4 in the upper one, each four times.
+  template <int i>
+  static F spread(F x) {
+    return _mm256_shuffle_ps(x, x, i * 0x55);
+  }
+  /// Four numbers of two lanes.
+  static F load_two(const float* low, const float* high) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low)), _mm_load_ps(high), 1);
+  }
+  static __m256i load_two(const std::int32_t* low, const std::int32_t* high) {
+    return _mm256_castps_si256(
+        load_two(reinterpret_cast<const float*>(low), reinterpret_cast<const float*>(high)));
+  }
+  /// From pairs of lanes (i, i + 4) of four numbers to four numbers of eight lanes.
+  static void transpose(const F* pair, F* out) {
+    const F t0 = _mm256_unpacklo_ps(pair[0], pair[1]);
+    const F t1 = _mm256_unpackhi_ps(pair[0], pair[1]);
+    const F t2 = _mm256_unpacklo_ps(pair[2], pair[3]);
+    const F t3 = _mm256_unpackhi_ps(pair[2], pair[3]);
+    out[0] = _mm256_shuffle_ps(t0, t2, 0x44);
+    out[1] = _mm256_shuffle_ps(t0, t2, 0xEE);
+    out[2] = _mm256_shuffle_ps(t1, t3, 0x44);
+    out[3] = _mm256_shuffle_ps(t1, t3, 0xEE);
+  }
+  struct Lanes {
+    alignas(32) int at[8];
+    explicit Lanes(I i) { _mm256_store_si256(reinterpret_cast<__m256i*>(at), i.v); }
+  };
+
+  template <int i>
+  static F lookup_two(const TableEntry* table, const Lanes& lanes, F w) {
+    const TableEntry& low = table[lanes.at[i]];
+    const TableEntry& high = table[lanes.at[i + 4]];
+    return madd(spread<i>(w), load_two(low.to_next, high.to_next), load_two(low.value, high.value));
+  }
+  /// One entry per lane, interpolated.
+  static void lookup(const TableEntry* table, I at, F w, F* out) {
+    const Lanes lanes(at);
+    const F pair[4] = {lookup_two<0>(table, lanes, w), lookup_two<1>(table, lanes, w),
+                       lookup_two<2>(table, lanes, w), lookup_two<3>(table, lanes, w)};
+    transpose(pair, out);
+  }
+
+  /// Four integrals and their derivatives, in pairs of lanes as load_two().
+  struct Integral {
+    __m256i sum[4];
+    F slope[4];
+  };
+  template <int i>
+  static void integral_two(const IntegralEntry* table, const Lanes& lanes, F w, Integral& out) {
+    const IntegralEntry& low = table[lanes.at[i]];
+    const IntegralEntry& high = table[lanes.at[i + 4]];
+    const F weight = spread<i>(w);
+    const F here = load_two(low.here, high.here);
+    const F rise = mul(weight, load_two(low.bend, high.bend));
+    const __m256i part = _mm256_cvtps_epi32(mul(weight, add(here, rise)));
+    out.sum[i] = _mm256_add_epi32(load_two(low.before, high.before), part);
+    out.slope[i] = add(here, add(rise, rise));
+  }
+  static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
+    const Lanes lanes(at);
+    integral_two<0>(table, lanes, w, out);
+    integral_two<1>(table, lanes, w, out);
+    integral_two<2>(table, lanes, w, out);
+    integral_two<3>(table, lanes, w, out);
+  }
+  template <int i>
+  static F mean_two(const Integral& a, const Integral& b, F close, F scale) {
+    const F change = _mm256_cvtepi32_ps(_mm256_sub_epi32(b.sum[i], a.sum[i]));
+    const F slopes = add(a.slope[i], b.slope[i]);
+    return mul(_mm256_blendv_ps(change, slopes, spread<i>(close)), spread<i>(scale));
+  }
+  /// scale times the change of the integrals; where close, scale times the sum of the derivatives.
+  static void mean(const Integral& a, const Integral& b, M close, F scale, F* out) {
+    const F pair[4] = {mean_two<0>(a, b, close.v, scale), mean_two<1>(a, b, close.v, scale),
+                       mean_two<2>(a, b, close.v, scale), mean_two<3>(a, b, close.v, scale)};
+    transpose(pair, out);
+  }
+};
+
+}  // namespace
+}  // namespace nav::render

@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_painter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace nav::render {
+namespace {
+
+constexpr int kPacketWidth = 4;
+constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
+constexpr int kTile = 32;  // Pixels; a multiple of the packet's sides.
+
+constexpr double kNowhere = -1e30;
+
+static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
+static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
+static_assert(spec::kSilhouettePower == 4, "cpu_kernel_shade.hpp");
+
+MarchProject project_of(Projection projection) {
+  switch (projection) {
+    case Projection::kMinimum:
+      return MarchProject::kMinimum;
+    case Projection::kMean:
+      return MarchProject::kMean;
+    case Projection::kMaximum:
+    case Projection::kComposite:
+      break;
+  }
+  return MarchProject::kMaximum;
+}
+
+}  // namespace
+
+struct CpuPainter::Packet {
+  RayPacket rays;
+  double base[kPacketLanes];  ///< Begin of cell 0, in cells from the ray's origin.
+  spec::Interval<double> box[kPacketLanes];
+  std::vector<spec::Hit<double>> hits[kPacketLanes];
+  bool in_box;
+  std::size_t most_hits;
+  int cut;  ///< Lanes that the cutaway meets within the box.
+};
+
+CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
+                       const MarchSet& marches, const spec::CutawayObjects<double>& cutaway)
+    : scene_(scene),
+      in_(in),
+      cutaway_(cutaway),
+      plain_(marches.composite({key.classify, key.shade, false})),
+      fading_(key.fade ? marches.composite(key) : plain_),
+      project_(marches.project(project_of(scene.projection))),
+      surfaces_(scene),
+      view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
+      step_(spec::step_mm(scene.quality, scene.ct->grid())),
+      first_sample_(key.classify == MarchClassify::kPreIntegrated &&
+                            scene.projection == Projection::kComposite
+                        ? 0.0
+                        : 0.5),
+      tiles_across_((scene.width + kTile - 1) / kTile),
+      tiles_down_((scene.height + kTile - 1) / kTile),
+      pixels_(static_cast<std::size_t>(scene.width) * static_cast<std::size_t>(scene.height)) {}
+
+void CpuPainter::paint_tile(int tile) {
+  const int x0 = tile % tiles_across_ * kTile;
+  const int y0 = tile / tiles_across_ * kTile;
+  MarchCounts counts{};
+  Packet packet{};
+  std::uint64_t cut = 0;
+  for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kPacketHeight) {
+    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kPacketWidth) {
+      start_packet(x, y, packet);
+      cut += static_cast<std::uint64_t>(packet.cut);
+      if (scene_.projection == Projection::kComposite) {
+        composite(packet, counts);
+      } else {
+        project(packet, counts);
+      }
+      for (int lane = 0; lane < kPacketLanes; ++lane) {
+        store(x + lane % kPacketWidth, y + lane / kPacketWidth, lane, packet.rays);
+      }
+    }
+  }
+  samples_ += counts.samples;
+  gradients_ += counts.gradients;
+  window_gradients_ += counts.window_gradients;
+  faded_ += counts.faded;
+  cutaway_rays_ += cut;
+}
+
+RenderedImage CpuPainter::finish() {
+  RenderedImage image{{scene_.width, scene_.height, std::move(pixels_)}, {}};
+  image.statistics.rays = image.pixels.pixels().size();
+  image.statistics.volume_samples = samples_;
+  image.statistics.gradient_samples = gradients_;
+  image.statistics.window_gradients = window_gradients_;
+  image.statistics.cutaway_rays = cutaway_rays_;
+  image.statistics.faded_cells = faded_;
+  return image;
+}
+
+void CpuPainter::start_packet(int x0, int y0, Packet& p) {
+  p.in_box = false;
+  p.most_hits = 0;
+  p.cut = 0;
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    start_lane(x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, lane, p);
+    p.in_box = p.in_box || p.box[lane].end > p.box[lane].begin;
+    p.most_hits = std::max(p.most_hits, p.hits[lane].size());
+  }
+}
+
+void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
+  p.hits[lane].clear();
+  p.box[lane] = {0, 0};
+  p.base[lane] = 0;
+  p.rays.alpha[lane] = 0;
+  p.rays.t1[lane] = p.rays.t2[lane] = static_cast<float>(kNowhere);
+  for (int axis = 0; axis < 3; ++axis) {
+    p.rays.rgb[axis][lane] = 0;
+    p.rays.origin[axis][lane] = 0;
+    p.rays.step[axis][lane] = 0;
+  }
+  // Lanes beyond the picture's edge stay empty.
+  if (x >= scene_.width || y >= scene_.height) return;
+  const auto ray = spec::ray_of(view_, x, y);
+  if (!surfaces_.empty()) surfaces_.meet(ray, p.hits[lane]);
+  const auto index = spec::index_ray(ray, scene_.ct->grid());
+  const auto in = spec::clip_to_box(index, scene_.ct->grid().size);
+  if (!(in.end > in.begin)) return;
+  const double shift = scene_.quality.jitter ? spec::jitter_of(x, y) : 0;
+  p.box[lane] = in;
+  p.base[lane] = std::floor(in.begin / step_ - shift) + shift;
+  const double first = (p.base[lane] + first_sample_) * step_;
+  for (int axis = 0; axis < 3; ++axis) {
+    p.rays.origin[axis][lane] =
+        static_cast<float>(index.origin[axis] + first * index.direction[axis]);
+    p.rays.step[axis][lane] = static_cast<float>(step_ * index.direction[axis]);
+  }
+  if (!cutaway_.empty()) cut_lane(ray, lane, p);
+}
+
+void CpuPainter::cut_lane(const spec::Ray<double>& ray, int lane, Packet& p) const {
+  const spec::CutawaySpan<double> span = spec::meet_cutaway(cutaway_, ray);
+  if (!(span.t2 > p.box[lane].begin)) return;
+  const double t2 = span.t2 / step_ - p.base[lane];
+  const double t1 = std::max(span.t1 / step_ - p.base[lane], kNowhere);
+  p.rays.t2[lane] = static_cast<float>(t2);
+  p.rays.t1[lane] = static_cast<float>(t1);
+  p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kNowhere));
+  // Far more than single precision takes from t2, t1, their difference, and a sum of cells.
+  const double overlay = in_.overlay_cells < 1e29F ? static_cast<double>(in_.overlay_cells) : 0;
+  p.rays.margin[lane] =
+      static_cast<float>(0.02 + 2e-6 * (t2 - t1 + overlay + std::abs(t1) + std::abs(t2)));
+  ++p.cut;
+}
+
+void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
+  const March march = p.cut > 0 ? fading_ : plain_;
+  for (std::size_t segment = 0; segment <= p.most_hits; ++segment) {
+    if (p.in_box) {
+      set_segment(segment, p);
+      march(in_, p.rays, counts);
+    }
+    for (int lane = 0; lane < kPacketLanes; ++lane) {
+      if (segment < p.hits[lane].size()) blend(p.hits[lane][segment], lane, p.rays);
+    }
+  }
+}
+
+void CpuPainter::project(Packet& p, MarchCounts& counts) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    for (const auto& hit : p.hits[lane]) blend(hit, lane, p.rays);
+    p.rays.begin[lane] = static_cast<float>(p.box[lane].begin / step_ - p.base[lane]);
+    p.rays.end[lane] = static_cast<float>(p.box[lane].end / step_ - p.base[lane]);
+  }
+  if (!p.in_box) return;
+  project_(in_, p.rays, counts);
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    const double hu = p.rays.value[lane];
+    const double grey =
+        std::clamp((hu - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
+    blend({p.box[lane].end, spec::Vec3<double>::Constant(grey), 1.0}, lane, p.rays);
+  }
+}
+
+/// The stretch between the surfaces segment - 1 and segment of every lane.
+void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const auto& hits = p.hits[lane];
+    double begin = p.box[lane].begin;
+    double end = p.box[lane].end;
+    if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
+    if (segment < hits.size()) end = std::min(end, hits[segment].t);
+    const bool past =
+        segment > hits.size() || (segment == hits.size() && segment > 0 && hits.back().alpha >= 1);
+    if (past || !(end > begin)) {
+      p.rays.begin[lane] = p.rays.end[lane] = 0;
+      continue;
+    }
+    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.base[lane]);
+    p.rays.end[lane] = static_cast<float>(end / step_ - p.base[lane]);
+  }
+}
+
+void CpuPainter::blend(const spec::Hit<double>& hit, int lane, RayPacket& rays) const {
+  if (rays.alpha[lane] >= in_.opaque_at) return;
+  const float weight = (1 - rays.alpha[lane]) * static_cast<float>(hit.alpha);
+  for (int c = 0; c < 3; ++c) rays.rgb[c][lane] += weight * static_cast<float>(hit.rgb[c]);
+  rays.alpha[lane] += weight;
+}
+
+void CpuPainter::store(int x, int y, int lane, const RayPacket& rays) {
+  if (x >= scene_.width || y >= scene_.height) return;
+  const float left = 1 - rays.alpha[lane];
+  const auto channel = [&](int c) {
+    return rays.rgb[c][lane] + left * static_cast<float>(scene_.background_rgb[c]);
+  };
+  pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(scene_.width) +
+          static_cast<std::size_t>(x)] = {channel(0), channel(1), channel(2), 1.0F};
+}
+
+}  // namespace nav::render

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The global lattice of cells. "Cells" is the ray parameter in units of a cell, so that cell k
+// covers [k, k + 1): cells = t / step_mm - shift.
+
+uniform float step_mm;  // Length of a cell.
+
+vec3 lattice_origin;  // Index at 0 cells.
+vec3 lattice_step;    // Index per cell.
+vec3 ray_direction;   // Unit, local mm.
+vec2 cost;            // CT samples, shaded samples.
+float lattice_shift;  // Part of a cell, [0, 1).
+
+#ifdef JITTER
+uniform float picture_height;  // Pixels.
+
+// The same integer hash as spec::jitter_of; row 0 at the top.
+float jitter_of(ivec2 pixel) {
+  uint h = uint(pixel.x) * 0x8da6b343u + uint(pixel.y) * 0xd8163841u;
+  h = (h ^ (h >> 16)) * 0x7feb352du;
+  h = (h ^ (h >> 15)) * 0x846ca68bu;
+  return float((h ^ (h >> 16)) >> 8) / 16777216.0;
+}
+#endif
+
+void set_lattice(Ray ray) {
+#ifdef JITTER
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  lattice_shift = jitter_of(ivec2(pixel.x, int(picture_height) - 1 - pixel.y));
+#else
+  lattice_shift = 0.0;
+#endif
+  ray_direction = ray.direction;
+  lattice_step = index_from_local * ray.direction * step_mm;
+  lattice_origin = index_from_local * ray.origin + lattice_shift * lattice_step;
+  cost = vec2(0.0);
+}
+
+float cells_of(float t) { return t / step_mm - lattice_shift; }
+float t_of(float cells) { return (cells + lattice_shift) * step_mm; }
+
+// precise: whoever asks for a place gets the same bits.
+vec3 index_at(float cells) {
+  precise vec3 index = lattice_origin + cells * lattice_step;
+  return index;
+}
+
+float value_at(float cells) {
+  cost.x += 1.0;
+  return ct_hu(index_at(cells));
+}

@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cutaway_mesh.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+using V = Eigen::Vector3d;
+
+/// A lumpy organ: a sphere whose radius changes with direction, rings × 2 rings quads.
+MeshObject organ(int rings, double radius_mm, const V& middle) {
+  MeshObject mesh;
+  const int around = 2 * rings;
+  for (int i = 0; i <= rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      const double polar = std::numbers::pi * i / rings;
+      const double turn = 2 * std::numbers::pi * j / around;
+      const double lump =
+          1 + 0.2 * std::sin(3 * turn) * std::sin(polar) + 0.1 * std::cos(5 * polar);
+      mesh.vertices_ct.push_back(
+          {middle + radius_mm * lump *
+                        V(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
+                          std::cos(polar))});
+    }
+  }
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      const int next = (j + 1) % around;
+      const int a = i * around + j;
+      const int b = i * around + next;
+      mesh.triangles.push_back({a, b, a + around});
+      mesh.triangles.push_back({b, b + around, a + around});
+    }
+  }
+  return mesh;
+}
+
+/// Disconnected triangles of every size, many degenerate.
+MeshObject soup(int count, std::mt19937& random) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  MeshObject mesh;
+  for (int i = 0; i < count; ++i) {
+    const V at = 60 * V(u(random), u(random), u(random));
+    const double size = std::pow(10, 1.5 * u(random));
+    for (int k = 0; k < 3; ++k) {
+      mesh.vertices_ct.push_back({at + size * V(u(random), u(random), u(random))});
+    }
+    const int v = 3 * i;
+    mesh.triangles.push_back({v, i % 5 == 0 ? v : v + 1, i % 10 == 0 ? v : v + 2});
+  }
+  return mesh;
+}
+
+Scene scene_with(const MeshObject& mesh, bool orthographic) {
+  const auto ct =
+      test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}), [](int, int, int) { return 0; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(300, 200, orthographic));
+  scene.cutaway.emplace();
+  scene.cutaway->around_plane = false;
+  scene.cutaway->meshes.push_back(std::make_shared<const MeshObject>(mesh));
+  return scene;
+}
+
+void expect_exact(const MeshObject& mesh, double theta1_deg, double theta2_deg) {
+  for (const bool orthographic : {false, true}) {
+    Scene scene = scene_with(mesh, orthographic);
+    scene.cutaway->theta1_rad = theta1_deg * std::numbers::pi / 180;
+    scene.cutaway->theta2_rad = theta2_deg * std::numbers::pi / 180;
+    ASSERT_TRUE(test::has_value(validate(scene)));
+    const auto exact = spec::make_cutaway(scene, true);
+    const CutawayMesh tree(mesh, scene.ct->grid().origin_mm);
+    const auto view = spec::make_view<double>(scene.camera, 33, 25, scene.ct->grid());
+    CutawayMesh::Hint hint{-7, 1 << 30};
+    for (int y = 0; y < 25; ++y) {
+      for (int x = 0; x < 33; ++x) {
+        const auto ray = spec::ray_of(view, x, y);
+        const auto expected = spec::meet_cutaway(exact, ray);
+        spec::CutawaySpan<double> found{-1e300, -1e300};
+        tree.meet(ray, exact.cot1, exact.cot2, hint, found);
+        EXPECT_EQ(found.t1, expected.t1) << x << ' ' << y;
+        EXPECT_EQ(found.t2, expected.t2) << x << ' ' << y;
+      }
+    }
+  }
+}
+
+TEST(CutawayMeshTest, EqualsEveryTriangleToTheLastBit) {
+  expect_exact(organ(16, 50, {5, 0, -10}), 30, 50);
+  expect_exact(organ(16, 50, {5, 0, -10}), 1, 89);
+  expect_exact(organ(8, 20, {0, -280, 0}), 20, 20);   // Near the eye.
+  expect_exact(organ(8, 250, {0, -280, 0}), 40, 70);  // About the eye.
+}
+
+TEST(CutawayMeshTest, EqualsEveryTriangleOfASoup) {
+  std::mt19937 random(8);
+  for (const int count : {1, 3, 4, 5, 9, 100, 700}) expect_exact(soup(count, random), 25, 60);
+}
+
+TEST(CutawayMeshTest, KeepsWhatOtherObjectsReach) {
+  const CutawayMesh tree(organ(8, 50, V::Zero()), V::Zero());
+  const spec::Ray<double> ray{{0, -300, 0}, {0, 1, 0}};
+  CutawayMesh::Hint hint;
+  spec::CutawaySpan<double> span{1000, 900};
+  tree.meet(ray, 1.7, 1, hint, span);
+  EXPECT_EQ(span.t2, 1000);
+  EXPECT_EQ(span.t1, 900);
+}
+
+TEST(CutawayMeshTest, LooksAtAFewTrianglesOfMany) {
+  Scene scene = scene_with(organ(64, 50, V::Zero()), false);
+  const CutawayMesh tree(*scene.cutaway->meshes[0], scene.ct->grid().origin_mm);
+  EXPECT_EQ(tree.triangles(), 64U * 128 * 2);
+  const auto view = spec::make_view<double>(scene.camera, 40, 30, scene.ct->grid());
+  double met = 0;
+  int hint = 0;
+  for (int i = 0; i < 1200; ++i) {
+    int here = 0;
+    (void)tree.greatest(spec::ray_of(view, i % 40, i / 40), 1.7, -1e300, hint, &here);
+    met += here;
+  }
+  EXPECT_LT(met / 1200, 0.02 * static_cast<double>(tree.triangles()));
+}
+
+TEST(CutawayFieldTest, EqualsTheSpecificationInEveryPixelInFront) {
+  Scene scene = scene_with(organ(12, 40, {30, 0, 0}), false);
+  scene.plane = test::upright_plane(test::grey_picture(80, 60, 100), 1, {-30, 0, 30});
+  scene.cutaway->around_plane = true;
+  MeshObject small = organ(12, 15, {-60, -20, 0});
+  small.triangles.resize(20);
+  scene.cutaway->meshes.push_back(std::make_shared<const MeshObject>(small));
+  EXPECT_TRUE(CutawayField::needed(scene));
+  const CutawayField field(scene);
+  const auto exact = spec::make_cutaway(scene, true);
+  const auto view = spec::make_view<double>(scene.camera, 64, 48, scene.ct->grid());
+  const auto spans = field.meet_all(view, 2);
+  int touched = 0;
+  for (int i = 0; i < 64 * 48; ++i) {
+    const auto expected = spec::meet_cutaway(exact, spec::ray_of(view, i % 64, i / 64));
+    const auto& found = spans[static_cast<std::size_t>(i)];
+    if (!(expected.t2 > 0)) {
+      EXPECT_EQ(found.t2, CutawayField::lowest());
+      continue;
+    }
+    ++touched;
+    EXPECT_EQ(found.t2, static_cast<float>(expected.t2)) << i;
+    EXPECT_EQ(found.t1, static_cast<float>(expected.t1)) << i;
+  }
+  EXPECT_GT(touched, 1000);
+}
+
+TEST(CutawayFieldTest, IsNeededOnlyByLargeMeshesThatCut) {
+  Scene scene = scene_with(organ(12, 40, V::Zero()), false);
+  EXPECT_TRUE(CutawayField::needed(scene));
+  scene.projection = Projection::kMaximum;
+  EXPECT_FALSE(CutawayField::needed(scene));
+  scene.projection = Projection::kComposite;
+  scene.cutaway->meshes.clear();
+  EXPECT_FALSE(CutawayField::needed(scene));
+  scene.cutaway.reset();
+  EXPECT_FALSE(CutawayField::needed(scene));
+}
+
+TEST(CutawayFieldTest, KeepsTheTreesOfTheFieldBefore) {
+  Scene scene = scene_with(organ(12, 40, V::Zero()), false);
+  const CutawayField first(scene);
+  scene.cutaway->theta1_rad = 0.2;  // Trees do not depend on the angles.
+  const CutawayField second(scene, &first);
+  const CutawayField fresh(scene);
+  const auto view = spec::make_view<double>(scene.camera, 16, 12, scene.ct->grid());
+  const auto a = second.meet_all(view, 1);
+  const auto b = fresh.meet_all(view, 1);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].t1, b[i].t1);
+    EXPECT_EQ(a[i].t2, b[i].t2);
+  }
+}
+
+}  // namespace
+}  // namespace nav::render

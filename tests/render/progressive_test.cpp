@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/progressive.hpp"
+
+#include <gtest/gtest.h>
+
+#include "render/scene_compare.hpp"
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+/// Notes what it is asked for; every picture is a ramp and takes as long as told.
+class SlowEngine final : public Engine {
+ public:
+  [[nodiscard]] std::string name() const override { return "slow"; }
+  [[nodiscard]] std::string device() const override { return "test"; }
+  Result<RenderedImage> render(const Scene& scene) override {
+    asked = {scene.width, scene.height};
+    std::vector<RgbaF> pixels;
+    for (int y = 0; y < scene.height; ++y) {
+      for (int x = 0; x < scene.width; ++x) {
+        // A ramp over the view, not over the pixels.
+        const auto u = static_cast<float>((x + 0.5 - 0.5 * scene.width) / scene.height);
+        const auto v = static_cast<float>((y + 0.5) / scene.height);
+        pixels.push_back({0.5F + 0.25F * u, 0.5F * v, 0, 1});
+      }
+    }
+    RenderedImage image{{scene.width, scene.height, std::move(pixels)}, {}};
+    image.statistics.cast_s = takes_s;
+    return image;
+  }
+  std::pair<int, int> asked;
+  double takes_s = 0.2;
+};
+
+Scene scene() {
+  const auto ct = test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}),
+                                    [](int, int, int) { return 0.0; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 10, false));
+  scene.width = 81;
+  scene.height = 61;
+  scene.plane = test::upright_plane(test::grey_picture(4, 4, 100), 1, {0, 0, 0});
+  return scene;
+}
+
+Timestamp at(double seconds) { return Timestamp(from_seconds(seconds)); }
+
+class ProgressiveTest : public ::testing::Test {
+ protected:
+  bool draw(double seconds) {
+    auto picture = progressive_.draw(scene_, at(seconds));
+    EXPECT_TRUE(test::has_value(picture));
+    EXPECT_EQ(picture->image.pixels.width(), scene_.width);
+    EXPECT_EQ(picture->image.pixels.height(), scene_.height);
+    return picture->refined;
+  }
+  void turn() { scene_.camera = orbited(scene_.camera); }
+  static Camera orbited(Camera camera) {
+    camera.eye_ct.mm.x() += 1;
+    return camera;
+  }
+  SlowEngine engine_;
+  ProgressiveRenderer progressive_{engine_};
+  Scene scene_ = scene();
+};
+
+TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullOnceStill) {
+  EXPECT_TRUE(draw(0));  // Nothing is known about the cost yet.
+  turn();
+  EXPECT_FALSE(draw(0.03));
+  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+  EXPECT_TRUE(progressive_.wants_refinement());
+  turn();
+  EXPECT_FALSE(draw(0.06));
+  EXPECT_FALSE(draw(0.15));  // Still for 90 ms only.
+  EXPECT_TRUE(draw(0.161));
+  EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
+  EXPECT_FALSE(progressive_.wants_refinement());
+}
+
+TEST_F(ProgressiveTest, AFastEngineIsNeverCoarse) {
+  engine_.takes_s = 0.01;
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(draw(0.03 * i));
+    turn();
+  }
+}
+
+TEST_F(ProgressiveTest, NewUltrasoundPixelsNeitherCoarsenNorDelayRefinement) {
+  EXPECT_TRUE(draw(0));
+  scene_.plane->frame.pixels = test::grey_picture(4, 4, 101);
+  EXPECT_TRUE(draw(0.02));
+  turn();
+  EXPECT_FALSE(draw(0.04));
+  scene_.plane->frame.pixels = test::grey_picture(4, 4, 102);
+  EXPECT_FALSE(draw(0.1));
+  scene_.plane->frame.pixels = test::grey_picture(4, 4, 103);
+  EXPECT_TRUE(draw(0.145));
+}
+
+TEST_F(ProgressiveTest, EnlargingKeepsEveryPlaceOfTheView) {
+  Scene small = scene_;
+  for (const auto& [width, height] : {std::pair(27, 21), std::pair(41, 31), std::pair(40, 30)}) {
+    small.width = width;
+    small.height = height;
+    const RenderedImage coarse = *engine_.render(small);
+    const RenderedImage full = *engine_.render(scene_);
+    const RenderedImage large = enlarged(coarse, scene_.width, scene_.height);
+    // Exact inside of the outermost coarse rays, beyond which values are held.
+    for (int y = 3; y < scene_.height - 3; ++y) {
+      for (int x = 3; x < scene_.width - 3; ++x) {
+        EXPECT_NEAR(large.pixels.at(x, y).r, full.pixels.at(x, y).r, 1e-5);
+        EXPECT_NEAR(large.pixels.at(x, y).g, full.pixels.at(x, y).g, 1e-5);
+      }
+    }
+  }
+}
+
+TEST(SceneChangeTest, TellsWhatHasToBeDrawnAnew) {
+  const Scene before = scene();
+  EXPECT_EQ(change_between(before, before), SceneChange::kNothing);
+  const auto expect = [&](SceneChange change, const auto& edit) {
+    Scene after = before;
+    edit(after);
+    EXPECT_EQ(change_between(before, after), change);
+    EXPECT_EQ(change_between(after, before), change);
+  };
+  expect(SceneChange::kNothing, [](Scene& s) { s.plane->frame.sequence = 7; });
+  expect(SceneChange::kPixels,
+         [](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 9); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->safety = {SafetyState::kStale, "old"}; });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.plane.reset(); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->opacity = 0.5; });
+  expect(SceneChange::kGeometry, [](Scene& s) {
+    s.plane->frame.outline = SectorOutline{{0, -1}, 1, 2, 0.3};
+  });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->frame.grid.origin_mm.x() += 1; });
+  expect(SceneChange::kGeometry,
+         [](Scene& s) { s.plane->frame.pixels = test::grey_picture(5, 4, 100); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.needle = test::needle({0, 0, 0}, {0, 9, 0}); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.spheres.push_back({{{0, 0, 0}}}); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.lines.push_back({{{0, 0, 0}}, {{1, 0, 0}}}); });
+  expect(SceneChange::kGeometry, [](Scene& s) { s.cutaway.emplace(); });
+  expect(SceneChange::kView, [](Scene& s) { s.camera.eye_ct.mm.x() += 1e-9; });
+  expect(SceneChange::kView, [](Scene& s) { s.transfer = test::fog(0.2); });
+  expect(SceneChange::kView, [](Scene& s) { s.quality.step_voxels = 2; });
+  expect(SceneChange::kView, [](Scene& s) { s.shading.emphasis = 1; });
+  expect(SceneChange::kView, [](Scene& s) { s.projection = Projection::kMaximum; });
+  expect(SceneChange::kView, [](Scene& s) { s.ct = std::make_shared<Volume>(*s.ct); });
+}
+
+}  // namespace
+}  // namespace nav::render
