@@ -3,16 +3,17 @@
 #include "app/bench.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 
+#include "app/bench_json.hpp"
 #include "app/engines.hpp"
 #include "app/presenter.hpp"
 #include "app/report.hpp"
-#include "bench/render_comparison.hpp"
+#include "bench/scene_set.hpp"
 #include "io/ct.hpp"
-#include "sim/ct_scanner.hpp"
 #include "sim/procedure.hpp"
 
 namespace nav::app {
@@ -66,7 +67,10 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
       simulator.simulate(*epoch.ct_from_image, middle, 0, epoch.ct_from_needle),
       procedure.ct_from_reference().inverse() * *epoch.ct_from_image, Duration::zero(), false};
   epoch.plane = epoch.needle = epoch.ultrasound = epoch.placement = {SafetyState::kValid, ""};
-  return presenter->scene(epoch);
+  render::Scene scene = presenter->scene(epoch);
+  scene.lines.push_back({procedure.plan().entry_ct, procedure.plan().target_ct});
+  scene.cutaway = render::Cutaway{};
+  return scene;
 }
 
 Result<Json> agreement(const render::Scene& scene, Console& console) {
@@ -94,54 +98,138 @@ Result<Json> agreement(const render::Scene& scene, Console& console) {
   return rows;
 }
 
+/// The scenes to compare in: of the user's CT, or of the set.
 Result<std::vector<bench::NamedScene>> comparison_scenes(const BenchRenderOptions& options,
-                                                         std::shared_ptr<const Volume> ct,
-                                                         const std::string& ct_name, int width,
-                                                         int height) {
-  std::vector<bench::NamedScene> scenes;
-  for (const char* preset : {"ct-bone", "cta-vessels", "ct-soft-tissue"}) {
-    for (const bool shaded : {false, true}) {
-      const std::string name = ct_name + "/" + preset + (shaded ? "/shaded" : "/unshaded");
-      if (!options.scene.empty() && options.scene != name) continue;
-      PresenterOptions look;
-      look.look.preset = preset;
-      look.look.shading = shaded;
-      look.width = width;
-      look.height = height;
-      auto presenter = Presenter::create(look, ct, render::make_cpu_engine());
-      if (!presenter) return presenter.error();
-      scenes.push_back({name, presenter->scene(Epoch{})});
-    }
+                                                         int width, int height, Console& console) {
+  std::vector<bench::BenchVolume> volumes;
+  if (!options.ct.empty()) {
+    auto ct = io::read_ct(options.ct, console);
+    if (!ct) return ct.error();
+    auto volume = bench::bench_volume(options.ct.stem().string(),
+                                      std::make_shared<const Volume>(std::move(*ct)));
+    if (!volume) return volume.error();
+    volumes.push_back(std::move(*volume));
+  } else {
+    auto set = bench::bench_volumes(options.scene, bench::bench_data_dir(), console);
+    if (!set) return set.error();
+    volumes = std::move(*set);
   }
+  auto scenes = bench::bench_scenes(volumes, options.scene, width, height);
   if (scenes.empty()) {
-    return Error{ErrorCode::kUsage, "--scene: expected a name like " + ct_name +
-                                        "/ct-bone/shaded, found " + options.scene};
+    return Error{ErrorCode::kUsage,
+                 "--scene: expected part of a name like "
+                 "simulated-patient/cta-vessels/perspective/shaded, found " +
+                     options.scene};
   }
   return scenes;
 }
 
-Json json_of(const bench::RenderBenchReport& report) {
-  Json json;
-  json["gl_device"] = report.gl_device;
-  json["results"] = Json::array();
-  for (const auto& row : report.rows) {
-    json["results"].push_back({{"scene", row.scene},
-                               {"engine", row.engine},
-                               {"step", row.step},
-                               {"cpu_s", row.cpu_s},
-                               {"wall_s", row.wall_s},
-                               {"rms", row.rms},
-                               {"max", row.max}});
+/// One scene of each volume, another look, camera and shading each time.
+std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& scenes) {
+  std::vector<bench::NamedScene> few;
+  std::string volume;
+  std::size_t in_volume = 0;
+  std::size_t volumes = 0;
+  for (const auto& named : scenes) {
+    const std::string of = named.name.substr(0, named.name.find('/'));
+    if (of != volume) {
+      volume = of;
+      in_volume = 0;
+      ++volumes;
+    }
+    // Eight scenes a volume: look, camera and shading are the bits of the index.
+    constexpr std::array<std::size_t, 4> kWhich{0, 7, 5, 2};
+    if (in_volume++ == kWhich[(volumes - 1) % kWhich.size()]) few.push_back(named);
   }
-  json["ratios"] = Json::array();
-  for (const auto& ratio : report.ratios) {
-    json["ratios"].push_back({{"scene", ratio.scene},
-                              {"name", ratio.name},
-                              {"step", ratio.step},
-                              {"same_step", json_number(ratio.same_step)},
-                              {"equal_error", json_number(ratio.equal_error)}});
+  return few.empty() ? scenes : few;
+}
+
+/// The camera moves about a cubic patient; the last scene's volume also sees an edit.
+Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& console) {
+  const auto looks = [] {
+    std::vector<render::TransferFunction> all;
+    for (const char* preset : {"ct-bone", "cta-vessels"}) {
+      all.push_back(*render::preset_transfer_function(preset));
+    }
+    all.push_back(bench::vessels_only());
+    return all;
+  }();
+  const std::vector<int> sides = quick ? std::vector<int>{256} : std::vector<int>{256, 384};
+  for (const int side : sides) {
+    auto ct = bench::cubic_patient(side);
+    if (!ct) return ct.error();
+    const auto scenes = bench::bench_scenes({{"patient-" + std::to_string(side), *ct, looks}},
+                                            "perspective/shaded", 800, 600);
+    for (const auto& named : scenes) {
+      console.progress(static_cast<double>(report.interaction.size()) /
+                       static_cast<double>(sides.size() * looks.size()));
+      auto moved = bench::measure_interaction(named, {quick ? 3 : 7, 3});
+      if (!moved) return moved.error();
+      report.interaction.push_back(std::move(*moved));
+    }
+    auto edit = bench::measure_edit(scenes.front().scene, 5);
+    if (!edit) return edit.error();
+    report.edit = *edit;
   }
-  return json;
+  return {};
+}
+
+/// What the navigation scene costs: always cutaway and update, costs of every element when asked.
+Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOptions& options,
+                                BenchRenderReport& report) {
+  const bench::Repeats repeats{options.quick ? 3 : 9, 3};
+  render::Scene large = scene;
+  large.width = 800;
+  large.height = 600;
+  auto cutaway = bench::measure_cutaway(large, repeats);
+  if (!cutaway) return cutaway.error();
+  report.cutaway = *cutaway;
+  auto update = bench::measure_image_update(large, options.quick ? 3 : 7);
+  if (!update) return update.error();
+  report.update = *update;
+  auto overhead = bench::full_volume_overhead(scene, repeats);
+  if (!overhead) return overhead.error();
+  report.full_volume_overhead = *overhead;
+  if (!options.costs) return {};
+  auto costs = bench::measure_costs(large, repeats);
+  if (!costs) return costs.error();
+  report.costs = std::move(*costs);
+  return {};
+}
+
+Result<void> measure_comparison(const BenchRenderOptions& options, int width, int height,
+                                BenchRenderReport& report, Console& console) {
+  console.begin("volumes");
+  auto scenes = comparison_scenes(options, width, height, console);
+  if (!scenes) return scenes.error();
+  console.end();
+  console.begin("skipping");
+  for (auto named : *scenes) {
+    named.scene.width = 200;
+    named.scene.height = 150;
+    auto skip = bench::measure_skipping(named);
+    if (!skip) return skip.error();
+    report.skipping.push_back(std::move(*skip));
+    console.progress(static_cast<double>(report.skipping.size()) /
+                     static_cast<double>(scenes->size()));
+  }
+  console.end();
+  bench::RenderBenchOptions bench_options;
+  if (options.quick) {
+    *scenes = stratified(*scenes);
+    bench_options.repeats = {1, 0};
+    bench_options.reference_width = 40;
+    bench_options.reference_height = 30;
+  }
+  console.begin("engines side by side");
+  auto compared = bench::compare_renderers(*scenes, bench_options, console, [&](std::size_t done) {
+    console.progress(static_cast<double>(done) / static_cast<double>(scenes->size()));
+  });
+  if (!compared) return compared.error();
+  report.comparison = std::move(*compared);
+  console.end();
+  std::cout << bench::to_text(report.comparison) << std::flush;
+  return {};
 }
 
 }  // namespace
@@ -149,40 +237,24 @@ Json json_of(const bench::RenderBenchReport& report) {
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
   const int width = options.quick ? 200 : options.width;
   const int height = options.quick ? 150 : options.height;
-  console.begin("volumes");
-  const sim::Procedure procedure(sim::ProcedureOptions{});
-  auto phantom_ct = sim::scan_ct(procedure.phantom());
-  if (!phantom_ct) return phantom_ct.error();
-  const auto simulated = std::make_shared<const Volume>(std::move(*phantom_ct));
-  auto compared = simulated;
-  std::string ct_name = "simulated-patient";
-  if (!options.ct.empty()) {
-    auto ct = io::read_ct(options.ct, console);
-    if (!ct) return ct.error();
-    compared = std::make_shared<const Volume>(std::move(*ct));
-    ct_name = options.ct.stem().string();
-  }
-  console.end();
+  BenchRenderReport report;
+  if (auto ok = measure_comparison(options, width, height, report, console); !ok) return ok;
 
-  auto scenes = comparison_scenes(options, compared, ct_name, width, height);
-  if (!scenes) return scenes.error();
-  bench::RenderBenchOptions bench_options;
-  if (options.quick) {
-    bench_options.step_voxels = {1, 0.5};
-    bench_options.frames = 1;
-    bench_options.reference_width = 40;
-    bench_options.reference_height = 30;
-    while (scenes->size() > 2) scenes->pop_back();
-  }
-  console.begin("engines side by side");
-  const auto report = bench::compare_renderers(*scenes, bench_options, console);
-  if (!report) return report.error();
+  console.begin("a live session");
+  const sim::Procedure procedure(sim::ProcedureOptions{});
+  auto ct = bench::simulated_ct();
+  if (!ct) return ct.error();
+  const auto scene = demo_scene(*ct, procedure, width, height);
+  if (!scene) return scene.error();
+  if (auto ok = measure_navigation(*scene, options, report); !ok) return ok;
   console.end();
-  std::cout << bench::to_text(*report) << std::flush;
+  console.begin("a moving camera");
+  if (auto ok = measure_motion(options.quick, report, console); !ok) return ok;
+  console.end();
+  std::cout << live_text(report);
+  if (report.costs) std::cout << '\n' << bench::to_text(*report.costs);
 
   console.begin("agreement with the reference");
-  const auto scene = demo_scene(simulated, procedure, width, height);
-  if (!scene) return scene.error();
   auto rows = agreement(*scene, console);
   if (!rows) return rows.error();
   console.end();
@@ -193,8 +265,25 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
   json["quick"] = options.quick;
   json["width"] = width;
   json["height"] = height;
-  json.update(json_of(*report));
+  json.update(json_of(report));
   json["agreement"] = std::move(*rows);
+  return write_json(json, *options.json);
+}
+
+Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& console) {
+  bench::ScalingOptions scaling;
+  std::erase_if(scaling.sides, [&](int side) { return side > options.largest; });
+  scaling.side = std::min(scaling.side, options.largest);
+  console.begin("scaling");
+  const auto points = bench::measure_scaling(scaling, [&](double done) { console.progress(done); });
+  if (!points) return points.error();
+  console.end();
+  std::cout << bench::to_text(*points) << std::flush;
+  if (!options.json) return {};
+  Json json;
+  json["verb"] = "bench scaling";
+  json["version"] = SONDE_VERSION;
+  json["points"] = json_of(*points);
   return write_json(json, *options.json);
 }
 

@@ -12,17 +12,27 @@
 namespace nav::app {
 
 struct BenchRenderOptions {
-  std::filesystem::path ct;  ///< Empty: the simulated patient.
-  std::string scene;         ///< Only this scene; empty: all.
-  bool quick = false;        ///< Small pictures, few steps: to see that it runs.
+  std::filesystem::path ct;  ///< Instead of the scene set; empty: the set.
+  std::string scene;         ///< Only scenes whose name contains it; empty: all.
+  bool quick = false;        ///< A few scenes, small pictures: about two minutes on two cores.
+  bool costs = false;        ///< Also the cost of every element of a picture.
   int width = 800;           ///< Of the timed pictures, pixels, [16, 8192].
   int height = 600;          ///< Of the timed pictures, pixels, [16, 8192].
   std::optional<std::string> json;
 };
 
-/// Run time against error of Sonde's engines beside VTK's volume mappers, in one run, and the
-/// agreement of the engines with the reference on the demo's scene. Prints tables; JSON keys are in
-/// docs/json.md.
+/// Run time against error of Sonde's engines beside VTK's volume mappers over the scene set, in one
+/// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
+/// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
+/// Prints tables; JSON keys are in docs/json.md.
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console);
+
+struct BenchScalingOptions {
+  int largest = 768;  ///< Side of the largest volume, voxels, [64, 768]: 0.9 GB and more of memory.
+  std::optional<std::string> json;
+};
+
+/// Time and memory of the CPU engine against volume size, pixels, threads and occupancy.
+Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& console);
 
 }  // namespace nav::app

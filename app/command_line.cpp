@@ -13,6 +13,7 @@
 #include "app/demo.hpp"
 #include "app/devices.hpp"
 #include "app/exit_code.hpp"
+#include "app/gallery.hpp"
 #include "app/info.hpp"
 #include "app/replay.hpp"
 
@@ -119,6 +120,7 @@ class CommandLine {
     add_register();
     add_info();
     add_bench();
+    add_gallery();
     add_devices();
   }
 
@@ -130,6 +132,7 @@ class CommandLine {
   void add_register();
   void add_info();
   void add_bench();
+  void add_gallery();
   void add_devices();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
@@ -158,6 +161,8 @@ class CommandLine {
   RegisterOptions register_;
   std::vector<double> target_;
   BenchRenderOptions bench_;
+  BenchScalingOptions scaling_;
+  GalleryOptions gallery_;
   bool accept_unknown_orientation_ = false;
   bool print_session_ = false;
   Verb verb_;
@@ -280,9 +285,10 @@ void CommandLine::add_bench() {
   bench->require_subcommand(1);
   CLI::App* render = bench->add_subcommand(
       "render", "Sonde's engines beside VTK's volume mappers, and their agreement");
-  render->add_option("--ct", bench_.ct, "CT to draw; none: the simulated patient");
-  render->add_option("--scene", bench_.scene, "only this scene");
-  render->add_flag("--quick", bench_.quick, "small pictures and few steps");
+  render->add_option("--ct", bench_.ct, "CT to draw instead of the scene set");
+  render->add_option("--scene", bench_.scene, "only scenes whose name contains this");
+  render->add_flag("--quick", bench_.quick, "few scenes, small pictures: about two minutes");
+  render->add_flag("--costs", bench_.costs, "also the cost of every element of a picture");
   render->add_option("--width", bench_.width, "of the timed pictures, pixels")
       ->check(CLI::Range(16, 8192))
       ->capture_default_str();
@@ -296,6 +302,33 @@ void CommandLine::add_bench() {
       return run_bench_render(bench_, console);
     };
   });
+  CLI::App* scaling = bench->add_subcommand(
+      "scaling", "Time and memory of the CPU engine against size, pixels, threads, occupancy");
+  scaling->add_option("--largest", scaling_.largest, "side of the largest volume, voxels")
+      ->check(CLI::Range(64, 768))
+      ->capture_default_str();
+  add_json(*scaling);
+  scaling->callback([this] {
+    verb_ = [this](Console& console) {
+      scaling_.json = json();
+      return run_bench_scaling(scaling_, console);
+    };
+  });
+}
+
+void CommandLine::add_gallery() {
+  CLI::App* gallery = app_.add_subcommand("gallery", "Draw the pictures of docs/gallery.md");
+  gallery->add_option("--out", gallery_.out, "folder to write to")->required();
+  gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
+  gallery->add_option("--only", gallery_.only, "only pictures whose name contains this");
+  gallery->add_option("--width", gallery_.width)
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  gallery->add_option("--height", gallery_.height)
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  gallery->callback(
+      [this] { verb_ = [this](Console& console) { return run_gallery(gallery_, console); }; });
 }
 
 void CommandLine::add_devices() {

@@ -3,13 +3,11 @@
 #include "bench/render_comparison.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <iomanip>
 #include <limits>
 #include <sstream>
-#include <sys/resource.h>
 
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
@@ -18,6 +16,7 @@ namespace nav::bench {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFineRms = 5e-3;
 
 using Picture = std::vector<Eigen::Vector3f>;
 
@@ -39,93 +38,116 @@ Picture colours(const Image2d<Rgba8>& image) {
 /// Something that draws scenes, ours or VTK's.
 struct Contestant {
   std::string name;
-  std::function<Result<Picture>(const render::Scene&)> draw;
+  bool ours;
+  std::function<Result<void>(const render::Scene&)> draw;        ///< What is timed.
+  std::function<Result<Picture>(const render::Scene&)> picture;  ///< What is compared, 8 bits.
 };
 
-Contestant contestant(std::shared_ptr<render::Engine> engine) {
-  std::string name = engine->name();
-  return {std::move(name),
-          [engine = std::move(engine)](const render::Scene& scene) -> Result<Picture> {
-            auto image = engine->render(scene);
-            if (!image) return image.error();
-            return colours(image->pixels);
-          }};
-}
-
-Contestant contestant(VtkBaseline::Mapper mapper, std::shared_ptr<VtkBaseline> baseline) {
-  return {to_string(mapper), [baseline = std::move(baseline)](const render::Scene& scene) {
-            return Result<Picture>(colours(baseline->render(scene)));
-          }};
-}
-
-/// User and system time of the whole process, s.
-double process_time_s() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
+  const auto draw = [engine](const render::Scene& scene) -> Result<void> {
+    if (auto image = engine->render(scene); !image) return image.error();
+    return {};
   };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  const auto picture = [engine](const render::Scene& scene) -> Result<Picture> {
+    auto image = engine->render(scene);
+    if (!image) return image.error();
+    return colours(render::to_8bit(image->pixels));
+  };
+  return {engine->name(), true, draw, picture};
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-/// Times of one contestant at one step.
-struct Times {
-  std::vector<double> cpu_s, wall_s;
-};
-
-Result<void> time_frame(const Contestant& who, const render::Scene& scene, Times& times) {
-  const double cpu = process_time_s();
-  const auto wall = std::chrono::steady_clock::now();
-  if (auto drawn = who.draw(scene); !drawn) return drawn.error();
-  times.cpu_s.push_back(process_time_s() - cpu);
-  times.wall_s.push_back(
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count());
-  return {};
+Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline) {
+  const auto draw = [baseline](const render::Scene& scene) -> Result<void> {
+    baseline->render(scene);
+    return {};
+  };
+  const auto picture = [baseline](const render::Scene& scene) {
+    return Result<Picture>(colours(baseline->render_unsmoothed(scene)));
+  };
+  return {to_string(mapper), false, draw, picture};
 }
 
 /// Root mean square and greatest difference over pixels and channels.
-void set_error(const Picture& found, const Picture& truth, RenderBenchRow& row) {
+std::pair<double, double> difference(const Picture& found, const Picture& truth) {
   double sum = 0;
+  double max = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const Eigen::Vector3d d = (found[i] - truth[i]).cast<double>();
     sum += d.squaredNorm();
-    row.max = std::max(row.max, d.cwiseAbs().maxCoeff());
+    max = std::max(max, d.cwiseAbs().maxCoeff());
   }
-  row.rms = std::sqrt(sum / (3.0 * static_cast<double>(truth.size())));
+  return {std::sqrt(sum / (3.0 * static_cast<double>(truth.size()))), max};
 }
 
 Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   const auto refused = [&](const std::string& text) {
     return Error{ErrorCode::kUsage, "scene " + named.name + ": " + text};
   };
-  if (named.scene.plane || named.scene.needle || !named.scene.spheres.empty()) {
+  const render::Scene& scene = named.scene;
+  if (scene.plane || scene.needle || !scene.spheres.empty() || !scene.lines.empty()) {
     return refused("expected CT alone, which VTK's mappers can draw, found a plane or shapes");
   }
-  if (options.frames < 1) {
-    return refused("expected at least 1 timed frame, found " + std::to_string(options.frames));
+  if (options.repeats.times < 1) {
+    return refused("expected at least 1 timed frame, found " +
+                   std::to_string(options.repeats.times));
   }
-  return render::validate(named.scene);
+  return render::validate(scene);
 }
 
-Result<std::vector<Contestant>> contestants_for(const render::Scene& scene,
-                                                const RenderBenchOptions& options,
-                                                Diagnostics& diagnostics,
-                                                RenderBenchReport& report) {
+/// Runs the scenes one after the other and collects the report.
+class Comparison {
+ public:
+  Comparison(const RenderBenchOptions& options, Diagnostics& diagnostics)
+      : options_(options), diagnostics_(diagnostics) {}
+
+  Result<void> start() {
+    report_.reference_width = options_.reference_width;
+    report_.reference_height = options_.reference_height;
+    report_.reference_step = options_.reference_step;
+    ours_.push_back(contestant(std::shared_ptr<render::Engine>(render::make_cpu_engine())));
+    if (!options_.gl) return {};
+    auto gl = render::make_gl_engine(diagnostics_);
+    if (!gl) return gl.error();
+    report_.gl_device = (*gl)->device();
+    ours_.push_back(contestant(std::shared_ptr<render::Engine>(std::move(gl).value())));
+    return {};
+  }
+  Result<void> run(const NamedScene& named);
+  RenderBenchReport finish();
+
+ private:
+  Result<Picture> truth_of(const render::Scene& scene, double step) const;
+  Result<std::vector<Contestant>> theirs(const render::Scene& scene);
+  Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all, double step,
+                        const Picture& truth, const std::vector<Picture>& own_truths);
+  void add_ratio(const NamedScene& named, const std::string& name, const std::string& ours,
+                 const std::string& theirs);
+  [[nodiscard]] ErrorCurve curve_of(const std::string& scene, const std::string& engine) const;
+  [[nodiscard]] render::Scene small(const render::Scene& scene, double step) const {
+    render::Scene out = scene;
+    out.width = options_.reference_width;
+    out.height = options_.reference_height;
+    out.quality.step_voxels = step;
+    return out;
+  }
+
+  const RenderBenchOptions& options_;
+  Diagnostics& diagnostics_;
+  std::vector<Contestant> ours_;
+  RenderBenchReport report_;
+};
+
+Result<Picture> Comparison::truth_of(const render::Scene& scene, double step) const {
+  auto image = render::make_reference_engine()->render(small(scene, step));
+  if (!image) return image.error();
+  return colours(image->pixels);
+}
+
+Result<std::vector<Contestant>> Comparison::theirs(const render::Scene& scene) {
   std::vector<Contestant> all;
-  all.push_back(contestant(std::shared_ptr<render::Engine>(render::make_cpu_engine())));
-  auto gl = render::make_gl_engine(diagnostics);
-  if (!gl) return gl.error();
-  report.gl_device = (*gl)->device();
-  all.push_back(contestant(std::shared_ptr<render::Engine>(std::move(gl).value())));
   for (const auto& [wanted, mapper] :
-       {std::pair{options.vtk_gpu, VtkBaseline::Mapper::kGpu},
-        std::pair{options.vtk_fixed_point, VtkBaseline::Mapper::kFixedPoint}}) {
+       {std::pair{options_.vtk_gpu, VtkBaseline::Mapper::kGpu},
+        std::pair{options_.vtk_fixed_point, VtkBaseline::Mapper::kFixedPoint}}) {
     if (!wanted) continue;
     auto baseline = VtkBaseline::create(mapper, scene);
     if (!baseline) return baseline.error();
@@ -134,111 +156,155 @@ Result<std::vector<Contestant>> contestants_for(const render::Scene& scene,
   return all;
 }
 
-Result<void> compare_one(const NamedScene& named, const RenderBenchOptions& options,
-                         Diagnostics& diagnostics, RenderBenchReport& report) {
-  if (auto ok = check(named, options); !ok) return ok;
-  auto contestants = contestants_for(named.scene, options, diagnostics, report);
-  if (!contestants) return contestants.error();
-  render::Scene small = named.scene;
-  small.width = options.reference_width;
-  small.height = options.reference_height;
-  render::Scene truth_scene = small;
-  truth_scene.quality.step_voxels = options.reference_step;
-  auto truth_image = render::make_reference_engine()->render(truth_scene);
-  if (!truth_image) return truth_image.error();
-  const Picture truth = colours(truth_image->pixels);
-  for (const double step : options.step_voxels) {
-    render::Scene scene = named.scene;
-    scene.quality.step_voxels = step;
-    small.quality.step_voxels = step;
-    std::vector<RenderBenchRow> rows;
-    for (const Contestant& who : *contestants) {
-      RenderBenchRow row{named.name, who.name, step};
-      auto drawn = who.draw(small);
-      if (!drawn) return drawn.error();
-      set_error(*drawn, truth, row);
-      rows.push_back(std::move(row));
-      // First frame of this size and step: uploads, gradients and compilation are not timed.
-      if (auto warm = who.draw(scene); !warm) return warm.error();
-    }
-    std::vector<Times> times(rows.size());
-    for (int frame = 0; frame < options.frames; ++frame) {
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (auto ok = time_frame((*contestants)[i], scene, times[i]); !ok) return ok;
-      }
-    }
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      rows[i].cpu_s = median(times[i].cpu_s);
-      rows[i].wall_s = median(times[i].wall_s);
-      report.rows.push_back(std::move(rows[i]));
-    }
+Result<void> Comparison::run(const NamedScene& named) {
+  if (auto ok = check(named, options_); !ok) return ok;
+  const auto truth = truth_of(named.scene, options_.reference_step);
+  if (!truth) return truth.error();
+  const auto coarser = truth_of(named.scene, 2 * options_.reference_step);
+  if (!coarser) return coarser.error();
+  report_.truths.push_back({named.name, difference(*coarser, *truth).first});
+
+  auto vtk = theirs(named.scene);
+  if (!vtk) return vtk.error();
+  std::vector<Contestant> all = ours_;
+  all.insert(all.end(), vtk->begin(), vtk->end());
+  std::vector<Picture> own_truths(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    // First frame of the full size: uploads, gradients and compilation are not timed.
+    render::Scene first = named.scene;
+    first.quality.step_voxels = options_.step_voxels.front();
+    if (auto warm = all[i].draw(first); !warm) return warm;
+    if (all[i].ours) continue;
+    auto own = all[i].picture(small(named.scene, options_.reference_step));
+    if (!own) return own.error();
+    own_truths[i] = std::move(*own);
+  }
+  for (const double step : options_.step_voxels) {
+    if (auto ok = run_step(named, all, step, *truth, own_truths); !ok) return ok;
+  }
+  for (const double step : options_.own_step_voxels) {
+    if (auto ok = run_step(named, ours_, step, *truth, own_truths); !ok) return ok;
+  }
+  if (options_.vtk_gpu) add_ratio(named, "cpu_vs_vtk_gpu", "cpu", "vtk-gpu");
+  if (options_.vtk_gpu && options_.gl) add_ratio(named, "gl_vs_vtk_gpu", "gl", "vtk-gpu");
+  if (options_.vtk_fixed_point) {
+    add_ratio(named, "cpu_vs_vtk_fixedpoint", "cpu", "vtk-fixedpoint");
   }
   return {};
 }
 
-/// All ratios of one of our engines against one of VTK's mappers.
-void add_ratios(const std::string& name, const std::string& ours, const std::string& theirs,
-                RenderBenchReport& report) {
-  for (const RenderBenchRow& their : report.rows) {
-    if (their.engine != theirs) continue;
-    RenderBenchRatio ratio{their.scene, name, their.step, kNone, kNone};
-    double cheapest_s = std::numeric_limits<double>::infinity();
-    for (const RenderBenchRow& our : report.rows) {
-      if (our.engine != ours || our.scene != their.scene) continue;
-      if (our.step == their.step) ratio.same_step = their.cpu_s / our.cpu_s;
-      if (our.rms <= their.rms) cheapest_s = std::min(cheapest_s, our.cpu_s);
-    }
-    if (std::isfinite(cheapest_s)) ratio.equal_error = their.cpu_s / cheapest_s;
-    report.ratios.push_back(std::move(ratio));
+Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Contestant>& all,
+                                  double step, const Picture& truth,
+                                  const std::vector<Picture>& own_truths) {
+  render::Scene scene = named.scene;
+  scene.quality.step_voxels = step;
+  std::vector<RenderBenchRow> rows;
+  std::vector<Task> tasks;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Contestant& who = all[i];
+    const auto found = who.picture(small(named.scene, step));
+    if (!found) return found.error();
+    RenderBenchRow row{named.name, who.name, step, 0, 0, 0, 0, kNone};
+    std::tie(row.rms, row.max) = difference(*found, truth);
+    if (!who.ours) row.rms_own = difference(*found, own_truths[i]).first;
+    rows.push_back(std::move(row));
+    tasks.push_back(
+        [&who, &scene, frame = 0]() mutable { return who.draw(nudged(scene, ++frame)); });
   }
+  const auto taken = time_in_turn(tasks, options_.repeats);
+  if (!taken) return taken.error();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].cpu_s = (*taken)[i].cpu_s;
+    rows[i].wall_s = (*taken)[i].wall_s;
+    report_.rows.push_back(std::move(rows[i]));
+  }
+  return {};
 }
+
+ErrorCurve Comparison::curve_of(const std::string& scene, const std::string& engine) const {
+  std::vector<CurvePoint> points;
+  for (const RenderBenchRow& row : report_.rows) {
+    if (row.scene == scene && row.engine == engine) points.push_back({row.error(), row.cpu_s});
+  }
+  return ErrorCurve(std::move(points));
+}
+
+void Comparison::add_ratio(const NamedScene& named, const std::string& name,
+                           const std::string& ours, const std::string& theirs) {
+  const ErrorCurve our = curve_of(named.name, ours);
+  const ErrorCurve their = curve_of(named.name, theirs);
+  const double cheapest_s = their.front().empty() ? kNone : their.front().front().cpu_s;
+  report_.ratios.push_back({named.name, name, named.scene.shading.enabled,
+                            equal_error_ratios(our, their, options_.levels),
+                            our.time_at(kFineRms) / cheapest_s});
+}
+
+RenderBenchReport Comparison::finish() { return std::move(report_); }
 
 }  // namespace
 
 Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scenes,
                                             const RenderBenchOptions& options,
-                                            Diagnostics& diagnostics) {
-  RenderBenchReport report;
-  report.reference_width = options.reference_width;
-  report.reference_height = options.reference_height;
-  for (const NamedScene& named : scenes) {
-    if (auto ok = compare_one(named, options, diagnostics, report); !ok) return ok.error();
+                                            Diagnostics& diagnostics,
+                                            const std::function<void(std::size_t)>& progress) {
+  Comparison comparison(options, diagnostics);
+  if (auto ok = comparison.start(); !ok) return ok.error();
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (auto ok = comparison.run(scenes[i]); !ok) return ok.error();
+    if (progress) progress(i + 1);
   }
-  add_ratios("cpu_vs_vtk_gpu", "cpu", "vtk-gpu", report);
-  add_ratios("gl_vs_vtk_gpu", "gl", "vtk-gpu", report);
-  add_ratios("cpu_vs_vtk_fixedpoint", "cpu", "vtk-fixedpoint", report);
-  return report;
+  return comparison.finish();
+}
+
+const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
+                               const std::string& engine, double step) {
+  for (const RenderBenchRow& row : report.rows) {
+    if (row.scene == scene && row.engine == engine && row.step == step) return &row;
+  }
+  return nullptr;
 }
 
 std::string to_text(const RenderBenchReport& report) {
   std::ostringstream out;
   out << "OpenGL device: " << report.gl_device << '\n'
-      << "Same camera, step, transfer function and shading flags; no plane or needle. VTK: no\n"
-         "automatic sampling distance, no jitter, one ray per pixel, 8-bit pictures (0.0011 rms "
-         "of\n"
-         "rounding). All stop a ray at an opacity of about 1 - 1/255. Error: "
+      << "Same camera, step, transfer function and shading flags; CT alone. VTK: no automatic\n"
+         "sampling distance, no jitter, one ray per pixel. All stop a ray at an opacity of about\n"
+         "1 - 1/255. rms, max: 8-bit colours of "
       << report.reference_width << " x " << report.reference_height
-      << " pixels\nagainst the converged double-precision reference; with shading it includes that "
-         "VTK lights\notherwise than the reference. VTK's fixed-point mapper smooths its picture "
-         "when it draws it.\n\n"
-      << std::fixed << std::left << std::setw(40) << "scene" << std::setw(16) << "engine"
+      << " pixels against the double-precision reference at 1/"
+      << std::lround(1 / report.reference_step)
+      << " voxel;\nown: VTK against itself at that step, which forgives it its other lights. Equal "
+         "error: along\nthe curves of time over error, VTK's with the smaller of rms and own.\n\n"
+      << std::fixed << std::left << std::setw(50) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(10) << "cpu ms" << std::setw(10)
-      << "wall ms" << std::setw(10) << "rms" << std::setw(10) << "max" << '\n';
+      << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max" << std::setw(10) << "own"
+      << '\n';
   for (const RenderBenchRow& row : report.rows) {
-    out << std::left << std::setw(40) << row.scene << std::setw(16) << row.engine << std::right
+    out << std::left << std::setw(50) << row.scene << std::setw(16) << row.engine << std::right
         << std::setprecision(3) << std::setw(7) << row.step << std::setprecision(1) << std::setw(10)
         << 1e3 * row.cpu_s << std::setw(10) << 1e3 * row.wall_s << std::setprecision(5)
-        << std::setw(10) << row.rms << std::setw(10) << row.max << '\n';
+        << std::setw(10) << row.rms << std::setprecision(3) << std::setw(8) << row.max;
+    if (std::isfinite(row.rms_own)) out << std::setprecision(5) << std::setw(10) << row.rms_own;
+    out << '\n';
   }
-  out << '\n'
-      << std::left << std::setw(40) << "scene" << std::setw(24) << "times faster (cpu s)"
-      << std::right << std::setw(7) << "step" << std::setw(12) << "same step" << std::setw(14)
-      << "equal error" << '\n'
-      << std::setprecision(2);
+  out << "\nTimes faster at equal error (VTK's process time over Sonde's), at each rms; \"-\": "
+         "Sonde's curve ends before.\n";
   for (const RenderBenchRatio& ratio : report.ratios) {
-    out << std::left << std::setw(40) << ratio.scene << std::setw(24) << ratio.name << std::right
-        << std::setprecision(3) << std::setw(7) << ratio.step << std::setprecision(2)
-        << std::setw(12) << ratio.same_step << std::setw(14) << ratio.equal_error << '\n';
+    out << std::left << std::setw(50) << ratio.scene << std::setw(24) << ratio.name << std::right;
+    for (const ErrorLevelRatio& level : ratio.levels) {
+      out << "  " << std::setprecision(4) << level.rms << ": " << std::setprecision(1);
+      if (std::isfinite(level.ratio)) {
+        out << level.ratio;
+      } else {
+        out << '-';
+      }
+    }
+    out << '\n';
+  }
+  out << "\nReference: rms between its step and twice that\n";
+  for (const SceneTruth& truth : report.truths) {
+    out << std::left << std::setw(50) << truth.scene << std::setprecision(6)
+        << truth.self_convergence << '\n';
   }
   return out.str();
 }

@@ -5,27 +5,28 @@
 #include <string>
 #include <vector>
 
+#include "bench/error_curve.hpp"
+#include "bench/measure.hpp"
+#include "bench/scene_set.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
-#include "render/scene.hpp"
 
 namespace nav::bench {
 
-/// A scene and what it is called in the table.
-struct NamedScene {
-  std::string name;
-  render::Scene scene;  ///< CT and transfer function only: VTK's mappers know no plane or needle.
-};
-
 /// How the comparison is run.
 struct RenderBenchOptions {
-  std::vector<double> step_voxels{2, 1, 0.5, 0.25};  ///< Of the smallest spacing.
-  int frames = 3;            ///< Timed frames of each engine, interleaved; >= 1.
-  int reference_width = 80;  ///< Size of the picture whose error is measured, pixels.
-  int reference_height = 60;
-  double reference_step = 0.125;  ///< Of the double-precision reference, voxels.
-  bool vtk_gpu = true;            ///< vtkOpenGLGPUVolumeRayCastMapper.
-  bool vtk_fixed_point = true;    ///< vtkFixedPointVolumeRayCastMapper.
+  std::vector<double> step_voxels{2, 1, 0.5, 0.25};  ///< Of the smallest spacing; every engine.
+  /// Sonde's engines alone, so that their curves span the errors of VTK's.
+  std::vector<double> own_step_voxels{4, 0.125};
+  /// Errors at which curves are compared besides VTK's own points, rms.
+  std::vector<double> levels{2e-2, 1e-2, 5e-3, 2e-3};
+  Repeats repeats;           ///< Of timed frames, engines in turn.
+  int reference_width = 64;  ///< Size of the picture whose error is measured, pixels.
+  int reference_height = 48;
+  double reference_step = 1.0 / 16;  ///< Of the double-precision reference, voxels.
+  bool gl = true;                    ///< Sonde's OpenGL engine.
+  bool vtk_gpu = true;               ///< vtkOpenGLGPUVolumeRayCastMapper.
+  bool vtk_fixed_point = true;       ///< vtkFixedPointVolumeRayCastMapper.
 };
 
 /// One engine on one scene at one step.
@@ -35,35 +36,54 @@ struct RenderBenchRow {
   double step = 0;     ///< Voxels.
   double cpu_s = 0;    ///< Process time per frame, user and system, all threads; median.
   double wall_s = 0;   ///< Median.
-  double rms = 0;      ///< Colour error against the reference, all pixels and channels.
+  double rms = 0;      ///< Of 8-bit colour against the reference, all pixels and channels.
   double max = 0;
+  /// VTK: the same against its own picture at the reference's step, free of differences between
+  /// the models (its lights, its gradients); NaN for Sonde's engines.
+  double rms_own = 0;
+  /// What the curves use: rms, for VTK the smaller of rms and rms_own.
+  [[nodiscard]] double error() const { return rms_own < rms ? rms_own : rms; }
 };
 
-/// Time of ours over time of theirs turned round: 5 means that ours took a fifth, by process time.
+/// Sonde's engine against VTK's mapper in one scene, along their curves.
 struct RenderBenchRatio {
   std::string scene;
-  std::string name;    ///< "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint".
-  double step = 0;     ///< Step of the VTK row.
-  double same_step;    ///< At the same step; NaN when one is missing.
-  double equal_error;  ///< Our cheapest row with rms not above VTK's; NaN when there is none.
+  std::string name;  ///< "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint".
+  bool shaded = false;
+  std::vector<ErrorLevelRatio> levels;
+  /// Sonde's time to an rms of 5e-3 over the time of VTK's cheapest picture; NaN: not reached.
+  double fine_over_their_cheapest = 0;
+};
+
+/// What the error of a scene was measured against.
+struct SceneTruth {
+  std::string scene;
+  double self_convergence;  ///< Rms between the reference at its step and at twice that.
 };
 
 struct RenderBenchReport {
   std::string gl_device;
-  int reference_width = 0;  ///< Size of the pictures whose error was measured.
+  int reference_width = 0;
   int reference_height = 0;
+  double reference_step = 0;
+  std::vector<SceneTruth> truths;
   std::vector<RenderBenchRow> rows;
   std::vector<RenderBenchRatio> ratios;
 };
 
-/// Runs all engines interleaved in one process: same camera, picture size, transfer function,
-/// shading and step; VTK without automatic sampling distances and without jitter. Refuses scenes
-/// with a plane, needle or spheres, which VTK's mappers cannot draw.
+/// Runs all engines in turn in one process: same camera, picture size, transfer function, shading
+/// and step; VTK without automatic sampling distances and without jitter. Calls progress with the
+/// number of scenes done. Refuses scenes with anything but a CT, which VTK's mappers cannot draw.
 Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scenes,
                                             const RenderBenchOptions& options,
-                                            Diagnostics& diagnostics);
+                                            Diagnostics& diagnostics,
+                                            const std::function<void(std::size_t)>& progress = {});
 
-/// Plain-text table of a report.
+/// The first row of an engine in a scene at a step; null when there is none.
+const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
+                               const std::string& engine, double step);
+
+/// Plain-text tables of a report.
 std::string to_text(const RenderBenchReport& report);
 
 }  // namespace nav::bench

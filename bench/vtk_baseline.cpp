@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/vtk_baseline.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vtkFixedPointRayCastImage.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
@@ -36,6 +40,35 @@ vtkSmartPointer<vtkFixedPointVolumeRayCastMapper> fixed_point_mapper() {
   mapper->SetImageSampleDistance(1);
   mapper->SetBlendModeToComposite();
   return mapper;
+}
+
+/// The mapper's own picture: 15-bit colours, premultiplied, bottom row first, where the volume is.
+Image2d<Rgba8> picture_of(vtkFixedPointRayCastImage& image, const render::Scene& scene) {
+  const int* memory = image.GetImageMemorySize();
+  const int* used = image.GetImageInUseSize();
+  const int* origin = image.GetImageOrigin();
+  const unsigned short* values = image.GetImage();
+  constexpr double kOne = 32767;
+  std::vector<Rgba8> pixels;
+  for (int y = scene.height - 1; y >= 0; --y) {
+    for (int x = 0; x < scene.width; ++x) {
+      const int column = x - origin[0];
+      const int row = y - origin[1];
+      std::array<double, 4> rgba{};
+      if (column >= 0 && column < used[0] && row >= 0 && row < used[1]) {
+        const unsigned short* p = values + 4 * (std::ptrdiff_t{row} * memory[0] + column);
+        for (std::size_t c = 0; c < 4; ++c) rgba[c] = p[c] / kOne;
+      }
+      std::array<std::uint8_t, 3> rgb{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double over =
+            rgba[c] + (1 - rgba[3]) * scene.background_rgb[static_cast<Eigen::Index>(c)];
+        rgb[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(over, 0.0, 1.0)));
+      }
+      pixels.push_back({rgb[0], rgb[1], rgb[2], 255});
+    }
+  }
+  return {scene.width, scene.height, std::move(pixels)};
 }
 
 double step_mm(const render::Scene& scene) {
@@ -104,6 +137,12 @@ Image2d<Rgba8> VtkBaseline::render(const render::Scene& scene) {
   Image2d<Rgba8> pixels = render::read_pixels(window);
   impl_->window->release_thread();
   return pixels;
+}
+
+Image2d<Rgba8> VtkBaseline::render_unsmoothed(const render::Scene& scene) {
+  Image2d<Rgba8> drawn = render(scene);
+  if (impl_->gpu) return drawn;
+  return picture_of(*impl_->fixed_point->GetRayCastImage(), scene);
 }
 
 std::string to_string(VtkBaseline::Mapper mapper) {

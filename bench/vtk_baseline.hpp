@@ -26,6 +26,9 @@ class VtkBaseline {
 
   /// Draws with the scene's camera, size, background and step; everything else as created.
   Image2d<Rgba8> render(const render::Scene& scene);
+  /// The same picture as the mapper computed it. The fixed-point mapper's is taken before VTK draws
+  /// it as a textured rectangle, which smooths it; the GPU mapper's is that of render().
+  Image2d<Rgba8> render_unsmoothed(const render::Scene& scene);
 
  private:
   struct Impl;

@@ -3,9 +3,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures everything that docs/figures.md shows and writes that page and its plots anew.
 
-    tools/make_figures.py [--build build/release] [--seeds 8]
+    tools/make_figures.py [--build build/release] [--seeds 8] [--quick]
 
-Takes about ten minutes on two cores. Nothing in the page is written by hand.
+Takes about twenty minutes on two quiet cores; --quick, about six, shows fewer scenes. Volumes
+other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by hand.
 """
 import argparse
 import datetime
@@ -45,95 +46,257 @@ def demo_rows(sonde: pathlib.Path, seeds: int) -> list[list[str]]:
     return rows
 
 
-def plot(rows: list[dict], scene: str) -> str:
-    """Error over process time, both logarithmic, one line for each engine."""
-    width, height, left, bottom = 640, 400, 70, 50
-    points = [r for r in rows if r["scene"] == scene and r["cpu_s"] > 0 and r["rms"] > 0]
-    low_x = math.floor(math.log10(min(r["cpu_s"] for r in points)))
-    high_x = math.ceil(math.log10(max(r["cpu_s"] for r in points)))
-    low_y = math.floor(math.log10(min(r["rms"] for r in points)))
-    high_y = math.ceil(math.log10(max(r["rms"] for r in points)))
+PANEL_WIDTH, PANEL_HEIGHT = 430, 320
+
+
+def decades(values: list[float]) -> tuple[int, int]:
+    low = math.floor(math.log10(min(values)))
+    return low, max(math.ceil(math.log10(max(values))), low + 1)
+
+
+def panel(lines: dict[str, tuple[str, list[tuple[float, float]]]], title: str, x_label: str,
+          y_label: str) -> str:
+    """Lines by name (colour, points), both axes logarithmic, as one group of an SVG."""
+    left, right, top, bottom = 62, PANEL_WIDTH - 16, 34, PANEL_HEIGHT - 46
+    points = [p for _, line in lines.values() for p in line]
+    low_x, high_x = decades([p[0] for p in points])
+    low_y, high_y = decades([p[1] for p in points])
 
     def x(value: float) -> float:
-        return left + (math.log10(value) - low_x) / (high_x - low_x) * (width - left - 130)
+        return left + (math.log10(value) - low_x) / (high_x - low_x) * (right - left)
 
     def y(value: float) -> float:
-        return height - bottom - (math.log10(value) - low_y) / (high_y - low_y) * (
-            height - bottom - 40)
+        return bottom - (math.log10(value) - low_y) / (high_y - low_y) * (bottom - top)
 
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
-           'font-family="sans-serif" font-size="13"><rect width="100%" height="100%" '
-           f'fill="white"/><text x="{left}" y="24" font-size="15">{scene}</text>']
+    out = [f'<text x="{left}" y="20" font-size="13">{title}</text>']
     for decade in range(low_x, high_x + 1):
         at = x(10.0 ** decade)
-        out.append(f'<line x1="{at:.1f}" y1="40" x2="{at:.1f}" y2="{height - bottom}" '
-                   f'stroke="#ddd"/><text x="{at:.1f}" y="{height - bottom + 18}" '
-                   f'text-anchor="middle">{10.0 ** decade:g}</text>')
+        out.append(f'<line x1="{at:.1f}" y1="{top}" x2="{at:.1f}" y2="{bottom}" stroke="#ddd"/>'
+                   f'<text x="{at:.1f}" y="{bottom + 16}" text-anchor="middle">'
+                   f'{10.0 ** decade:g}</text>')
     for decade in range(low_y, high_y + 1):
         at = y(10.0 ** decade)
-        out.append(f'<line x1="{left}" y1="{at:.1f}" x2="{width - 130}" y2="{at:.1f}" '
-                   f'stroke="#ddd"/><text x="{left - 6}" y="{at + 4:.1f}" '
-                   f'text-anchor="end">{10.0 ** decade:g}</text>')
-    out.append(f'<text x="{(left + width - 130) / 2}" y="{height - 10}" text-anchor="middle">'
-               'process seconds per frame</text>'
-               f'<text x="16" y="{height / 2}" text-anchor="middle" '
-               f'transform="rotate(-90 16 {height / 2})">rms colour error</text>')
-    for number, (engine, colour) in enumerate(COLOURS.items()):
-        line = sorted((r for r in points if r["engine"] == engine), key=lambda r: -r["step"])
-        if not line:
-            continue
-        path = " ".join(f"{x(r['cpu_s']):.1f},{y(r['rms']):.1f}" for r in line)
+        out.append(f'<line x1="{left}" y1="{at:.1f}" x2="{right}" y2="{at:.1f}" stroke="#ddd"/>'
+                   f'<text x="{left - 5}" y="{at + 4:.1f}" text-anchor="end">'
+                   f'{10.0 ** decade:g}</text>')
+    out.append(f'<text x="{(left + right) / 2}" y="{PANEL_HEIGHT - 10}" text-anchor="middle">'
+               f'{x_label}</text><text x="14" y="{(top + bottom) / 2}" text-anchor="middle" '
+               f'transform="rotate(-90 14 {(top + bottom) / 2})">{y_label}</text>')
+    for number, (name, (colour, line)) in enumerate(lines.items()):
+        path = " ".join(f"{x(a):.1f},{y(b):.1f}" for a, b in line)
         out.append(f'<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="2"/>')
-        out += [f'<circle cx="{x(r["cpu_s"]):.1f}" cy="{y(r["rms"]):.1f}" r="4" fill="{colour}"/>'
-                for r in line]
-        out.append(f'<text x="{width - 120}" y="{60 + 20 * number}" fill="{colour}">{engine}'
-                   '</text>')
+        out += [f'<circle cx="{x(a):.1f}" cy="{y(b):.1f}" r="3" fill="{colour}"/>'
+                for a, b in line]
+        out.append(f'<text x="{right - 4}" y="{top + 14 + 15 * number}" text-anchor="end" '
+                   f'fill="{colour}">{name}</text>')
+    return "\n".join(out)
+
+
+def sheet(panels: list[str]) -> str:
+    """Panels side by side, two a row."""
+    rows = (len(panels) + 1) // 2
+    columns = min(len(panels), 2)
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {columns * PANEL_WIDTH} '
+           f'{rows * PANEL_HEIGHT}" font-family="sans-serif" font-size="11">'
+           '<rect width="100%" height="100%" fill="white"/>']
+    for number, one in enumerate(panels):
+        out.append(f'<g transform="translate({number % 2 * PANEL_WIDTH} '
+                   f'{number // 2 * PANEL_HEIGHT})">{one}</g>')
     return "\n".join(out) + "\n</svg>\n"
 
 
-def render_section(sonde: pathlib.Path, docs: pathlib.Path) -> str:
+def error_panel(rows: list[dict], scene: str) -> str:
+    """Error over process time, one line for each engine."""
+    lines = {}
+    for engine, colour in COLOURS.items():
+        mine = sorted((r for r in rows if r["scene"] == scene and r["engine"] == engine),
+                      key=lambda r: -r["step"])
+        points = [(r["cpu_s"], r["error"]) for r in mine if r["cpu_s"] > 0 and r["error"] > 0]
+        if points:
+            lines[engine] = (colour, points)
+    return panel(lines, scene.split("/", 1)[1], "process seconds per frame", "rms colour error")
+
+
+def number(value: float | None, digits: int = 1) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def error_sheets(report: dict, docs: pathlib.Path) -> list[str]:
+    """One sheet for each volume and shading; the links to them."""
+    scenes = list(dict.fromkeys(r["scene"] for r in report["results"]))
+    sheets: dict[str, list[str]] = {}
+    for scene in scenes:
+        shading = scene.rsplit("/", 1)[1]
+        sheets.setdefault(f"{scene.split('/', 1)[0]}-{shading}", []).append(scene)
+    links = []
+    for name, of in sheets.items():
+        file = docs / "benchmarks" / f"render-{name}.svg"
+        file.write_text(sheet([error_panel(report["results"], s) for s in of]))
+        links.append(f"![{name}](benchmarks/{file.name})")
+    return links
+
+
+def ratio_tables(report: dict) -> str:
+    ratios = report["ratios"]
+    names = ["cpu_vs_vtk_gpu_unshaded", "cpu_vs_vtk_gpu_shaded", "gl_vs_vtk_gpu",
+             "cpu_vs_vtk_fixedpoint"]
+    summary = [[n, number(ratios[n]["median"]), number(ratios[n]["worst"])] for n in names]
+    scenes = [[r["scene"], r["name"],
+               ", ".join(f"{level['rms']:.4f}: {number(level['ratio'])}" for level in r["levels"])]
+              for r in report["equal_error"]]
+    quality = [[q["scene"], f"{q['rms']:.4f}", f"{1e3 * q['cpu_s']:.0f}", f"{q['vtk_rms']:.4f}",
+                f"{1e3 * q['vtk_cpu_s']:.0f}", f"{q['vtk_over_ours']:.1f}"]
+               for q in report["default_quality"]]
+    return f"""How many times the process time of Sonde's engine VTK's mapper takes at equal error, along the
+curves (straight lines in the logarithms between measured points, no extrapolation): the worst over
+all errors of a scene, then median and worst over the scenes. 0: Sonde does not reach the error.
+
+{table(["comparison", "median of scenes", "worst scene"], summary)}
+
+At each error: those of VTK's own pictures, and 0.02, 0.01, 0.005 and 0.002 where its curve has them
+(rms: times faster; –: Sonde's curve ends before).
+
+{table(["scene", "comparison", "rms: ratio"], scenes)}
+
+Default quality (half a voxel, pre-integrated) beside VTK's GPU mapper at its default (one voxel):
+
+{table(["scene", "rms", "cpu ms", "VTK rms", "VTK cpu ms", "VTK / Sonde"], quality)}
+"""
+
+
+def live_tables(report: dict) -> str:
+    ratios = report["ratios"]
+    skip, cut, update = (ratios["samples_skip_off_over_on"], ratios["cutaway_plane_fraction"],
+                         ratios["image_update_ms"])
+    rows = [["volume samples, skipping off / on, median of scenes", number(skip["median"])],
+            ["the same, vessels only", number(skip["vessels_only"])],
+            ["pictures with and without skipping are the same bytes",
+             "yes" if skip["bit_identical"] else "NO"],
+            ["time that skipping adds where nothing is empty",
+             f"{100 * skip['full_volume_overhead']:.1f} %"],
+            ["plane and cutaway, their own work, share of a frame", f"{100 * cut['fraction']:.1f} %"],
+            ["the same with the samples that they save", f"{100 * cut['net_fraction']:.1f} %"],
+            ["samples: CT; and plane; and cutaway",
+             f"{cut['samples_ct']}; {cut['samples_without_cutaway']}; "
+             f"{cut['samples_with_cutaway']}"],
+            ["new ultrasound image, same pose, 800 × 600, wall ms", f"{update['wall_ms']:.2f}"],
+            ["volume samples of it", str(update["volume_samples"])],
+            ["it is the same bytes as a whole picture", "yes" if update["bit_identical"] else "NO"]]
+    edit = report.get("transfer_function_edit")
+    if edit:
+        rows.append([f"transfer function edited at {edit['side']}³: classified anew, ms",
+                     f"{edit['prepare_ms']:.2f}"])
+    motion = [[m["scene"], str(m["side"]), f"{m['step']:g}", f"{m['rms']:.4f}",
+               f"{m['cpu_ms']:.0f}", f"{m['wall_ms']:.0f}", f"{m['fps']:.1f}",
+               f"{m['progressive_fps']:.1f}"] for m in report["interaction"]]
+    text = f"""## Rendering: a live session
+
+CPU engine; the demo's scene with plane, needle, target, path and cutaway.
+
+{table(["what", "found"], rows)}
+
+A moving camera about the simulated patient in a cube, shaded, 800 × 600, at the coarsest step whose
+rms is at most 0.01; progressive: half the width and height, same step. The cores are shared, so wall
+times are upper bounds.
+
+{table(["scene", "side", "step", "rms", "cpu ms", "wall ms", "fps", "progressive fps"], motion)}
+"""
+    costs = report.get("costs")
+    if not costs:
+        return text
+    elements = [[c["element"].strip(), f"{c['ms']:.2f}", str(c["samples"]), str(c["gradients"]),
+                 number(c.get("idle_ms"), 2), str(c.get("idle_samples", "–")),
+                 str(c.get("idle_gradients", "–"))] for c in costs["elements"]]
+    changes = [[c["change"], f"{c['ms']:.2f}", f"{c['wall_ms']:.2f}", f"{c['prepare_ms']:.2f}",
+                str(c["samples"]), str(c["gradients"])] for c in costs["changes"]]
+    return text + f"""
+What every element costs in this scene (`sonde bench render --costs`): the picture with it less the
+picture without it, process ms. Idle: it is in the scene but has nothing to do there. Differences of
+a few tenths of a millisecond are noise of the machine; counts are exact. Whole picture:
+{costs['frame_ms']:.1f} ms, {costs['frame_samples']} samples.
+
+{table(["element", "ms", "samples", "gradients", "idle ms", "samples", "gradients"], elements)}
+
+From one picture to the next:
+
+{table(["change", "cpu ms", "wall ms", "prepare ms", "samples", "gradients"], changes)}
+"""
+
+
+def render_section(sonde: pathlib.Path, docs: pathlib.Path, quick: bool) -> str:
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, "render.json")
-        run(sonde, "bench", "render", "--width", 400, "--height", 300, "--json", file)
+        size = ["--quick"] if quick else ["--width", 400, "--height", 300]
+        run(sonde, "bench", "render", "--costs", *size, "--json", file)
         report = json.loads(file.read_text())
-    rows = [[r["scene"], r["engine"], f"{r['step']:g}", f"{1e3 * r['cpu_s']:.0f}",
-             f"{1e3 * r['wall_s']:.0f}", f"{r['rms']:.5f}", f"{r['max']:.3f}"]
-            for r in report["results"]]
-    ratios = [[r["scene"], r["name"], f"{r['step']:g}",
-               "–" if r["same_step"] is None else f"{r['same_step']:.1f}",
-               "–" if r["equal_error"] is None else f"{r['equal_error']:.1f}"]
-              for r in report["ratios"]]
-    pictures = []
     (docs / "benchmarks").mkdir(exist_ok=True)
-    for scene in dict.fromkeys(r["scene"] for r in report["results"]):
-        name = "render-" + scene.split("/", 1)[1].replace("/", "-") + ".svg"
-        (docs / "benchmarks" / name).write_text(plot(report["results"], scene))
-        pictures.append(f"![{scene}](benchmarks/{name})")
+    for old in (docs / "benchmarks").glob("render-*.svg"):
+        old.unlink()
+    links = error_sheets(report, docs)
+    converged = max(report["self_convergence"].values())
     agreement = [[a["engine"], f"{100 * a['share_within_2_of_255']:.4f} %",
                   str(a["max_of_255"]), f"{a['rms_of_255']:.3f}"] for a in report["agreement"]]
     return f"""## Rendering: run time against error, beside VTK
 
-`sonde bench render --width 400 --height 300 --json FILE` draws the simulated patient's CT at {report['width']} ×
-{report['height']} pixels with every engine, interleaved in one process: same camera, step (voxels),
-transfer function and shading; VTK without automatic sampling distances and without jitter. `cpu ms`
-is process time of all threads per frame, `rms` and `max` the colour error against the converged
-double-precision reference. GL device: {report['gl_device']}.
+`sonde bench render --costs --json FILE` at {report['width']} × {report['height']} pixels: every
+engine in turn in one process, same camera, step, transfer function and shading; VTK without
+automatic sampling distances and without jitter. Errors are those of 8-bit pictures of
+{report['reference']['width']} × {report['reference']['height']} pixels against the double-precision
+reference at 1/{1 / report['reference']['step']:.0f} voxel, which itself differs by at most
+{converged:.1e} rms from one at twice that step; VTK is held to the better of that and of itself at
+that step, so that its other lights are forgiven. GL device: {report['gl_device']}.
 
-{chr(10).join(pictures)}
+{chr(10).join(links)}
 
-{table(["scene", "engine", "step", "cpu ms", "wall ms", "rms", "max"], rows)}
-
-How many times the process time of Sonde's engine VTK's mapper takes: at the same step, and against
-Sonde's cheapest picture of equal or lower error (–: none).
-
-{table(["scene", "comparison", "step", "same step", "equal error"], ratios)}
-
+{ratio_tables(report)}
+{live_tables(report)}
 ## Agreement of the engines
 
-The same command, on the demo's scene (CT, live plane, needle, target), against the double-precision
-reference at the same step:
+The same command, on the demo's scene (CT, live plane, needle, target, path, cutaway), against the
+double-precision reference at the same step:
 
 {table(["engine", "pixels within 2/255", "max /255", "rms /255"], agreement)}
+"""
+
+
+def scaling_section(sonde: pathlib.Path, docs: pathlib.Path, largest: int) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "scaling.json")
+        run(sonde, "bench", "scaling", "--largest", largest, "--json", file)
+        points = json.loads(file.read_text())["points"]
+    labels = {"side": "voxels a side", "pixels": "pixels", "threads": "threads",
+              "occupied": "share of bricks occupied"}
+    palette = ["#d95f02", "#7570b3", "#1b9e77"]
+    panels = []
+    for axis, label in labels.items():
+        here = [p for p in points if p["axis"] == axis and p["x"] > 0]
+        if not here:
+            continue
+        looks = ["all"] if axis == "occupied" else list(dict.fromkeys(p["look"] for p in here))
+        lines = {}
+        for colour, look in zip(palette, looks):
+            mine = sorted((p for p in here if look in ("all", p["look"])), key=lambda p: p["x"])
+            key = "wall_ms" if axis == "threads" else "cpu_ms"
+            lines["tissue above a value" if look == "all" else look] = (
+                colour, [(p["x"], p[key]) for p in mine])
+        unit = "wall ms per frame" if axis == "threads" else "process ms per frame"
+        panels.append(panel(lines, f"time against {label}", label, unit))
+    (docs / "benchmarks" / "scaling.svg").write_text(sheet(panels))
+    rows = [[p["axis"], p["look"], f"{p['x']:g}" if p["axis"] != "occupied" else f"{p['x']:.3f}",
+             f"{p['cpu_ms']:.1f}", f"{p['wall_ms']:.1f}", f"{p['prepare_ms']:.1f}",
+             str(p["samples"]), f"{p['occupied']:.3f}", number(p["bytes_per_voxel"], 2)]
+            for p in points]
+    return f"""## Rendering: scaling
+
+`sonde bench scaling --json FILE`: the simulated patient in a cube of 300 mm, CPU engine, shaded,
+800 × 600, half a voxel a step, unless the axis says otherwise. `prepare` is what a new volume needs
+once; bytes per voxel are what the process grew by when it first drew the volume, besides the
+volume's own 2.
+
+![scaling](benchmarks/scaling.svg)
+
+{table(["axis", "look", "x", "cpu ms", "wall ms", "prepare ms", "samples", "occupied",
+        "bytes/voxel"], rows)}
 """
 
 
@@ -141,6 +304,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/release"))
     parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     sonde = options.build / "app" / "sonde"
     docs = pathlib.Path(__file__).resolve().parent.parent / "docs"
@@ -169,7 +333,8 @@ of simulated patients, where the truth is known; it says nothing about real ones
 {curve.strip()}
 ```
 
-{render_section(sonde, docs)}
+{render_section(sonde, docs, options.quick)}
+{scaling_section(sonde, docs, 384 if options.quick else 768)}
 ## Poses between samples: rate against error
 
 `tracking_bench`: a hand that sways 30 mm and 0.3 rad once a second, sampled at a rate in Hz.

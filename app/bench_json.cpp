@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/bench_json.hpp"
+
+#include <cmath>
+#include <functional>
+#include <iomanip>
+#include <sstream>
+
+namespace nav::app {
+namespace {
+
+/// Worst over the errors of each scene, and the median of those.
+Json summary(const bench::RenderBenchReport& report, const std::string& name,
+             std::optional<bool> shaded) {
+  Json scenes = Json::object();
+  std::vector<double> all;
+  for (const auto& ratio : report.ratios) {
+    if (ratio.name != name || (shaded && ratio.shaded != *shaded)) continue;
+    const double least = bench::worst(ratio.levels);
+    scenes[ratio.scene] = json_number(least);
+    if (std::isfinite(least)) all.push_back(least);
+  }
+  const double least = all.empty() ? std::nan("") : *std::min_element(all.begin(), all.end());
+  return {{"median", json_number(bench::median(all))},
+          {"worst", json_number(least)},
+          {"scenes", std::move(scenes)}};
+}
+
+/// Sonde's time to 5e-3 rms over VTK's cheapest picture, besides the summary.
+Json fixed_point_summary(const bench::RenderBenchReport& report) {
+  Json out = summary(report, "cpu_vs_vtk_fixedpoint", {});
+  Json scenes = Json::object();
+  for (const auto& ratio : report.ratios) {
+    if (ratio.name != "cpu_vs_vtk_fixedpoint") continue;
+    scenes[ratio.scene] = json_number(ratio.fine_over_their_cheapest);
+  }
+  out["time_to_5e-3_over_their_cheapest"] = std::move(scenes);
+  return out;
+}
+
+double median_skip(const std::vector<bench::SkipRatio>& skipping) {
+  std::vector<double> ratios;
+  for (const auto& one : skipping) ratios.push_back(one.ratio());
+  return bench::median(std::move(ratios));
+}
+
+/// Median over the scenes that show vessels alone; NaN when none was drawn.
+double median_skip_vessels(const std::vector<bench::SkipRatio>& skipping) {
+  std::vector<double> ratios;
+  for (const auto& one : skipping) {
+    if (one.scene.find("vessels-only") != std::string::npos) ratios.push_back(one.ratio());
+  }
+  return bench::median(std::move(ratios));
+}
+
+Json skip_summary(const BenchRenderReport& report) {
+  Json scenes = Json::object();
+  bool identical = true;
+  for (const auto& one : report.skipping) {
+    scenes[one.scene] = one.ratio();
+    identical = identical && one.identical;
+  }
+  return {{"median", json_number(median_skip(report.skipping))},
+          {"vessels_only", json_number(median_skip_vessels(report.skipping))},
+          {"full_volume_overhead", json_number(report.full_volume_overhead)},
+          {"bit_identical", identical},
+          {"scenes", std::move(scenes)}};
+}
+
+Json ratios_of(const BenchRenderReport& report) {
+  const bench::RenderBenchReport& comparison = report.comparison;
+  const bench::CutawayCost& cutaway = report.cutaway;
+  Json json;
+  json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
+  json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
+  json["gl_vs_vtk_gpu"] = summary(comparison, "gl_vs_vtk_gpu", {});
+  json["cpu_vs_vtk_fixedpoint"] = fixed_point_summary(comparison);
+  json["samples_skip_off_over_on"] = skip_summary(report);
+  json["cutaway_plane_fraction"] = {{"fraction", json_number(cutaway.own_fraction())},
+                                    {"net_fraction", json_number(cutaway.net_fraction())},
+                                    {"ct_ms", cutaway.ct_ms},
+                                    {"plane_ms", cutaway.plane_ms},
+                                    {"cutaway_ms", cutaway.cutaway_ms},
+                                    {"samples_ct", cutaway.ct_samples},
+                                    {"samples_without_cutaway", cutaway.plane_samples},
+                                    {"samples_with_cutaway", cutaway.cutaway_samples}};
+  json["image_update_ms"] = {{"cpu_ms", report.update.cpu_ms},
+                             {"wall_ms", report.update.wall_ms},
+                             {"volume_samples", report.update.samples},
+                             {"bit_identical", report.update.identical}};
+  return json;
+}
+
+/// Sonde at its default quality against VTK's GPU mapper at its default, one voxel.
+Json default_quality(const bench::RenderBenchReport& report) {
+  Json rows = Json::array();
+  for (const auto& truth : report.truths) {
+    const auto* ours =
+        bench::find_row(report, truth.scene, "cpu", render::Quality{}.step_voxels);
+    const auto* theirs = bench::find_row(report, truth.scene, "vtk-gpu", 1);
+    if (!ours || !theirs) continue;
+    rows.push_back({{"scene", truth.scene},
+                    {"rms", ours->rms},
+                    {"cpu_s", ours->cpu_s},
+                    {"vtk_rms", theirs->error()},
+                    {"vtk_cpu_s", theirs->cpu_s},
+                    {"vtk_over_ours", theirs->cpu_s / ours->cpu_s}});
+  }
+  return rows;
+}
+
+Json json_of(const bench::Interaction& one) {
+  return {{"scene", one.scene},           {"side", one.side},
+          {"step", one.step},             {"rms", one.rms},
+          {"cpu_ms", one.cpu_ms},         {"wall_ms", one.wall_ms},
+          {"fps", 1e3 / one.wall_ms},     {"half_cpu_ms", one.half_cpu_ms},
+          {"half_wall_ms", one.half_wall_ms}, {"progressive_fps", 1e3 / one.half_wall_ms}};
+}
+
+Json json_of(const bench::CostTable& table) {
+  Json elements = Json::array();
+  for (const auto& cost : table.elements) {
+    Json row{{"element", cost.element},
+             {"ms", cost.ms},
+             {"samples", cost.samples},
+             {"gradients", cost.gradients}};
+    if (cost.has_idle) {
+      row["idle_ms"] = cost.idle_ms;
+      row["idle_samples"] = cost.idle_samples;
+      row["idle_gradients"] = cost.idle_gradients;
+    }
+    elements.push_back(std::move(row));
+  }
+  Json changes = Json::array();
+  for (const auto& cost : table.changes) {
+    changes.push_back({{"change", cost.change},
+                       {"ms", cost.ms},
+                       {"wall_ms", cost.wall_ms},
+                       {"prepare_ms", cost.prepare_ms},
+                       {"samples", cost.samples},
+                       {"gradients", cost.gradients}});
+  }
+  return {{"frame_ms", table.frame_ms},
+          {"frame_samples", table.frame_samples},
+          {"elements", std::move(elements)},
+          {"changes", std::move(changes)}};
+}
+
+void add_comparison(const bench::RenderBenchReport& report, Json& json) {
+  json["gl_device"] = report.gl_device;
+  json["reference"] = {{"width", report.reference_width},
+                       {"height", report.reference_height},
+                       {"step", report.reference_step}};
+  json["self_convergence"] = Json::object();
+  for (const auto& truth : report.truths) {
+    json["self_convergence"][truth.scene] = truth.self_convergence;
+  }
+  json["results"] = Json::array();
+  for (const auto& row : report.rows) {
+    json["results"].push_back({{"scene", row.scene},
+                               {"engine", row.engine},
+                               {"step", row.step},
+                               {"cpu_s", row.cpu_s},
+                               {"wall_s", row.wall_s},
+                               {"rms", row.rms},
+                               {"max", row.max},
+                               {"rms_own", json_number(row.rms_own)},
+                               {"error", row.error()}});
+  }
+  json["equal_error"] = Json::array();
+  for (const auto& ratio : report.ratios) {
+    Json levels = Json::array();
+    for (const auto& level : ratio.levels) {
+      levels.push_back({{"rms", level.rms}, {"ratio", json_number(level.ratio)}});
+    }
+    json["equal_error"].push_back(
+        {{"scene", ratio.scene}, {"name", ratio.name}, {"levels", std::move(levels)}});
+  }
+}
+
+}  // namespace
+
+Json json_of(const BenchRenderReport& report) {
+  Json json;
+  add_comparison(report.comparison, json);
+  json["ratios"] = ratios_of(report);
+  json["default_quality"] = default_quality(report.comparison);
+  json["interaction"] = Json::array();
+  for (const auto& one : report.interaction) json["interaction"].push_back(json_of(one));
+  if (report.edit) {
+    json["transfer_function_edit"] = {{"side", report.edit->side},
+                                      {"prepare_ms", report.edit->prepare_ms},
+                                      {"frame_ms", report.edit->frame_ms}};
+  }
+  if (report.costs) json["costs"] = json_of(*report.costs);
+  return json;
+}
+
+Json json_of(const std::vector<bench::ScalingPoint>& points) {
+  Json json = Json::array();
+  for (const auto& p : points) {
+    json.push_back({{"axis", p.axis},
+                    {"look", p.look},
+                    {"x", p.x},
+                    {"cpu_ms", p.cpu_ms},
+                    {"wall_ms", p.wall_ms},
+                    {"prepare_ms", p.prepare_ms},
+                    {"samples", p.samples},
+                    {"occupied", p.occupied},
+                    {"bytes_per_voxel", json_number(p.bytes_per_voxel)}});
+  }
+  return json;
+}
+
+std::string live_text(const BenchRenderReport& report) {
+  std::ostringstream out;
+  out << std::fixed << std::setprecision(1)
+      << "\nVolume samples without skipping over with it: median "
+      << median_skip(report.skipping) << " of " << report.skipping.size()
+      << " scenes, vessels only " << median_skip_vessels(report.skipping)
+      << "; a volume that is nowhere empty takes " << 100 * report.full_volume_overhead
+      << " % longer.\n"
+      << "Plane and cutaway: " << 100 * report.cutaway.own_fraction()
+      << " % of a frame for their own work, " << 100 * report.cutaway.net_fraction()
+      << " % with the samples they save; samples " << report.cutaway.ct_samples << " (CT), "
+      << report.cutaway.plane_samples << " (and plane), " << report.cutaway.cutaway_samples
+      << " (and cutaway).\n"
+      << "New ultrasound image, same pose: " << std::setprecision(2) << report.update.wall_ms
+      << " ms wall, " << report.update.cpu_ms << " ms process, " << report.update.samples
+      << " volume samples, " << (report.update.identical ? "identical" : "NOT identical")
+      << " to a full picture.\n";
+  if (report.edit) {
+    out << "Transfer function edited at " << report.edit->side << "^3: "
+        << report.edit->prepare_ms << " ms to classify anew, " << report.edit->frame_ms
+        << " ms process for the next frame.\n";
+  }
+  for (const auto& one : report.interaction) {
+    out << one.scene << " at " << one.side << "^3, step " << one.step << ", rms "
+        << std::setprecision(4) << one.rms << std::setprecision(1) << ": " << 1e3 / one.wall_ms
+        << " fps (" << one.cpu_ms << " process ms), half size " << 1e3 / one.half_wall_ms
+        << " fps.\n";
+  }
+  return out.str();
+}
+
+}  // namespace nav::app

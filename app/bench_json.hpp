@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "app/report.hpp"
+#include "bench/render_comparison.hpp"
+#include "bench/render_costs.hpp"
+#include "bench/render_live.hpp"
+#include "bench/render_scaling.hpp"
+
+namespace nav::app {
+
+/// Everything that 'sonde bench render' measured.
+struct BenchRenderReport {
+  bench::RenderBenchReport comparison;
+  std::vector<bench::SkipRatio> skipping;
+  double full_volume_overhead = 0;
+  bench::CutawayCost cutaway;
+  bench::ImageUpdate update;
+  std::vector<bench::Interaction> interaction;
+  std::optional<bench::EditCost> edit;
+  std::optional<bench::CostTable> costs;
+};
+
+/// Keys as docs/json.md has them, from gl_device on.
+Json json_of(const BenchRenderReport& report);
+Json json_of(const std::vector<bench::ScalingPoint>& points);
+
+/// The numbers beside the comparison as text: skipping, cutaway, update, interaction, edit.
+std::string live_text(const BenchRenderReport& report);
+
+}  // namespace nav::app

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "nav/result.hpp"
+
+namespace nav::bench {
+
+/// User and system time of the whole process, all threads, s.
+double process_time_s();
+/// Memory of the process that is in RAM, bytes; 0 where the system does not say.
+std::size_t resident_bytes();
+/// NaN for no values.
+double median(std::vector<double> values);
+
+/// What one run took.
+struct Taken {
+  double cpu_s = 0;
+  double wall_s = 0;
+};
+
+/// Something whose time is measured; a failure ends the measurement.
+using Task = std::function<Result<void>()>;
+
+/// How often tasks are repeated.
+struct Repeats {
+  int times = 3;        ///< >= 1.
+  double enough_s = 2;  ///< No further repeat of a task that took this long in all, process time.
+};
+
+/// Medians of tasks run in turn (A B C A B C …), so that what else the machine does hits them
+/// alike.
+Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Repeats& repeats);
+
+}  // namespace nav::bench

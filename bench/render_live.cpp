@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/render_live.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "bench/moving_camera.hpp"
+#include "render/engine.hpp"
+
+namespace nav::bench {
+namespace {
+
+bool same_bytes(const render::RenderedImage& a, const render::RenderedImage& b) {
+  const auto x = a.pixels.pixels();
+  const auto y = b.pixels.pixels();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
+}
+
+/// Medians of scenes drawn in turn; the first frame of each fills the caches.
+Result<std::vector<Taken>> time_scenes(std::vector<MovingCamera>& cameras, const Repeats& repeats) {
+  std::vector<Task> tasks;
+  for (MovingCamera& camera : cameras) {
+    if (auto warm = camera.draw(); !warm) return warm.error();
+    tasks.push_back([&camera] { return camera.draw(); });
+  }
+  return time_in_turn(tasks, repeats);
+}
+
+double rms_of(const Image2d<RgbaF>& found, const Image2d<RgbaF>& truth) {
+  double sum = 0;
+  for (std::size_t i = 0; i < truth.pixels().size(); ++i) {
+    const RgbaF& a = found.pixels()[i];
+    const RgbaF& b = truth.pixels()[i];
+    sum += std::pow(a.r - b.r, 2) + std::pow(a.g - b.g, 2) + std::pow(a.b - b.b, 2);
+  }
+  return std::sqrt(sum / (3.0 * static_cast<double>(truth.pixels().size())));
+}
+
+}  // namespace
+
+Result<CutawayCost> measure_cutaway(const render::Scene& scene, const Repeats& repeats) {
+  NAV_CHECK(scene.plane && scene.cutaway);
+  render::Scene with_plane = scene;
+  with_plane.cutaway.reset();
+  render::Scene ct = with_plane;
+  ct.plane.reset();
+  std::vector<MovingCamera> cameras;
+  for (const render::Scene& one : {ct, with_plane, scene}) cameras.emplace_back(one);
+  const auto taken = time_scenes(cameras, repeats);
+  if (!taken) return taken.error();
+  CutawayCost cost;
+  cost.ct_ms = 1e3 * (*taken)[0].cpu_s;
+  cost.plane_ms = 1e3 * (*taken)[1].cpu_s;
+  cost.cutaway_ms = 1e3 * (*taken)[2].cpu_s;
+  cost.ct_samples = cameras[0].statistics().volume_samples;
+  cost.plane_samples = cameras[1].statistics().volume_samples;
+  cost.cutaway_samples = cameras[2].statistics().volume_samples;
+  return cost;
+}
+
+Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates) {
+  NAV_CHECK(scene.plane.has_value());
+  const auto engine = render::make_cpu_engine();
+  if (auto first = engine->render(scene); !first) return first.error();
+  render::Scene next = scene;
+  const Image2d<std::uint8_t>& picture = scene.plane->frame.pixels;
+  ImageUpdate update;
+  std::vector<double> cpu, wall;
+  for (int i = 1; i <= updates; ++i) {
+    std::vector<std::uint8_t> pixels(picture.pixels().begin(), picture.pixels().end());
+    for (auto& p : pixels) p = static_cast<std::uint8_t>(p + 7 * i);
+    next.plane->frame.pixels = {picture.width(), picture.height(), std::move(pixels)};
+    next.plane->frame.sequence = scene.plane->frame.sequence + static_cast<std::uint64_t>(i);
+    Result<render::RenderedImage> drawn = Error{ErrorCode::kUnavailable, "not drawn"};
+    const auto taken = time_in_turn({[&]() -> Result<void> {
+                                      drawn = engine->render(next);
+                                      if (!drawn) return drawn.error();
+                                      return {};
+                                    }},
+                                    {1, 0});
+    if (!taken) return taken.error();
+    cpu.push_back(1e3 * taken->front().cpu_s);
+    wall.push_back(1e3 * taken->front().wall_s);
+    update.samples = std::max(update.samples, drawn->statistics.volume_samples);
+    const auto fresh = render::make_cpu_engine()->render(next);
+    if (!fresh) return fresh.error();
+    update.identical = update.identical && same_bytes(*drawn, *fresh);
+  }
+  update.cpu_ms = median(cpu);
+  update.wall_ms = median(wall);
+  return update;
+}
+
+Result<SkipRatio> measure_skipping(const NamedScene& named) {
+  const auto engine = render::make_cpu_engine();
+  render::Scene scene = named.scene;
+  const auto on = engine->render(scene);
+  if (!on) return on.error();
+  scene.quality.skip_empty_bricks = false;
+  const auto off = engine->render(scene);
+  if (!off) return off.error();
+  return SkipRatio{named.name, on->statistics.volume_samples, off->statistics.volume_samples,
+                   same_bytes(*on, *off)};
+}
+
+Result<double> full_volume_overhead(const render::Scene& scene, const Repeats& repeats) {
+  auto haze = render::TransferFunction::create(
+      "haze", {{-1024, {0.6, 0.7, 0.8}, 1e-3, 1}, {3000, {1, 0.9, 0.8}, 2e-3, 1}});
+  NAV_CHECK(haze.has_value());
+  render::Scene on = scene;
+  on.transfer = *haze;
+  render::Scene off = on;
+  off.quality.skip_empty_bricks = false;
+  std::vector<MovingCamera> cameras;
+  cameras.emplace_back(std::move(on));
+  cameras.emplace_back(std::move(off));
+  const auto taken = time_scenes(cameras, repeats);
+  if (!taken) return taken.error();
+  return (*taken)[0].cpu_s / (*taken)[1].cpu_s - 1;
+}
+
+Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
+  const auto engine = render::make_cpu_engine();
+  if (auto first = engine->render(scene); !first) return first.error();
+  std::vector<double> prepare, frame;
+  for (int i = 1; i <= edits; ++i) {
+    auto components = scene.transfer.components();
+    for (auto& node : components.front().nodes) node.opacity *= 1 - 0.01 * i;
+    auto edited = render::TransferFunction::blend(scene.transfer.name(), std::move(components));
+    if (!edited) return edited.error();
+    render::Scene next = scene;
+    next.transfer = *edited;
+    const double before = process_time_s();
+    const auto image = engine->render(next);
+    if (!image) return image.error();
+    frame.push_back(1e3 * (process_time_s() - before));
+    prepare.push_back(1e3 * image->statistics.prepare_s);
+  }
+  return EditCost{scene.ct->grid().size[0], median(prepare), median(frame)};
+}
+
+Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats) {
+  constexpr double kRms = 1e-2;
+  Interaction found{named.name, named.scene.ct->grid().size[0]};
+  render::Scene small = named.scene;
+  small.width = 80;
+  small.height = 60;
+  small.quality.step_voxels = 0.125;
+  const auto truth = render::make_reference_engine()->render(small);
+  if (!truth) return truth.error();
+  const auto engine = render::make_cpu_engine();
+  for (const double step : {2.0, 1.5, 1.0, 0.75, 0.5, 0.25}) {
+    small.quality.step_voxels = found.step = step;
+    const auto image = engine->render(small);
+    if (!image) return image.error();
+    found.rms = rms_of(image->pixels, truth->pixels);
+    if (found.rms <= kRms) break;
+  }
+  render::Scene full = named.scene;
+  full.quality.step_voxels = found.step;
+  render::Scene half = full;
+  half.width /= 2;
+  half.height /= 2;
+  std::vector<MovingCamera> cameras;
+  cameras.emplace_back(std::move(full));
+  cameras.emplace_back(std::move(half));
+  const auto taken = time_scenes(cameras, repeats);
+  if (!taken) return taken.error();
+  found.cpu_ms = 1e3 * (*taken)[0].cpu_s;
+  found.wall_ms = 1e3 * (*taken)[0].wall_s;
+  found.half_cpu_ms = 1e3 * (*taken)[1].cpu_s;
+  found.half_wall_ms = 1e3 * (*taken)[1].wall_s;
+  return found;
+}
+
+}  // namespace nav::bench

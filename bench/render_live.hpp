@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/measure.hpp"
+#include "bench/scene_set.hpp"
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+/// What a live session asks of the CPU engine: cutaway, new images, edits, interaction, skipping.
+namespace nav::bench {
+
+/// One picture three ways: CT alone; with the plane; with the plane and the cutaway about it.
+struct CutawayCost {
+  double ct_ms = 0;  ///< Process time.
+  double plane_ms = 0;
+  double cutaway_ms = 0;
+  std::uint64_t ct_samples = 0;
+  std::uint64_t plane_samples = 0;
+  std::uint64_t cutaway_samples = 0;
+  /// (cutaway - ct) / cutaway: what both cost of a frame, all told; negative: they save.
+  [[nodiscard]] double net_fraction() const { return 1 - ct_ms / cutaway_ms; }
+  /// The same if the samples that they save were still taken, at the price of a sample of the CT
+  /// alone: the price of their own work.
+  [[nodiscard]] double own_fraction() const {
+    const double saved =
+        ct_ms * (1 - static_cast<double>(cutaway_samples) / static_cast<double>(ct_samples));
+    return (cutaway_ms + saved - ct_ms) / cutaway_ms;
+  }
+};
+/// Precondition of the scene: a plane and a cutaway.
+Result<CutawayCost> measure_cutaway(const render::Scene& scene, const Repeats& repeats);
+
+/// A new ultrasound image at the same pose and camera.
+struct ImageUpdate {
+  double cpu_ms = 0;  ///< Process time of the whole picture, median.
+  double wall_ms = 0;
+  std::uint64_t samples = 0;  ///< Most volume samples of any update.
+  bool identical = true;      ///< To an engine that never saw the picture before.
+};
+Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates);
+
+/// Volume samples with skipping and without, at the scene's quality.
+struct SkipRatio {
+  std::string scene;
+  std::uint64_t on = 0;
+  std::uint64_t off = 0;
+  bool identical = false;  ///< Byte for byte.
+  [[nodiscard]] double ratio() const {
+    return static_cast<double>(off) / static_cast<double>(on > 0 ? on : 1);
+  }
+};
+Result<SkipRatio> measure_skipping(const NamedScene& named);
+
+/// Time of a picture where nothing is empty: with skipping over without, less 1.
+Result<double> full_volume_overhead(const render::Scene& scene, const Repeats& repeats);
+
+/// An edited transfer function on a cubic patient of n voxels a side.
+struct EditCost {
+  int side = 0;
+  double prepare_ms = 0;  ///< Wall time to classify anew and rebuild tables, median.
+  double frame_ms = 0;    ///< Process time of the first picture after it, median.
+};
+Result<EditCost> measure_edit(const render::Scene& scene, int edits);
+
+/// The camera moves: frames of 800 x 600 at the coarsest step that keeps rms <= 1e-2, and of half
+/// that size at the same step.
+struct Interaction {
+  std::string scene;
+  int side = 0;
+  double step = 0;  ///< Voxels; the finest candidate when none keeps to 1e-2.
+  double rms = 0;   ///< Against the reference, unlike the comparison not rounded to 8 bits.
+  double cpu_ms = 0;
+  double wall_ms = 0;
+  double half_cpu_ms = 0;
+  double half_wall_ms = 0;
+};
+Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats);
+
+}  // namespace nav::bench

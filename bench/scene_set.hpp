@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+namespace nav::bench {
+
+/// A scene and what it is called in the tables.
+struct NamedScene {
+  std::string name;
+  render::Scene scene;  ///< CT and transfer function only: VTK's mappers know no plane or needle.
+};
+
+/// A volume of the set and the two transfer functions that it is shown with.
+struct BenchVolume {
+  std::string name;
+  std::shared_ptr<const Volume> ct;
+  std::vector<render::TransferFunction> looks;
+};
+
+/// Third-party data: SONDE_DATA_DIR, or ../shared/data beside the current folder.
+std::filesystem::path bench_data_dir();
+
+/// The simulated patient of seed 1, portal phase, as a CT. Never fails but by a bug.
+Result<std::shared_ptr<const Volume>> simulated_ct();
+
+/// Contrast-filled vessels and nothing else: clear below 180 HU and above 480.
+render::TransferFunction vessels_only();
+
+/// The volumes of the comparison whose scenes' names can contain filter: the simulated patient, and
+/// head, abdomen, aorta, lung and pelvis from data. What is missing there is reported as skipped.
+Result<std::vector<BenchVolume>> bench_volumes(const std::string& filter,
+                                               const std::filesystem::path& data,
+                                               Diagnostics& diagnostics);
+
+/// A volume as BenchVolume, for a CT of the user's.
+Result<BenchVolume> bench_volume(const std::string& name, std::shared_ptr<const Volume> ct);
+
+/// volume/transfer function/camera/shading, two cameras each: perspective from the patient's left
+/// front, orthographic from the front and above. Those whose name contains filter.
+std::vector<NamedScene> bench_scenes(const std::vector<BenchVolume>& volumes,
+                                     const std::string& filter, int width, int height);
+
+/// The scene with its eye moved by frame micrometres: a picture that no engine can have kept.
+render::Scene nudged(render::Scene scene, int frame);
+
+/// The simulated patient, 300 mm to a side in n voxels, n in [16, 768]: interpolated from one scan
+/// of 1.2 mm, with noise of 12 HU of its own in every voxel.
+Result<std::shared_ptr<const Volume>> cubic_patient(int n);
+
+}  // namespace nav::bench
