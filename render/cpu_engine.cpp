@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "render/cpu_cache.hpp"
+#include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/cpu_painter.hpp"
 #include "render/engine.hpp"
@@ -22,8 +23,7 @@ double seconds_since(Clock::time_point start) {
 class CpuEngine final : public Engine {
  public:
   explicit CpuEngine(const CpuOptions& options)
-      : options_(options),
-        vector_(options.allow_vector ? vector_marches() : MarchSet{nullptr, nullptr}) {}
+      : options_(options), vector_(options.allow_vector ? vector_marches() : MarchSet{}) {}
 
   [[nodiscard]] std::string name() const override { return "cpu"; }
   [[nodiscard]] std::string device() const override {
@@ -42,7 +42,7 @@ class CpuEngine final : public Engine {
                        std::to_string(scene.ct->grid().voxel_count()) + " without it"};
     }
     const auto start = Clock::now();
-    const spec::CutawayObjects<double> cutaway = spec::make_cutaway(scene, true);
+    const CutPlan cutaway(spec::make_cutaway(scene, true));
     cache_.update(scene, !cutaway.empty(), options_.threads);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, !cutaway.empty());

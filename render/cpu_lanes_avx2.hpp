@@ -46,6 +46,7 @@ struct Avx2 {
   static M not_less(F a, F b) { return {_mm256_cmp_ps(a, b, _CMP_GE_OQ)}; }
   static M both(M a, M b) { return {_mm256_and_ps(a.v, b.v)}; }
   static M either(M a, M b) { return {_mm256_or_ps(a.v, b.v)}; }
+  static M exclusive(M a, M b) { return {_mm256_xor_ps(a.v, b.v)}; }
   static M none() { return {_mm256_setzero_ps()}; }
   static M negate(M a) { return {_mm256_xor_ps(a.v, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
   static bool any(M a) { return _mm256_movemask_ps(a.v) != 0; }

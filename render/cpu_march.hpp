@@ -112,10 +112,22 @@ struct MarchKey {
 /// projecting sets its value.
 using March = void (*)(const MarchInputs&, RayPacket&, MarchCounts&);
 
-/// The marches of one instruction set.
+struct CutObjects;
+struct CutBlock;
+struct CutChoice;
+struct CutRays;
+/// Keeps those objects of a choice that may decide for some ray of a block; returns a distance from
+/// the foot that no surface exceeds there, mm.
+using CutCull = float (*)(const CutObjects&, const CutBlock&, const CutChoice& in, CutChoice& out);
+/// Fills t1 and t2 from the chosen objects.
+using CutMeet = void (*)(const CutObjects&, const CutChoice&, CutRays&);
+
+/// What is compiled for one instruction set.
 struct MarchSet {
   March (*composite)(const MarchKey&);
   March (*project)(MarchProject);
+  CutCull cull;
+  CutMeet meet;
 };
 MarchSet portable_marches();
 /// Needs AVX2 and FMA; ask for it through vector_marches().

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/cpu_kernel.hpp"
+#include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"
 
 namespace nav::render {
@@ -41,6 +42,7 @@ struct Scalar {
   static M not_less(F a, F b) { return a >= b; }
   static M both(M a, M b) { return a && b; }
   static M either(M a, M b) { return a || b; }
+  static M exclusive(M a, M b) { return a != b; }
   static M none() { return false; }
   static M negate(M a) { return !a; }
   static bool any(M a) { return a; }
@@ -89,6 +91,8 @@ struct Scalar {
 
 }  // namespace
 
-MarchSet portable_marches() { return {composite_march<Scalar>, project_march<Scalar>}; }
+MarchSet portable_marches() {
+  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>, meet_with<Scalar>};
+}
 
 }  // namespace nav::render

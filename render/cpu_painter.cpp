@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kPacketWidth = 4;
 constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
-constexpr int kTile = 32;  // Pixels; a multiple of the packet's sides.
+constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
+constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
 
 constexpr double kNowhere = -1e30;
 
@@ -31,6 +32,14 @@ MarchProject project_of(Projection projection) {
   return MarchProject::kMaximum;
 }
 
+/// A distance before which no ray of a view meets the volume, mm: by the ball around it.
+double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
+  const Eigen::Vector3d to = grid.centre().mm - grid.origin_mm - view.eye;
+  const double along = view.orthographic ? to.dot(view.forward) : to.norm();
+  // A voxel more, for axes that have but one.
+  return std::max(0.0, along - 0.5 * grid.extent_mm().norm() - grid.spacing_mm.norm());
+}
+
 }  // namespace
 
 struct CpuPainter::Packet {
@@ -41,16 +50,33 @@ struct CpuPainter::Packet {
   bool in_box;
   std::size_t most_hits;
   int cut;  ///< Lanes that the cutaway meets within the box.
+  CutRays cut_rays;
+  double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
+};
+
+/// What a tile works with.
+struct CpuPainter::Tile {
+  explicit Tile(const CutObjects& objects) : all(objects), tile(objects), block(objects) {}
+
+  CutSelection all;
+  CutSelection tile;
+  CutSelection block;
+  bool cut = false;  ///< The cutaway may reach some ray.
+  Packet packet{};
+  MarchCounts counts{};
+  std::uint64_t cut_rays = 0;
 };
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
-                       const MarchSet& marches, const spec::CutawayObjects<double>& cutaway)
+                       const MarchSet& marches, const CutPlan& cutaway)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
       plain_(marches.composite({key.classify, key.shade, false})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
+      cull_(marches.cull),
+      meet_(marches.meet),
       surfaces_(scene),
       view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
       step_(spec::step_mm(scene.quality, scene.ct->grid())),
@@ -58,35 +84,52 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
                             scene.projection == Projection::kComposite
                         ? 0.0
                         : 0.5),
+      near_mm_(nearest_mm(view_, scene.ct->grid())),
       tiles_across_((scene.width + kTile - 1) / kTile),
       tiles_down_((scene.height + kTile - 1) / kTile),
       pixels_(static_cast<std::size_t>(scene.width) * static_cast<std::size_t>(scene.height)) {}
 
-void CpuPainter::paint_tile(int tile) {
-  const int x0 = tile % tiles_across_ * kTile;
-  const int y0 = tile / tiles_across_ * kTile;
-  MarchCounts counts{};
-  Packet packet{};
-  std::uint64_t cut = 0;
-  for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kPacketHeight) {
-    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kPacketWidth) {
-      start_packet(x, y, packet);
-      cut += static_cast<std::uint64_t>(packet.cut);
+void CpuPainter::paint_tile(int index) {
+  const int x0 = index % tiles_across_ * kTile;
+  const int y0 = index / tiles_across_ * kTile;
+  Tile tile(cutaway_.objects());
+  tile.cut = !cutaway_.empty() && cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
+  for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kBlock) {
+    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) paint_block(x, y, tile);
+  }
+  samples_ += tile.counts.samples;
+  gradients_ += tile.counts.gradients;
+  window_gradients_ += tile.counts.window_gradients;
+  faded_ += tile.counts.faded;
+  cutaway_rays_ += tile.cut_rays;
+}
+
+bool CpuPainter::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
+  const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
+  const double most = cull_(cutaway_.objects(), block, from, to);
+  // The foot of another ray may lie farther by the turn and the shift.
+  const double to_centre = (cutaway_.centre() - view_.eye).norm();
+  return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
+}
+
+void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
+  const bool cut = tile.cut && cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
+  Packet& p = tile.packet;
+  for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
+    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
+      start_packet(x, y, p);
+      if (cut && p.in_box) cut_packet(tile.block.choice(), p);
+      tile.cut_rays += static_cast<std::uint64_t>(p.cut);
       if (scene_.projection == Projection::kComposite) {
-        composite(packet, counts);
+        composite(p, tile.counts);
       } else {
-        project(packet, counts);
+        project(p, tile.counts);
       }
       for (int lane = 0; lane < kPacketLanes; ++lane) {
-        store(x + lane % kPacketWidth, y + lane / kPacketWidth, lane, packet.rays);
+        store(x + lane % kPacketWidth, y + lane / kPacketWidth, lane, p.rays);
       }
     }
   }
-  samples_ += counts.samples;
-  gradients_ += counts.gradients;
-  window_gradients_ += counts.window_gradients;
-  faded_ += counts.faded;
-  cutaway_rays_ += cut;
 }
 
 RenderedImage CpuPainter::finish() {
@@ -100,7 +143,7 @@ RenderedImage CpuPainter::finish() {
   return image;
 }
 
-void CpuPainter::start_packet(int x0, int y0, Packet& p) {
+void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
   p.in_box = false;
   p.most_hits = 0;
   p.cut = 0;
@@ -138,14 +181,22 @@ void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
         static_cast<float>(index.origin[axis] + first * index.direction[axis]);
     p.rays.step[axis][lane] = static_cast<float>(step_ * index.direction[axis]);
   }
-  if (!cutaway_.empty()) cut_lane(ray, lane, p);
+  if (!cutaway_.empty()) p.foot[lane] = set_cut_ray(ray, cutaway_.centre(), lane, p.cut_rays);
 }
 
-void CpuPainter::cut_lane(const spec::Ray<double>& ray, int lane, Packet& p) const {
-  const spec::CutawaySpan<double> span = spec::meet_cutaway(cutaway_, ray);
-  if (!(span.t2 > p.box[lane].begin)) return;
-  const double t2 = span.t2 / step_ - p.base[lane];
-  const double t1 = std::max(span.t1 / step_ - p.base[lane], kNowhere);
+void CpuPainter::cut_packet(const CutChoice& choice, Packet& p) const {
+  meet_(cutaway_.objects(), choice, p.cut_rays);
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    cut_lane(p.foot[lane] + static_cast<double>(p.cut_rays.t1[lane]),
+             p.foot[lane] + static_cast<double>(p.cut_rays.t2[lane]), lane, p);
+  }
+}
+
+void CpuPainter::cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const {
+  if (!(t2_mm > p.box[lane].begin)) return;
+  const double t2 = t2_mm / step_ - p.base[lane];
+  const double t1 = std::max(t1_mm / step_ - p.base[lane], kNowhere);
   p.rays.t2[lane] = static_cast<float>(t2);
   p.rays.t1[lane] = static_cast<float>(t1);
   p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kNowhere));
@@ -186,7 +237,7 @@ void CpuPainter::project(Packet& p, MarchCounts& counts) const {
   }
 }
 
-/// The stretch between the surfaces segment - 1 and segment of every lane.
+// The stretch between the surfaces segment - 1 and segment of every lane.
 void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     const auto& hits = p.hits[lane];

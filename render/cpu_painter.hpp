@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_march.hpp"
 #include "render/engine.hpp"
 #include "render/ray_spec.hpp"
@@ -18,7 +19,7 @@ class CpuPainter {
  public:
   /// All must outlive it. cutaway: empty when key.fade is off.
   CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
-             const MarchSet& marches, const spec::CutawayObjects<double>& cutaway);
+             const MarchSet& marches, const CutPlan& cutaway);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);
@@ -27,10 +28,15 @@ class CpuPainter {
 
  private:
   struct Packet;
+  struct Tile;
 
-  void start_packet(int x0, int y0, Packet& p);
+  void paint_block(int x0, int y0, Tile& tile);
+  /// False: the cutaway reaches no ray of a block in the volume.
+  bool cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const;
+  void start_packet(int x0, int y0, Packet& p) const;
   void start_lane(int x, int y, int lane, Packet& p) const;
-  void cut_lane(const spec::Ray<double>& ray, int lane, Packet& p) const;
+  void cut_packet(const CutChoice& choice, Packet& p) const;
+  void cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const;
   void composite(Packet& p, MarchCounts& counts) const;
   void project(Packet& p, MarchCounts& counts) const;
   void set_segment(std::size_t segment, Packet& p) const;
@@ -39,14 +45,17 @@ class CpuPainter {
 
   const Scene& scene_;
   const MarchInputs& in_;
-  const spec::CutawayObjects<double>& cutaway_;
+  const CutPlan& cutaway_;
   March plain_;
   March fading_;
   March project_;
+  CutCull cull_;
+  CutMeet meet_;
   Surfaces surfaces_;
   spec::View<double> view_;
   double step_;
   double first_sample_;  ///< Where sample 0 lies in cell 0, in cells.
+  double near_mm_;       ///< No ray enters the volume before.
   int tiles_across_;
   int tiles_down_;
   std::vector<RgbaF> pixels_;
