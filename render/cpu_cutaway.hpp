@@ -13,10 +13,10 @@ namespace nav::render {
 /// An edge of a polygon, from a to b; u and v are coordinates in the polygon's plane.
 struct CutEdge {
   float a[3];
-  float along[3];   ///< b - a.
-  float u[2];       ///< Of a and b.
-  float v[2];       ///< Of a and b.
-  float u_per_v;    ///< (u_b - u_a) / (v_b - v_a); anything where v_a = v_b.
+  float along[3];  ///< b - a.
+  float u[2];      ///< Of a and b.
+  float v[2];      ///< Of a and b.
+  float u_per_v;   ///< (u_b - u_a) / (v_b - v_a); anything where v_a = v_b.
   int polygon;
 };
 

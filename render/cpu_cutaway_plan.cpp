@@ -53,9 +53,15 @@ CutPlan::CutPlan(const spec::CutawayObjects<double>& objects) : centre_(middle_o
     set(ball.centre - centre_, out.centre);
     balls_.push_back(out);
   }
-  view_ = {edges_.data(), static_cast<int>(edges_.size()),
-           polygons_.data(), static_cast<int>(polygons_.size()),
-           balls_.data(), static_cast<int>(balls_.size()), {}, {}, {}};
+  view_ = {edges_.data(),
+           static_cast<int>(edges_.size()),
+           polygons_.data(),
+           static_cast<int>(polygons_.size()),
+           balls_.data(),
+           static_cast<int>(balls_.size()),
+           {},
+           {},
+           {}};
   const double cot[2] = {objects.cot1, objects.cot2};
   for (int k = 0; k < 2; ++k) {
     view_.cot[k] = static_cast<float>(cot[k]);
@@ -79,8 +85,12 @@ void CutPlan::add(const spec::CutawayPolygon<double>& polygon) {
     const double va = a.dot(polygon.axis_v);
     const double ub = b.dot(polygon.axis_u);
     const double vb = b.dot(polygon.axis_v);
-    CutEdge edge{{}, {}, {static_cast<float>(ua), static_cast<float>(ub)},
-                 {static_cast<float>(va), static_cast<float>(vb)}, 0, id};
+    CutEdge edge{{},
+                 {},
+                 {static_cast<float>(ua), static_cast<float>(ub)},
+                 {static_cast<float>(va), static_cast<float>(vb)},
+                 0,
+                 id};
     if (edge.v[0] != edge.v[1]) edge.u_per_v = static_cast<float>((ub - ua) / (vb - va));
     set(a, edge.a);
     set(b - a, edge.along);
@@ -95,8 +105,8 @@ CutSelection::CutSelection(const CutObjects& objects)
       polygons_(static_cast<std::size_t>(objects.polygon_count) + kSpare),
       inside_(std::make_unique<bool[]>(polygons_.size())),
       upper_(2 * edges_.size()),
-      choice_{edges_.data(), objects.edge_count, polygons_.data(), inside_.get(),
-              objects.polygon_count, upper_.data()} {
+      choice_{edges_.data(), objects.edge_count,    polygons_.data(),
+              inside_.get(), objects.polygon_count, upper_.data()} {
   std::iota(edges_.begin(), edges_.end(), 0);
   std::iota(polygons_.begin(), polygons_.end(), 0);
 }

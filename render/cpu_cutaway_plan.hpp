@@ -17,9 +17,7 @@ class CutPlan {
   CutPlan(const CutPlan&) = delete;
   CutPlan& operator=(const CutPlan&) = delete;
 
-  [[nodiscard]] bool empty() const {
-    return view_.polygon_count == 0 && view_.ball_count == 0;
-  }
+  [[nodiscard]] bool empty() const { return view_.polygon_count == 0 && view_.ball_count == 0; }
   [[nodiscard]] const CutObjects& objects() const { return view_; }
   /// The reference point, local mm.
   [[nodiscard]] const Eigen::Vector3d& centre() const { return centre_; }

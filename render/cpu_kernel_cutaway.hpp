@@ -75,7 +75,7 @@ struct CutKernel {
   }
 
   struct Plane {
-    F t;         ///< Where the rays meet it.
+    F t;  ///< Where the rays meet it.
     F u;
     F v;
     F facing;
