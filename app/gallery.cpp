@@ -46,8 +46,8 @@ render::UltrasoundPlane coronal_slice(const Volume& ct, const Vec& centre) {
   const Pose pose(Eigen::Quaterniond(axes), centre + Vec(0, 0, 0.5 * kHeight * kPixelMm));
   UltrasoundFrame frame;
   frame.grid = PixelGrid::centred(kWidth, kPixelMm, kPixelMm);
-  const auto slice = render::reslice(ct, pose, frame.grid.origin_mm, kPixelMm, kWidth, kHeight,
-                                     {100, 250});
+  const auto slice =
+      render::reslice(ct, pose, frame.grid.origin_mm, kPixelMm, kWidth, kHeight, {100, 250});
   std::vector<std::uint8_t> grey;
   for (const Rgba8& p : slice.pixels()) grey.push_back(p.r);
   frame.pixels = {kWidth, kHeight, std::move(grey)};

@@ -15,6 +15,9 @@ static_assert(kBrickVoxels == 8, "The march finds a sample's brick by a shift of
 /// them weighs too little.
 constexpr double kShadingBudget = 1.0 / 512;
 
+/// And all those together that lie behind nearly everything.
+constexpr double kShadingTail = 1.0 / 160;
+
 /// Ends of pre-integrated cells up to this long lie in the same brick or in neighbours, whose
 /// ranges overlap: nothing between two empty ones is visible. 8 voxels, less what rounding takes.
 constexpr double kLongestLeapableCell = 7.5;
@@ -50,7 +53,7 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
       scene.quality.step_voxels > kLongestLeapableCell) {
     return;
   }
-  in.brick_distance = cache.distances()->distance.data();
+  in.brick_leap = cache.leaps().data();
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 
@@ -85,6 +88,7 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.silhouette = static_cast<float>(shading.silhouette);
   // A ray crosses at most diagonal / step + 2 cells.
   const double cells = grid.extent_mm().norm() / spec::step_mm(scene.quality, grid) + 2;
+  in.shaded_up_to = static_cast<float>(1 - kShadingTail);
   in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
 }
 

@@ -33,7 +33,10 @@ struct MarchInputs {
   int slice_stride;
   float last[3];  ///< n - 1 per axis.
 
-  const std::uint8_t* brick_distance;  ///< Null: no skipping. Readable 3 bytes past the end.
+  /// Per brick where nothing is visible: the distance to the nearest one that is occupied, > 0. Per
+  /// occupied brick: minus how many occupied bricks lie all around it, <= 0. Null: no skipping.
+  /// Readable 3 bytes past the end.
+  const std::int8_t* brick_leap;
   /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
   /// Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;
@@ -67,7 +70,8 @@ struct MarchInputs {
   float cool_share;
   float warm_share;
   float silhouette;
-  float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded.
+  float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded,
+  float shaded_up_to;       ///< nor one behind so much opacity.
 
   float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
   float overlay_cells;  ///< 1e30 for infinity.
@@ -112,10 +116,22 @@ struct MarchKey {
 /// projecting sets its value.
 using March = void (*)(const MarchInputs&, RayPacket&, MarchCounts&);
 
-/// The marches of one instruction set.
+struct CutObjects;
+struct CutBlock;
+struct CutChoice;
+struct CutRays;
+/// Keeps those objects of a choice that may decide for some ray of a block; returns a distance from
+/// the foot that no surface exceeds there, mm.
+using CutCull = float (*)(const CutObjects&, const CutBlock&, const CutChoice& in, CutChoice& out);
+/// Fills t1 and t2 from the chosen objects.
+using CutMeet = void (*)(const CutObjects&, const CutChoice&, CutRays&);
+
+/// What is compiled for one instruction set.
 struct MarchSet {
   March (*composite)(const MarchKey&);
   March (*project)(MarchProject);
+  CutCull cull;
+  CutMeet meet;
 };
 MarchSet portable_marches();
 /// Needs AVX2 and FMA; ask for it through vector_marches().
