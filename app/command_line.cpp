@@ -14,6 +14,7 @@
 #include "app/devices.hpp"
 #include "app/exit_code.hpp"
 #include "app/info.hpp"
+#include "app/look_options.hpp"
 #include "app/replay.hpp"
 
 namespace nav::app {
@@ -30,9 +31,6 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
   verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
   verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
-  verb.add_option("--transfer-function", config.look.preset,
-                  "ct-bone, ct-soft-tissue or cta-vessels")
-      ->capture_default_str();
   verb.add_option("--azimuth", config.view.azimuth_deg,
                   "of the camera, degrees: 0 from the front, 90 from the patient's left; neither "
                   "angle given: so that the plane is well seen");
@@ -172,6 +170,7 @@ void CommandLine::add_demo() {
   config.view = demo_.view;
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
+  add_look_options(*demo, config.look);
   demo->add_option("--seed", demo_.seed, "which simulated patient")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -204,6 +203,7 @@ void CommandLine::add_replay() {
       "--registration", config_.placement.registration, "result of 'sonde register'");
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
+  add_look_options(*replay, config_.look);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
   replay->add_flag("--window", config_.output.window, "also show them in a window");
