@@ -193,7 +193,8 @@ TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
       refused(replaced(kVpJson, "\"y\": 0.75", "\"y\": null"), {"scalarOpacity", "x and y"}));
   EXPECT_TRUE(refused(replaced(kVpJson, "\"y\": 0.75", "\"y\": 7"), {"scalar opacity", "[0, 1]"}));
   EXPECT_TRUE(refused(replaced(kVpJson, "[0.5, 0.1, 0.1]", "[0.5, 0.1]"), {"three colours"}));
-  EXPECT_TRUE(refused(replaced(kVpJson, "Distance\": 2.0", "Distance\": 0"), {"scalarOpacityUnitDistance"}));
+  EXPECT_TRUE(refused(replaced(kVpJson, "Distance\": 2.0", "Distance\": 0"),
+                      {"scalarOpacityUnitDistance"}));
   EXPECT_TRUE(refused(R"({"volumeProperties": []})", {"one volume property"}));
   EXPECT_TRUE(refused(R"({"volumeProperties": [{"components": 3}]})", {"one volume property"}));
 }
