@@ -16,6 +16,7 @@
 #include "app/info.hpp"
 #include "app/look_options.hpp"
 #include "app/replay.hpp"
+#include "app/slices.hpp"
 
 namespace nav::app {
 namespace {
@@ -116,6 +117,7 @@ class CommandLine {
     add_replay();
     add_register();
     add_info();
+    add_slices();
     add_bench();
     add_devices();
   }
@@ -127,6 +129,7 @@ class CommandLine {
   void add_replay();
   void add_register();
   void add_info();
+  void add_slices();
   void add_bench();
   void add_devices();
   void add_json(CLI::App& verb) {
@@ -154,6 +157,7 @@ class CommandLine {
   SessionConfig demo_config_;
   DemoOptions demo_;
   RegisterOptions register_;
+  SlicesOptions slices_;
   std::vector<double> target_;
   BenchRenderOptions bench_;
   bool accept_unknown_orientation_ = false;
@@ -273,6 +277,28 @@ void CommandLine::add_info() {
       return run_info(path_, json(), accept_unknown_orientation_, console);
     };
   });
+}
+
+void CommandLine::add_slices() {
+  CLI::App* verb = app_.add_subcommand("slices", "Write axial, coronal and sagittal CT slices");
+  SlicesOptions& o = slices_;
+  verb->add_option("ct", o.ct, "CT: DICOM folder, NIfTI, MetaImage or NRRD")->required();
+  verb->add_option("--out", o.out, "folder to write to")->required();
+  verb->add_flag("--accept-unknown-orientation", o.accept_unknown_orientation,
+                 "take a CT without orientation as LPS");
+  verb->add_option_function<std::vector<double>>(
+          "--at",
+          [&o](const std::vector<double>& p) { o.at_ct = Eigen::Vector3d(p[0], p[1], p[2]); },
+          "x y z, LPS mm: the point that all three show; none: the middle")
+      ->expected(3);
+  verb->add_option("--slab", o.slab_mm, "thickness, mm; 0: thin")->capture_default_str();
+  verb->add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")->capture_default_str();
+  verb->add_option("--window-level", o.level_hu, "HU")->capture_default_str();
+  verb->add_option("--window-width", o.width_hu, "HU")->capture_default_str();
+  verb->add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
+  verb->add_option("--mm-per-pixel", o.mm_per_pixel, "0: the CT fits")->capture_default_str();
+  verb->callback(
+      [this] { verb_ = [this](Console& console) { return run_slices(slices_, console); }; });
 }
 
 void CommandLine::add_bench() {
