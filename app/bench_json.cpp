@@ -96,8 +96,7 @@ Json ratios_of(const BenchRenderReport& report) {
 Json default_quality(const bench::RenderBenchReport& report) {
   Json rows = Json::array();
   for (const auto& truth : report.truths) {
-    const auto* ours =
-        bench::find_row(report, truth.scene, "cpu", render::Quality{}.step_voxels);
+    const auto* ours = bench::find_row(report, truth.scene, "cpu", render::Quality{}.step_voxels);
     const auto* theirs = bench::find_row(report, truth.scene, "vtk-gpu", 1);
     if (!ours || !theirs) continue;
     rows.push_back({{"scene", truth.scene},
@@ -111,11 +110,16 @@ Json default_quality(const bench::RenderBenchReport& report) {
 }
 
 Json json_of(const bench::Interaction& one) {
-  return {{"scene", one.scene},           {"side", one.side},
-          {"step", one.step},             {"rms", one.rms},
-          {"cpu_ms", one.cpu_ms},         {"wall_ms", one.wall_ms},
-          {"fps", 1e3 / one.wall_ms},     {"half_cpu_ms", one.half_cpu_ms},
-          {"half_wall_ms", one.half_wall_ms}, {"progressive_fps", 1e3 / one.half_wall_ms}};
+  return {{"scene", one.scene},
+          {"side", one.side},
+          {"step", one.step},
+          {"rms", one.rms},
+          {"cpu_ms", one.cpu_ms},
+          {"wall_ms", one.wall_ms},
+          {"fps", 1e3 / one.wall_ms},
+          {"half_cpu_ms", one.half_cpu_ms},
+          {"half_wall_ms", one.half_wall_ms},
+          {"progressive_fps", 1e3 / one.half_wall_ms}};
 }
 
 Json json_of(const bench::CostTable& table) {
@@ -216,11 +220,10 @@ Json json_of(const std::vector<bench::ScalingPoint>& points) {
 std::string live_text(const BenchRenderReport& report) {
   std::ostringstream out;
   out << std::fixed << std::setprecision(1)
-      << "\nVolume samples without skipping over with it: median "
-      << median_skip(report.skipping) << " of " << report.skipping.size()
-      << " scenes, vessels only " << median_skip_vessels(report.skipping)
-      << "; a volume that is nowhere empty takes " << 100 * report.full_volume_overhead
-      << " % longer.\n"
+      << "\nVolume samples without skipping over with it: median " << median_skip(report.skipping)
+      << " of " << report.skipping.size() << " scenes, vessels only "
+      << median_skip_vessels(report.skipping) << "; a volume that is nowhere empty takes "
+      << 100 * report.full_volume_overhead << " % longer.\n"
       << "Plane and cutaway: " << 100 * report.cutaway.own_fraction()
       << " % of a frame for their own work, " << 100 * report.cutaway.net_fraction()
       << " % with the samples they save; samples " << report.cutaway.ct_samples << " (CT), "
@@ -231,9 +234,8 @@ std::string live_text(const BenchRenderReport& report) {
       << " volume samples, " << (report.update.identical ? "identical" : "NOT identical")
       << " to a full picture.\n";
   if (report.edit) {
-    out << "Transfer function edited at " << report.edit->side << "^3: "
-        << report.edit->prepare_ms << " ms to classify anew, " << report.edit->frame_ms
-        << " ms process for the next frame.\n";
+    out << "Transfer function edited at " << report.edit->side << "^3: " << report.edit->prepare_ms
+        << " ms to classify anew, " << report.edit->frame_ms << " ms process for the next frame.\n";
   }
   for (const auto& one : report.interaction) {
     out << one.scene << " at " << one.side << "^3, step " << one.step << ", rms "
