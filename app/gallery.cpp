@@ -167,7 +167,7 @@ Result<void> Gallery::add_angiography() {
   if (!ct) return ct.error();
   const auto volume = std::make_shared<const Volume>(std::move(*ct));
   Scene scene = scene_of(volume, angiography_look(),
-                         looking(volume->grid().centre().mm, {0.75, -1, 0.25}, 470));
+                         looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
   scene.shading.enabled = false;
   add("fig2a", scene);
   scene.shading.enabled = true;
@@ -223,7 +223,7 @@ Result<void> Gallery::add_fusion() {
   add("fig6a", scene);
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.42 * M_PI, -30, liver + Vec(5, 0, 0), Vec::UnitX()));
-  scene.camera = looking(liver, {-0.25, -0.75, -0.8}, 470);
+  scene.camera = looking(liver, {-0.3, -0.35, -1}, 470);
   scene.cutaway->theta2_rad = 25 * kDeg;
   scene.shading.emphasis = 0;
   add("fig6b", scene);
@@ -236,8 +236,7 @@ Result<void> Gallery::add_plain_ct() {
   const auto patient = Patient::create(sim::Contrast::kNative);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
-  Scene scene =
-      scene_of(patient->ct(), plain_ct_look({}), looking(liver, {-0.35, -0.8, -0.65}, 500));
+  Scene scene = scene_of(patient->ct(), plain_ct_look({}), looking(liver, {-0.6, -0.6, 0.75}, 470));
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.42 * M_PI, -30, liver + Vec(5, 0, 0), Vec::UnitX()));
   scene.cutaway = render::Cutaway{};
@@ -275,8 +274,6 @@ Result<void> Gallery::add_mr() {
 }  // namespace
 
 Result<void> run_gallery(const GalleryOptions& options, Console& console) {
-  auto engine = make_engine(options.engine, 0, console);
-  if (!engine) return engine.error();
   auto folder = OutputFolder::create(options.out);
   if (!folder) return folder.error();
   Gallery gallery(options, console);
@@ -289,6 +286,9 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
   console.begin("pictures");
   double done = 0;
   for (const Picture& picture : gallery.pictures()) {
+    // An engine of its own for each: no picture can depend on the one before.
+    auto engine = make_engine(options.engine, 0, console);
+    if (!engine) return engine.error();
     const auto image = (*engine)->render(picture.scene);
     if (!image) return image.error();
     if (auto ok = folder->write_picture(picture.name + ".png", render::to_8bit(image->pixels));

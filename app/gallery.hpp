@@ -14,8 +14,8 @@ struct GalleryOptions {
   std::filesystem::path out;  ///< Folder for the pictures.
   std::string engine = "cpu";
   std::string only;  ///< Pictures whose name contains this; empty: all.
-  int width = 480;   ///< Pixels, [16, 4096].
-  int height = 360;  ///< Pixels, [16, 4096].
+  int width = 600;   ///< Pixels, [16, 4096].
+  int height = 450;  ///< Pixels, [16, 4096].
 };
 
 /// Draws the pictures of docs/gallery.md: Figures 2, 3, 5, 6, 7 and 8 of Burns et al. 2007

@@ -68,15 +68,16 @@ render::TransferFunction plain_ct_look(const AbdomenImportance& importance) {
 
 render::TransferFunction angiography_look() {
   const Rgb red(0.86, 0.16, 0.12);
-  auto vessels = trapezoid("vessels", {170, 230, 480, 560}, red, 0.30, 1);
-  vessels.gradient = render::GradientWindow{0, 0, 120, 220};
+  // Blood of the aorta lies at 350 to 510 HU in this scan, that of the veins below 200; rims of
+  // bones reach the same values on steeper slopes, metal lies above.
+  auto vessels = trapezoid("vessels", {270, 350, 520, 620}, red, 0.30, 1);
+  vessels.gradient = render::GradientWindow{0, 0, 70, 140};
   return made(
       "angiography",
-      {trapezoid("skin", {-250, -180, -60, -20}, kSkinRgb, 0.012, 0.02),
-       trapezoid("flesh", {0, 40, 90, 130}, kFleshRgb, 0.006, 0.05),
+      {trapezoid("skin", {-220, -160, -60, -20}, kSkinRgb, 0.004, 0.02),
        std::move(vessels),
        {"bone",
-        {{180, kBoneRgb, 0, 0.08}, {320, kBoneRgb, 0.06, 0.08}, {900, kBoneRgb, 0.35, 0.08}},
+        {{220, kBoneRgb, 0, 0.08}, {330, kBoneRgb, 0.05, 0.08}, {900, kBoneRgb, 0.35, 0.08}},
         {}}});
 }
 

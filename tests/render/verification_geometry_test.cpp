@@ -261,6 +261,30 @@ TEST_P(GeometryVerificationTest, JitteringAndDroppedPosesDrawWhatAFreshEngineDra
   EXPECT_GT(lost, 5);
 }
 
+TEST_P(GeometryVerificationTest, EveryChangeOfTheCutawayDrawsWhatAFreshEngineDraws) {
+  constexpr double kForever = std::numeric_limits<double>::infinity();
+  Scene scene = full_scene();
+  for (const double overlay_mm : {0.0, kForever, 15.0, 3.0}) {
+    for (const double theta2 : {0.9, 0.4, 0.6}) {
+      scene.cutaway->theta1_rad = 0.4;
+      scene.cutaway->theta2_rad = theta2;
+      scene.cutaway->overlay_mm = overlay_mm;
+      const RenderedImage live = test::draw(*engine_, scene);
+      EXPECT_TRUE(same_bytes(live, test::draw(*GetParam().make(), scene)))
+          << "overlay " << overlay_mm << ", theta2 " << theta2;
+    }
+    scene.cutaway->around_needle = !scene.cutaway->around_needle;
+    EXPECT_TRUE(same_bytes(test::draw(*engine_, scene), test::draw(*GetParam().make(), scene)));
+  }
+  // The overlay alone: neither surface moves, and yet the picture changes.
+  scene.cutaway->overlay_mm = 0;
+  const RenderedImage none = test::draw(*engine_, scene);
+  scene.cutaway->overlay_mm = kForever;
+  const RenderedImage all = test::draw(*engine_, scene);
+  EXPECT_TRUE(same_bytes(all, test::draw(*GetParam().make(), scene)));
+  EXPECT_FALSE(same_bytes(all, none));
+}
+
 TEST(LivePlaneTest, DegeneratePlanesAreRefusedByName) {
   const auto engine = make_reference_engine();
   Scene scene = full_scene();

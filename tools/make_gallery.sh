@@ -1,0 +1,15 @@
+#!/bin/sh
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+# Draws the pictures of docs/gallery.md anew: tools/make_gallery.sh [path of sonde]
+# Needs ImageMagick with WebP; figures 2 and 3 need SONDE_DATA_DIR.
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+sonde=${1:-$root/build/release/app/sonde}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$sonde" gallery --out "$folder"
+mkdir -p "$root/docs/gallery"
+for picture in "$folder"/*.png; do
+  convert "$picture" -quality 88 "$root/docs/gallery/$(basename "$picture" .png).webp"
+done
