@@ -27,8 +27,7 @@ double seconds_since(Clock::time_point start) {
 class CpuEngine final : public Engine {
  public:
   explicit CpuEngine(const CpuOptions& options)
-      : options_(options),
-        vector_(options.allow_vector ? vector_marches() : MarchSet{}) {}
+      : options_(options), vector_(options.allow_vector ? vector_marches() : MarchSet{}) {}
 
   [[nodiscard]] std::string name() const override { return "cpu"; }
   [[nodiscard]] std::string device() const override {

@@ -208,8 +208,7 @@ class Marcher {
   }
 
   void shade(const Part& part, Classified& c, F weight, F gradient, M before) {
-    M shaded = V::both(V::less(V::set(in_.min_shaded_weight), weight),
-                       V::less(alpha_, V::set(in_.shaded_up_to)));
+    M shaded = V::less(V::set(in_.min_shaded_weight), weight);
     if (!V::any(shaded)) return;
     F share = V::set(1.0F);
     if (in_.emphasis > 0) {

@@ -42,7 +42,8 @@ class CutCuller {
       if (out.upper[2 * i] < least_[0] && out.upper[2 * i + 1] < least_[1]) continue;
       out.edges[out.edge_count++] = in.edges[i];
     }
-    return most_;
+    // A point inside of a polygon differs by no more than some point of its edges does.
+    return peak_ + slackest_;
   }
 
  private:
@@ -70,9 +71,14 @@ class CutCuller {
     V::store(high, V::add(t, slack));
     for (int lane = 0; lane < lanes; ++lane) {
       if (low[lane] > least_[k]) least_[k] = low[lane];
-      if (high[lane] > most_) most_ = high[lane];
+      raise(0.5F * (low[lane] + high[lane]), 0.51F * (high[lane] - low[lane]));
       if (upper != nullptr) upper[2 * lane + k] = high[lane];
     }
+  }
+
+  void raise(float t, float slack) {
+    if (t > peak_) peak_ = t;
+    if (slack > slackest_) slackest_ = slack;
   }
 
   void bound_edges(const CutChoice& in, int first, float* upper) {
@@ -122,7 +128,12 @@ class CutCuller {
       out.polygons[out.polygon_count] = in.polygons[i];
       out.inside[out.polygon_count] = inside;
       ++out.polygon_count;
-      if (inside) bound_inside(polygon);
+      if (inside) {
+        bound_inside(polygon);
+      } else {
+        const auto middle = kernel_.plane(polygon, o_, r_);
+        if (V::any(kernel_.inside(polygon, middle.u, middle.v))) raise(first(middle.t), 0);
+      }
     }
   }
 
@@ -199,7 +210,8 @@ class CutCuller {
   Vector o_;
   Vector r_;
   float least_[2] = {-1e30F, -1e30F};  ///< Reached everywhere in the block.
-  float most_ = -1e30F;                ///< Exceeded nowhere.
+  float peak_ = -1e30F;                ///< Greatest value on the ray in the middle.
+  float slackest_ = 0;                 ///< Most that any value may differ by.
 };
 
 template <class V>

@@ -20,6 +20,7 @@ struct Avx2 {
   };
   static constexpr int kLanes = 8;
 
+  static double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(x))); }
   static F set(float x) { return _mm256_set1_ps(x); }
   static I set_int(int x) { return {_mm256_set1_epi32(x)}; }
   static F load(const float* p) { return _mm256_load_ps(p); }

@@ -10,6 +10,8 @@ namespace nav::render {
 
 /// Lanes of a packet: a block of 4 × 2 pixels.
 inline constexpr int kPacketLanes = 8;
+inline constexpr int kPacketWidth = 4;
+inline constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
 
 /// One whole HU of a transfer function: red, green, blue, extinction per mm, and what to add to
 /// reach the next.
@@ -70,8 +72,7 @@ struct MarchInputs {
   float cool_share;
   float warm_share;
   float silhouette;
-  float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded,
-  float shaded_up_to;       ///< nor one behind so much opacity.
+  float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded.
 
   float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
   float overlay_cells;  ///< 1e30 for infinity.
@@ -93,6 +94,37 @@ struct alignas(32) RayPacket {
   float margin[kPacketLanes];          ///< Rounding of Omega's break points, in cells.
   float value[kPacketLanes];           ///< What a projection found, HU.
 };
+
+/// The camera and the volume's box for starting rays: spec::View and spec::clip_to_box() in voxel
+/// indices; vectors in voxels per mm.
+struct RayInputs {
+  double eye[3];
+  double right[3];
+  double up[3];
+  double forward[3];
+  double pixel;  ///< Side of a pixel at distance 1; orthographic: mm.
+  double half_width;
+  double half_height;
+  double low[3];
+  double high[3];
+  double step_mm;
+  double first_sample;  ///< Where sample 0 lies in cell 0, in cells.
+  int width;
+  int height;
+  bool orthographic;
+  bool jitter;
+};
+
+/// Where the rays of a packet run through the volume.
+struct RayStarts {
+  double base[kPacketLanes];   ///< Begin of cell 0, in cells from the ray's origin.
+  double begin[kPacketLanes];  ///< mm; empty when end <= begin, as for lanes beyond the picture.
+  double end[kPacketLanes];
+  bool any;  ///< Some lane is not empty.
+};
+
+/// Starts the rays of the packet of pixels from (x0, y0) on: all but the cutaway.
+using RayStart = void (*)(const RayInputs&, int x0, int y0, RayPacket&, RayStarts&);
 
 struct MarchCounts {
   std::uint64_t samples;
@@ -132,6 +164,7 @@ struct MarchSet {
   March (*project)(MarchProject);
   CutCull cull;
   CutMeet meet;
+  RayStart start;
 };
 MarchSet portable_marches();
 /// Needs AVX2 and FMA; ask for it through vector_marches().

@@ -5,6 +5,7 @@
 #include "render/cpu_kernel.hpp"
 #include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"
+#include "render/cpu_kernel_rays.hpp"
 
 namespace nav::render {
 namespace {
@@ -16,6 +17,7 @@ struct Scalar {
   using M = bool;
   static constexpr int kLanes = 1;
 
+  static double root(double x) { return std::sqrt(x); }
   static F set(float x) { return x; }
   static I set_int(int x) { return x; }
   static F load(const float* p) { return *p; }
@@ -109,7 +111,8 @@ struct Scalar {
 }  // namespace
 
 MarchSet portable_marches() {
-  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>, meet_with<Scalar>};
+  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>, meet_with<Scalar>,
+          start_rays<Scalar>};
 }
 
 }  // namespace nav::render

@@ -7,15 +7,15 @@
 #include <cstring>
 #include <vector>
 
+#include "render/cpu_inputs.hpp"
+
 namespace nav::render {
 namespace {
 
-constexpr int kPacketWidth = 4;
-constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
 constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
 constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
 
-constexpr double kNowhere = -1e30;
+constexpr double kNowhere = -1e30;  // As RayStart sets t1 and t2.
 
 static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
 static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
@@ -75,10 +75,8 @@ double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
 
 struct CpuPainter::Packet {
   RayPacket rays;
-  double base[kPacketLanes];  ///< Begin of cell 0, in cells from the ray's origin.
-  spec::Interval<double> box[kPacketLanes];
+  RayStarts starts;
   std::vector<spec::Hit<double>> hits[kPacketLanes];
-  bool in_box;
   std::size_t most_hits;
   int cut;  ///< Lanes that the cutaway meets within the box.
   std::uint64_t signature[kPacketLanes];
@@ -118,10 +116,11 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
       surfaces_(scene),
       view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
       step_(spec::step_mm(scene.quality, scene.ct->grid())),
-      first_sample_(key.classify == MarchClassify::kPreIntegrated &&
-                            scene.projection == Projection::kComposite
-                        ? 0.0
-                        : 0.5),
+      start_(marches.start),
+      ray_inputs_(ray_inputs(scene, key.classify == MarchClassify::kPreIntegrated &&
+                                            scene.projection == Projection::kComposite
+                                        ? 0.0
+                                        : 0.5)),
       near_mm_(nearest_mm(view_, scene.ct->grid())),
       tiles_across_((scene.width + kTile - 1) / kTile),
       tiles_down_((scene.height + kTile - 1) / kTile) {}
@@ -156,8 +155,8 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
       start_packet(x, y, p);
-      if (cut && p.in_box) cut_packet(tile.block.choice(), p);
-      if (field_ != nullptr && p.in_box) cut_by_field(x, y, p);
+      if (cut && p.starts.any) cut_packet(x, y, tile.block.choice(), p);
+      if (field_ != nullptr && p.starts.any) cut_by_field(x, y, p);
       for (int lane = 0; lane < kPacketLanes; ++lane) {
         p.signature[lane] = signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane]);
       }
@@ -206,51 +205,29 @@ std::uint64_t CpuPainter::store_packet(int x0, int y0, const Packet& p) const {
 }
 
 void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
-  p.in_box = false;
+  start_(ray_inputs_, x0, y0, p.rays, p.starts);
   p.most_hits = 0;
   p.cut = 0;
+  if (!surfaces_.empty()) meet_surfaces(x0, y0, p);
+}
+
+void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
+  std::fill_n(p.seen, kPacketLanes, PixelRecord{});
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    start_lane(x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, lane, p);
-    p.in_box = p.in_box || p.box[lane].end > p.box[lane].begin;
+    surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
+                   p.hits[lane]);
     p.most_hits = std::max(p.most_hits, p.hits[lane].size());
   }
 }
 
-void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
-  p.hits[lane].clear();
-  p.box[lane] = {0, 0};
-  p.base[lane] = 0;
-  p.rays.alpha[lane] = 0;
-  p.seen[lane] = {};
-  p.rays.t1[lane] = p.rays.t2[lane] = static_cast<float>(kNowhere);
-  for (int axis = 0; axis < 3; ++axis) {
-    p.rays.rgb[axis][lane] = 0;
-    p.rays.origin[axis][lane] = 0;
-    p.rays.step[axis][lane] = 0;
+void CpuPainter::cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const auto ray = spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth);
+    p.foot[lane] = set_cut_ray(ray, cutaway_.centre(), lane, p.cut_rays);
   }
-  // Lanes beyond the picture's edge stay empty.
-  if (!inside(x, y)) return;
-  const auto ray = spec::ray_of(view_, x, y);
-  if (!surfaces_.empty()) surfaces_.meet(ray, p.hits[lane]);
-  const auto index = spec::index_ray(ray, scene_.ct->grid());
-  const auto in = spec::clip_to_box(index, scene_.ct->grid().size);
-  if (!(in.end > in.begin)) return;
-  const double shift = scene_.quality.jitter ? spec::jitter_of(x, y) : 0;
-  p.box[lane] = in;
-  p.base[lane] = std::floor(in.begin / step_ - shift) + shift;
-  const double first = (p.base[lane] + first_sample_) * step_;
-  for (int axis = 0; axis < 3; ++axis) {
-    p.rays.origin[axis][lane] =
-        static_cast<float>(index.origin[axis] + first * index.direction[axis]);
-    p.rays.step[axis][lane] = static_cast<float>(step_ * index.direction[axis]);
-  }
-  if (!cutaway_.empty()) p.foot[lane] = set_cut_ray(ray, cutaway_.centre(), lane, p.cut_rays);
-}
-
-void CpuPainter::cut_packet(const CutChoice& choice, Packet& p) const {
   meet_(cutaway_.objects(), choice, p.cut_rays);
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
     cut_lane(p.foot[lane] + static_cast<double>(p.cut_rays.t1[lane]),
              p.foot[lane] + static_cast<double>(p.cut_rays.t2[lane]), lane, p);
   }
@@ -258,7 +235,7 @@ void CpuPainter::cut_packet(const CutChoice& choice, Packet& p) const {
 
 void CpuPainter::cut_by_field(int x0, int y0, Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
     spec::CutawaySpan<float> span{};
     field_->meet_row(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, 1, &span);
     cut_lane(span.t1, span.t2, lane, p);
@@ -266,9 +243,9 @@ void CpuPainter::cut_by_field(int x0, int y0, Packet& p) const {
 }
 
 void CpuPainter::cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const {
-  if (!(t2_mm > p.box[lane].begin)) return;
-  const double t2 = t2_mm / step_ - p.base[lane];
-  const double t1 = std::max(t1_mm / step_ - p.base[lane], kNowhere);
+  if (!(t2_mm > p.starts.begin[lane])) return;
+  const double t2 = t2_mm / step_ - p.starts.base[lane];
+  const double t1 = std::max(t1_mm / step_ - p.starts.base[lane], kNowhere);
   p.rays.t2[lane] = static_cast<float>(t2);
   p.rays.t1[lane] = static_cast<float>(t1);
   p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kNowhere));
@@ -282,8 +259,8 @@ void CpuPainter::cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const
 void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
   const March march = p.cut > 0 ? fading_ : plain_;
   for (std::size_t segment = 0; segment <= p.most_hits; ++segment) {
-    if (p.in_box) {
-      set_segment(segment, p);
+    if (p.starts.any) {
+      if (p.most_hits > 0) set_segment(segment, p);
       march(in_, p.rays, counts);
     }
     for (int lane = 0; lane < kPacketLanes; ++lane) {
@@ -295,17 +272,15 @@ void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
 void CpuPainter::project(Packet& p, MarchCounts& counts) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     for (const auto& hit : p.hits[lane]) blend(hit, lane, p);
-    p.rays.begin[lane] = static_cast<float>(p.box[lane].begin / step_ - p.base[lane]);
-    p.rays.end[lane] = static_cast<float>(p.box[lane].end / step_ - p.base[lane]);
   }
-  if (!p.in_box) return;
+  if (!p.starts.any) return;
   project_(in_, p.rays, counts);
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
     const double hu = p.rays.value[lane];
     const double grey =
         std::clamp((hu - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
-    blend({p.box[lane].end, spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
+    blend({p.starts.end[lane], spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
   }
 }
 
@@ -313,8 +288,8 @@ void CpuPainter::project(Packet& p, MarchCounts& counts) const {
 void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     const auto& hits = p.hits[lane];
-    double begin = p.box[lane].begin;
-    double end = p.box[lane].end;
+    double begin = p.starts.begin[lane];
+    double end = p.starts.end[lane];
     if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
     if (segment < hits.size()) end = std::min(end, hits[segment].t);
     const bool past =
@@ -323,8 +298,8 @@ void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
       p.rays.begin[lane] = p.rays.end[lane] = 0;
       continue;
     }
-    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.base[lane]);
-    p.rays.end[lane] = static_cast<float>(end / step_ - p.base[lane]);
+    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
+    p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
   }
 }
 

@@ -38,8 +38,8 @@ class CpuPainter {
   /// False: the cutaway reaches no ray of a block in the volume.
   bool cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const;
   void start_packet(int x0, int y0, Packet& p) const;
-  void start_lane(int x, int y, int lane, Packet& p) const;
-  void cut_packet(const CutChoice& choice, Packet& p) const;
+  void meet_surfaces(int x0, int y0, Packet& p) const;
+  void cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const;
   void cut_by_field(int x0, int y0, Packet& p) const;
   void cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const;
   void composite(Packet& p, MarchCounts& counts) const;
@@ -65,8 +65,9 @@ class CpuPainter {
   Surfaces surfaces_;
   spec::View<double> view_;
   double step_;
-  double first_sample_;  ///< Where sample 0 lies in cell 0, in cells.
-  double near_mm_;       ///< No ray enters the volume before.
+  RayStart start_;
+  RayInputs ray_inputs_;
+  double near_mm_;  ///< No ray enters the volume before.
   int tiles_across_;
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};
