@@ -8,6 +8,7 @@
 
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_march.hpp"
+#include "render/cpu_surface_bounds.hpp"
 #include "render/engine.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
@@ -51,8 +52,11 @@ class CpuPainter {
   March project_;
   CutCull cull_;
   CutMeet meet_;
+  CutAim aim_;
   Surfaces surfaces_;
   spec::View<double> view_;
+  CutView cut_view_;
+  SurfaceBounds bounds_;
   double step_;
   RayStart start_;
   RayInputs ray_inputs_;
