@@ -12,7 +12,8 @@ SurfaceBounds::SurfaceBounds(const Scene& scene) : origin_(scene.ct->grid().orig
     std::vector<Eigen::Vector3d> corners;
     for (const double x : {-0.5, frame.pixels.width() - 0.5}) {
       for (const double y : {-0.5, frame.pixels.height() - 0.5}) {
-        const Eigen::Vector2d p = frame.grid.origin_mm + frame.grid.mm_per_pixel * Eigen::Vector2d(x, y);
+        const Eigen::Vector2d p =
+            frame.grid.origin_mm + frame.grid.mm_per_pixel * Eigen::Vector2d(x, y);
         const Point<frames::Image> image{{p.x(), p.y(), 0}};
         corners.push_back((scene.plane->ct_from_image * image).mm);
       }
