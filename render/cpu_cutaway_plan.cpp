@@ -138,15 +138,14 @@ CutBlock cut_block(const spec::View<double>& view, const Eigen::Vector3d& centre
   return block;
 }
 
-double set_cut_ray(const spec::Ray<double>& ray, const Eigen::Vector3d& centre, int lane,
-                   CutRays& rays) {
-  spec::Ray<double> foot = ray;
-  const double along = to_foot(centre, foot);
-  for (int i = 0; i < 3; ++i) {
-    rays.origin[i][lane] = static_cast<float>(foot.origin[i]);
-    rays.direction[i][lane] = static_cast<float>(foot.direction[i]);
-  }
-  return along;
+CutView cut_view(const spec::View<double>& view, const Eigen::Vector3d& centre) {
+  CutView out{};
+  const Eigen::Vector3d eye = view.eye - centre;
+  std::copy_n(eye.data(), 3, out.eye);
+  std::copy_n(view.right.data(), 3, out.right);
+  std::copy_n(view.up.data(), 3, out.up);
+  std::copy_n(view.forward.data(), 3, out.forward);
+  return out;
 }
 
 }  // namespace nav::render

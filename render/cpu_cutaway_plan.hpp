@@ -54,8 +54,7 @@ class CutSelection {
 CutBlock cut_block(const spec::View<double>& view, const Eigen::Vector3d& centre, int x0, int y0,
                    int size);
 
-/// Puts a ray (local mm) into a lane; returns the distance of the foot from its origin, mm.
-double set_cut_ray(const spec::Ray<double>& ray, const Eigen::Vector3d& centre, int lane,
-                   CutRays& rays);
+/// The camera from the reference point of a cutaway.
+CutView cut_view(const spec::View<double>& view, const Eigen::Vector3d& centre);
 
 }  // namespace nav::render

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "render/cpu_cutaway.hpp"
 #include "render/cpu_march.hpp"
 
 /// The start of rays in double precision, in plain loops over lanes that the compiler turns into
@@ -102,6 +103,31 @@ struct RayStarter {
     }
   }
 };
+
+/// spec::ray_of() with its origin at the foot of the reference point.
+template <class V>
+void aim_cut_rays(const RayInputs& in, const CutView& view, int x0, int y0, CutRays& rays,
+                  double* feet) {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const double a = (x0 + lane % kPacketWidth + 0.5 - in.half_width) * in.pixel;
+    const double b = (in.half_height - (y0 + lane / kPacketWidth) - 0.5) * in.pixel;
+    const double scale = in.orthographic ? 1 : 1 / V::root(1 + a * a + b * b);
+    double origin[3];
+    double direction[3];
+    double foot = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double offset = a * view.right[i] + b * view.up[i];
+      origin[i] = in.orthographic ? view.eye[i] + offset : view.eye[i];
+      direction[i] = in.orthographic ? view.forward[i] : (view.forward[i] + offset) * scale;
+      foot -= origin[i] * direction[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+      rays.origin[i][lane] = static_cast<float>(origin[i] + foot * direction[i]);
+      rays.direction[i][lane] = static_cast<float>(direction[i]);
+    }
+    feet[lane] = foot;
+  }
+}
 
 template <class V>
 void start_rays(const RayInputs& in, int x0, int y0, RayPacket& rays, RayStarts& out) {

@@ -158,6 +158,17 @@ using CutCull = float (*)(const CutObjects&, const CutBlock&, const CutChoice& i
 /// Fills t1 and t2 from the chosen objects.
 using CutMeet = void (*)(const CutObjects&, const CutChoice&, CutRays&);
 
+/// The camera in mm, the eye from the reference point of a cutaway.
+struct CutView {
+  double eye[3];
+  double right[3];
+  double up[3];
+  double forward[3];
+};
+/// Fills the rays of the packet of pixels from (x0, y0) on, and the distances of their feet from
+/// their origins, mm, kPacketLanes of them.
+using CutAim = void (*)(const RayInputs&, const CutView&, int x0, int y0, CutRays&, double* feet);
+
 /// What is compiled for one instruction set.
 struct MarchSet {
   March (*composite)(const MarchKey&);
@@ -165,6 +176,7 @@ struct MarchSet {
   CutCull cull;
   CutMeet meet;
   RayStart start;
+  CutAim aim;
 };
 MarchSet portable_marches();
 /// Needs AVX2 and FMA; ask for it through vector_marches().

@@ -10,8 +10,8 @@
 namespace nav::render {
 
 MarchSet avx2_marches() {
-  return {composite_march<Avx2>, project_march<Avx2>, cull_with<Avx2>, meet_with<Avx2>,
-          start_rays<Avx2>};
+  return {composite_march<Avx2>, project_march<Avx2>, cull_with<Avx2>,
+          meet_with<Avx2>,       start_rays<Avx2>,    aim_cut_rays<Avx2>};
 }
 
 }  // namespace nav::render

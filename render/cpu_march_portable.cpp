@@ -111,8 +111,8 @@ struct Scalar {
 }  // namespace
 
 MarchSet portable_marches() {
-  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>, meet_with<Scalar>,
-          start_rays<Scalar>};
+  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>,
+          meet_with<Scalar>,       start_rays<Scalar>,    aim_cut_rays<Scalar>};
 }
 
 }  // namespace nav::render

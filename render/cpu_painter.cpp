@@ -45,11 +45,13 @@ void add_bits(std::uint64_t& hash, T value) {
 
 /// Of everything that a ray meets besides the volume; the grey of an ultrasound picture is put in
 /// later. Never 0, which no ray has.
-std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1, float t2) {
+std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1, float t2,
+                           float overlay) {
   std::uint64_t hash = 1;
   if (t2 > static_cast<float>(kNowhere)) {
     add_bits(hash, t1);
     add_bits(hash, t2);
+    add_bits(hash, overlay);
   }
   for (const spec::Hit<double>& hit : hits) {
     add_bits(hash, hit.t);
@@ -92,7 +94,8 @@ struct CpuPainter::Tile {
   CutSelection all;
   CutSelection tile;
   CutSelection block;
-  bool cut = false;  ///< The cutaway may reach some ray.
+  bool cut = false;     ///< The cutaway may reach some ray.
+  bool solids = false;  ///< And so may a surface.
   Packet packet{};
   MarchCounts counts{};
   std::uint64_t rays = 0;
@@ -113,8 +116,11 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
       project_(marches.project(project_of(scene.projection))),
       cull_(marches.cull),
       meet_(marches.meet),
+      aim_(marches.aim),
       surfaces_(scene),
       view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
+      cut_view_(cut_view(view_, cutaway.centre())),
+      bounds_(scene),
       step_(spec::step_mm(scene.quality, scene.ct->grid())),
       start_(marches.start),
       ray_inputs_(ray_inputs(scene, key.classify == MarchClassify::kPreIntegrated &&
@@ -150,15 +156,19 @@ bool CpuPainter::cull(int x0, int y0, int size, const CutChoice& from, CutChoice
 }
 
 void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
+  tile.solids = !surfaces_.empty() && bounds_.reach(view_, x0, y0, kBlock);
   const bool cut = tile.cut && cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
   Packet& p = tile.packet;
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
       start_packet(x, y, p);
+      for (auto& hits : p.hits) hits.clear();
+      if (tile.solids) meet_surfaces(x, y, p);
       if (cut && p.starts.any) cut_packet(x, y, tile.block.choice(), p);
       if (field_ != nullptr && p.starts.any) cut_by_field(x, y, p);
       for (int lane = 0; lane < kPacketLanes; ++lane) {
-        p.signature[lane] = signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane]);
+        p.signature[lane] =
+            signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane], in_.overlay_cells);
       }
       if (keep_ && unchanged(x, y, p)) continue;
       tile.cut_rays += static_cast<std::uint64_t>(p.cut);
@@ -208,7 +218,6 @@ void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
   start_(ray_inputs_, x0, y0, p.rays, p.starts);
   p.most_hits = 0;
   p.cut = 0;
-  if (!surfaces_.empty()) meet_surfaces(x0, y0, p);
 }
 
 void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
@@ -221,10 +230,7 @@ void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
 }
 
 void CpuPainter::cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const {
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const auto ray = spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth);
-    p.foot[lane] = set_cut_ray(ray, cutaway_.centre(), lane, p.cut_rays);
-  }
+  aim_(ray_inputs_, cut_view_, x0, y0, p.cut_rays, p.foot);
   meet_(cutaway_.objects(), choice, p.cut_rays);
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;

@@ -8,6 +8,7 @@
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_march.hpp"
 #include "render/cpu_picture.hpp"
+#include "render/cpu_surface_bounds.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/ray_spec.hpp"
@@ -62,8 +63,11 @@ class CpuPainter {
   March project_;
   CutCull cull_;
   CutMeet meet_;
+  CutAim aim_;
   Surfaces surfaces_;
   spec::View<double> view_;
+  CutView cut_view_;
+  SurfaceBounds bounds_;
   double step_;
   RayStart start_;
   RayInputs ray_inputs_;

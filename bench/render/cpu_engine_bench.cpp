@@ -5,7 +5,9 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/support/synthetic_ct.hpp"
+#include "render/brick_grid.hpp"
 #include "render/engine.hpp"
+#include "render/transfer_table.hpp"
 
 namespace {
 
@@ -44,6 +46,8 @@ void run(benchmark::State& state, Engine& engine, const Scene& scene) {
   state.counters["prepare_ms"] = prepare_s * 1e3;
   state.counters["samples"] = static_cast<double>(image->statistics.volume_samples);
   state.counters["shaded"] = static_cast<double>(image->statistics.gradient_samples);
+  state.counters["cut_rays"] = static_cast<double>(image->statistics.cutaway_rays);
+  state.counters["faded"] = static_cast<double>(image->statistics.faded_cells);
 }
 
 /// Arguments: voxels per side, shading, skipping.
@@ -55,12 +59,52 @@ void cast(benchmark::State& state, const char* preset, bool allow_vector) {
   run(state, *engine, scene);
 }
 
-/// One voxel per sample, as other renderers count by default.
+/// The step that others count by default, either classification. Argument: pre-integrated.
 void cast_one_voxel_step(benchmark::State& state) {
   const auto engine = make_cpu_engine();
-  Scene scene = scene_of("ct-bone", static_cast<int>(state.range(0)));
+  Scene scene = scene_of("ct-soft-tissue", 256);
   scene.quality.step_voxels = 1;
+  if (state.range(0) == 0) scene.quality.classification = Classification::kPostClassified;
   run(state, *engine, scene);
+}
+
+/// Gooch with half of the emphasis.
+void gooch(benchmark::State& state) {
+  const auto engine = make_cpu_engine();
+  Scene scene = scene_of("ct-soft-tissue", static_cast<int>(state.range(0)));
+  scene.shading.style = ShadingStyle::kGooch;
+  scene.shading.emphasis = 0.5;
+  run(state, *engine, scene);
+}
+
+/// Fog everywhere, nothing to leap over. Argument: skipping.
+void full_volume(benchmark::State& state) {
+  const auto engine = make_cpu_engine();
+  Scene scene = scene_of("ct-bone", 256);
+  scene.shading.enabled = false;
+  scene.transfer =
+      *TransferFunction::create("fog", {{-1024, {1, 0, 0}, 1e-4, 0}, {3000, {0, 1, 0}, 1e-4, 0}});
+  scene.quality.skip_empty_bricks = state.range(0) != 0;
+  run(state, *engine, scene);
+}
+
+void projection(benchmark::State& state, Projection kind) {
+  const auto engine = make_cpu_engine();
+  Scene scene = scene_of("ct-bone", 256);
+  scene.quality.step_voxels = 1;
+  scene.projection = kind;
+  run(state, *engine, scene);
+}
+
+/// A transfer function edit at 384³: visibility and importance of 48³ bricks, distances, depths.
+void reclassify(benchmark::State& state, const char* preset) {
+  static const BrickGrid grid = make_brick_grid(*test::SyntheticAbdomen::volume(384), 0);
+  const TransferTable table(*preset_transfer_function(preset));
+  for (auto _ : state) {
+    const BrickDistances distances = brick_distances(grid, table);
+    benchmark::DoNotOptimize(brick_depths(grid, distances));
+    benchmark::DoNotOptimize(brick_importance(grid, table));
+  }
 }
 
 /// The live plane in an invisible volume: what the plane itself costs.
@@ -73,10 +117,13 @@ void plane_only(benchmark::State& state) {
   run(state, *engine, scene);
 }
 
-void bone_with_plane(benchmark::State& state) {
+/// Arguments: plane, and cutaway around it.
+void with_plane(benchmark::State& state, const char* preset) {
   const auto engine = make_cpu_engine();
-  Scene scene = scene_of("ct-bone", static_cast<int>(state.range(0)));
-  add_plane(scene);
+  Scene scene = scene_of(preset, 256);
+  scene.quality.step_voxels = 1;
+  if (state.range(0) != 0) add_plane(scene);
+  if (state.range(1) != 0) scene.cutaway.emplace();
   run(state, *engine, scene);
 }
 
@@ -96,8 +143,41 @@ BENCHMARK_CAPTURE(cast, bone, "ct-bone", true)->Apply(variants);
 BENCHMARK_CAPTURE(cast, soft_tissue, "ct-soft-tissue", true)->Apply(variants);
 BENCHMARK_CAPTURE(cast, vessels, "cta-vessels", true)->Apply(variants);
 BENCHMARK_CAPTURE(cast, bone_portable, "ct-bone", false)->Apply(variants);
-BENCHMARK(cast_one_voxel_step)->Apply(sizes);
+BENCHMARK(cast_one_voxel_step)
+    ->ArgName("pre_integrated")
+    ->Arg(0)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK(gooch)->Apply(sizes);
+BENCHMARK(full_volume)
+    ->ArgName("skip")
+    ->Arg(0)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(projection, maximum, Projection::kMaximum)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(projection, mean, Projection::kMean)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(reclassify, soft_tissue, "ct-soft-tissue")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(reclassify, vessels, "cta-vessels")->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(plane_only)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK(bone_with_plane)->Apply(sizes);
+BENCHMARK_CAPTURE(with_plane, soft_tissue, "ct-soft-tissue")
+    ->ArgNames({"plane", "cutaway"})
+    ->Args({0, 0})
+    ->Args({1, 0})
+    ->Args({1, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 }  // namespace

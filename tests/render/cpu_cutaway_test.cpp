@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CPU engine's cutaway, culled by blocks of pixels, against spec::meet_cutaway().
 #include "render/cpu_cutaway_plan.hpp"
+#include "render/cpu_inputs.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
@@ -59,6 +60,8 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
   const auto view =
       spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid());
   const CutPlan plan(objects);
+  const RayInputs aim = ray_inputs(scene, 0);
+  const CutView eye = cut_view(view, plan.centre());
   CutSelection all(plan.objects());
   CutSelection tile(plan.objects());
   CutSelection block(plan.objects());
@@ -72,19 +75,19 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
       const CutBlock small = cut_block(view, plan.centre(), x0, y0, kBlock);
       const double most = marches.cull(plan.objects(), small, tile.choice(), block.choice());
       met += block.choice().edge_count;
-      for (int packet = 0; packet < kBlock; ++packet) {
+      for (int packet = 0; packet < kBlock * kBlock / kPacketLanes; ++packet) {
+        const int x = x0 + packet % 2 * kPacketWidth;
+        const int y = y0 + packet / 2 * kPacketHeight;
         CutRays rays{};
-        double foot[kPacketLanes];
-        for (int lane = 0; lane < kPacketLanes; ++lane) {
-          foot[lane] =
-              set_cut_ray(spec::ray_of(view, x0 + lane, y0 + packet), plan.centre(), lane, rays);
-        }
+        double feet[kPacketLanes];
+        marches.aim(aim, eye, x, y, rays, feet);
         marches.meet(plan.objects(), block.choice(), rays);
         for (int lane = 0; lane < kPacketLanes; ++lane) {
-          const auto span = spec::meet_cutaway(objects, spec::ray_of(view, x0 + lane, y0 + packet));
-          EXPECT_LE(span.t2 - foot[lane], most);
-          worst = std::max({worst, std::abs(foot[lane] + rays.t1[lane] - span.t1),
-                            std::abs(foot[lane] + rays.t2[lane] - span.t2)});
+          const auto span = spec::meet_cutaway(
+              objects, spec::ray_of(view, x + lane % kPacketWidth, y + lane / kPacketWidth));
+          EXPECT_LE(span.t2 - feet[lane], most);
+          worst = std::max({worst, std::abs(feet[lane] + rays.t1[lane] - span.t1),
+                            std::abs(feet[lane] + rays.t2[lane] - span.t2)});
         }
       }
     }
