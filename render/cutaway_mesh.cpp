@@ -358,29 +358,43 @@ class CutawaySquare {
     return at(i, j);
   }
 
+  using Corners = std::array<spec::CutawaySpan<float>, 4>;
+  Corners corners_of(int i, int j, int size) {
+    return {exact(i, j), exact(i + size, j), exact(i, j + size), exact(i + size, j + size)};
+  }
+
+  /// Whether the middles of a square and of its edges are where its corners say.
+  bool is_even(int i, int j, int half, const Corners& corners) {
+    for (const Corners::value_type& corner : corners) {
+      if (!(corner.t2 > CutawayField::lowest())) return false;
+    }
+    for (const auto& [u, v] : {std::pair(1, 1), {1, 0}, {0, 1}, {2, 1}, {1, 2}}) {
+      const auto found = exact(i + u * half, j + v * half);
+      const auto guess =
+          between(corners, 0.5F * static_cast<float>(u), 0.5F * static_cast<float>(v));
+      if (!(std::abs(guess.t1 - found.t1) <= tolerance_)) return false;
+      if (!(std::abs(guess.t2 - found.t2) <= tolerance_)) return false;
+    }
+    return true;
+  }
+
   void divide(int i, int j, int size) {
-    const std::array<spec::CutawaySpan<float>, 4> corners{
-        exact(i, j), exact(i + size, j), exact(i, j + size), exact(i + size, j + size)};
     const int half = size / 2;
-    const bool touched = std::all_of(corners.begin(), corners.end(),
-                                     [](const auto& c) { return c.t2 > CutawayField::lowest(); });
-    const auto& middle = exact(i + half, j + half);
-    const auto guess = between(corners, 0.5F, 0.5F);
-    if (touched && std::abs(guess.t1 - middle.t1) <= tolerance_ &&
-        std::abs(guess.t2 - middle.t2) <= tolerance_) {
-      interpolate(i, j, size, corners);
-    } else if (half > 1) {
-      for (const int dj : {0, half}) {
-        for (const int di : {0, half}) divide(i + di, j + dj, half);
-      }
-    } else {
-      for (int dj = 0; dj < size; ++dj) {
-        for (int di = 0; di < size; ++di) exact(i + di, j + dj);
+    const bool even = is_even(i, j, half, corners_of(i, j, size));
+    for (const int dj : {0, half}) {
+      for (const int di : {0, half}) {
+        if (even) {
+          interpolate(i + di, j + dj, half, corners_of(i + di, j + dj, half));
+        } else if (half > 1) {
+          divide(i + di, j + dj, half);
+        } else {
+          exact(i + di, j + dj);
+        }
       }
     }
   }
 
-  void interpolate(int i, int j, int size, const std::array<spec::CutawaySpan<float>, 4>& corners) {
+  void interpolate(int i, int j, int size, const Corners& corners) {
     const float step = 1.0F / static_cast<float>(size);
     for (int dj = 0; dj < size; ++dj) {
       for (int di = 0; di < size; ++di) {
@@ -393,8 +407,7 @@ class CutawaySquare {
     }
   }
 
-  static spec::CutawaySpan<float> between(const std::array<spec::CutawaySpan<float>, 4>& corners,
-                                          float u, float v) {
+  static spec::CutawaySpan<float> between(const Corners& corners, float u, float v) {
     const auto mix = [&](float a, float b, float c, float d) {
       const float top = a + u * (b - a);
       return top + v * (c + u * (d - c) - top);

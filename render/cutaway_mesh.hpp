@@ -90,9 +90,9 @@ class CutawayField {
   void meet_row(const spec::View<double>& view, int x, int y, int count,
                 spec::CutawaySpan<float>* spans) const;
   /// All pixels, row by row, with threads (0: all cores). tolerance_mm 0: every pixel by a search
-  /// of its own. > 0: squares of 8 pixels whose middle lies within it of the mean of their corners
-  /// are interpolated, others divided; elsewhere within a square the error may be larger (tested:
-  /// 99 % of pixels within the tolerance, all within ten of it). 0.25 mm costs a tenth of exact.
+  /// of its own. > 0: squares of 8 pixels that are bilinear within it, at the middles of the square
+  /// and of its edges, are interpolated, others divided; elsewhere within a square the error may be
+  /// larger (tested: 99 % of pixels within the tolerance, all within ten of it).
   [[nodiscard]] std::vector<spec::CutawaySpan<float>> meet_all(const spec::View<double>& view,
                                                                int threads,
                                                                double tolerance_mm = 0) const;
