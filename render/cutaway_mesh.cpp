@@ -290,34 +290,159 @@ CutawayField::CutawayField(const Scene& scene, const CutawayField* before)
   }
 }
 
+spec::CutawaySpan<float> CutawayField::meet(const spec::Ray<double>& ray,
+                                            std::vector<CutawayMesh::Hint>& hints) const {
+  auto span = spec::meet_cutaway(closed_forms_, ray);
+  // Where nothing reaches past the eye, how far behind it everything ends is of no consequence.
+  double deepest = std::max(span.t2, 0.0);
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    deepest = meshes_[m]->greatest(ray, closed_forms_.cot2, deepest, hints[m].at2);
+  }
+  if (!(deepest > 0)) return {lowest(), lowest()};
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    span.t1 = meshes_[m]->greatest(ray, closed_forms_.cot1, span.t1, hints[m].at1);
+  }
+  return {static_cast<float>(std::max(deepest, span.t1)), static_cast<float>(span.t1)};
+}
+
 void CutawayField::meet_row(const spec::View<double>& view, int x, int y, int count,
                             spec::CutawaySpan<float>* spans) const {
   std::vector<CutawayMesh::Hint> hints(meshes_.size());
-  for (int i = 0; i < count; ++i) {
-    const spec::Ray<double> ray = spec::ray_of(view, x + i, y);
-    auto span = spec::meet_cutaway(closed_forms_, ray);
-    // Where nothing reaches past the eye, how far behind it everything ends is of no consequence.
-    double deepest = std::max(span.t2, 0.0);
-    for (std::size_t m = 0; m < meshes_.size(); ++m) {
-      deepest = meshes_[m]->greatest(ray, closed_forms_.cot2, deepest, hints[m].at2);
-    }
-    if (!(deepest > 0)) {
-      spans[i] = {lowest(), lowest()};
-      continue;
-    }
-    for (std::size_t m = 0; m < meshes_.size(); ++m) {
-      span.t1 = meshes_[m]->greatest(ray, closed_forms_.cot1, span.t1, hints[m].at1);
-    }
-    spans[i] = {static_cast<float>(std::max(deepest, span.t1)), static_cast<float>(span.t1)};
-  }
+  for (int i = 0; i < count; ++i) spans[i] = meet(spec::ray_of(view, x + i, y), hints);
 }
 
+/// A square of pixels that is divided until it can be interpolated.
+class CutawaySquare {
+ public:
+  static constexpr int kSize = 8;
+
+  CutawaySquare(const CutawayField& field, const spec::View<double>& view, double tolerance_mm)
+      : field_(field),
+        view_(view),
+        tolerance_(static_cast<float>(tolerance_mm)),
+        hints_(field.meshes_.size()) {}
+
+  /// The pixels from (x, y) on; their corners may lie outside of the picture.
+  void meet(int x, int y, int width, int height, spec::CutawaySpan<float>* picture) {
+    const bool next = y == y_ && x == x_ + kSize;
+    x_ = x;
+    y_ = y;
+    begin(next);
+    divide(0, 0, kSize);
+    for (int j = 0; j < std::min(kSize, height - y); ++j) {
+      for (int i = 0; i < std::min(kSize, width - x); ++i) {
+        picture[static_cast<std::size_t>(y + j) * static_cast<std::size_t>(width) +
+                static_cast<std::size_t>(x + i)] = at(i, j);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kSide = kSize + 1;
+  /// Forgets all but the right edge, which is the left one of the next square.
+  void begin(bool next) {
+    for (std::size_t row = 0; row < kSide * kSide; row += kSide) {
+      const bool known = next && known_[row + kSide - 1];
+      if (known) spans_[row] = spans_[row + kSide - 1];
+      std::fill_n(known_.begin() + static_cast<std::ptrdiff_t>(row), kSide, false);
+      known_[row] = known;
+    }
+  }
+  spec::CutawaySpan<float>& at(int i, int j) {
+    return spans_[static_cast<std::size_t>(j) * kSide + static_cast<std::size_t>(i)];
+  }
+  const spec::CutawaySpan<float>& exact(int i, int j) {
+    bool& known = known_[static_cast<std::size_t>(j) * kSide + static_cast<std::size_t>(i)];
+    if (!known) at(i, j) = field_.meet(spec::ray_of(view_, x_ + i, y_ + j), hints_);
+    known = true;
+    return at(i, j);
+  }
+
+  using Corners = std::array<spec::CutawaySpan<float>, 4>;
+  Corners corners_of(int i, int j, int size) {
+    return {exact(i, j), exact(i + size, j), exact(i, j + size), exact(i + size, j + size)};
+  }
+
+  /// Whether the middles of a square and of its edges are where its corners say.
+  bool is_even(int i, int j, int half, const Corners& corners) {
+    for (const Corners::value_type& corner : corners) {
+      if (!(corner.t2 > CutawayField::lowest())) return false;
+    }
+    for (const auto& [u, v] : {std::pair(1, 1), {1, 0}, {0, 1}, {2, 1}, {1, 2}}) {
+      const auto found = exact(i + u * half, j + v * half);
+      const auto guess =
+          between(corners, 0.5F * static_cast<float>(u), 0.5F * static_cast<float>(v));
+      if (!(std::abs(guess.t1 - found.t1) <= tolerance_)) return false;
+      if (!(std::abs(guess.t2 - found.t2) <= tolerance_)) return false;
+    }
+    return true;
+  }
+
+  void divide(int i, int j, int size) {
+    const int half = size / 2;
+    const bool even = is_even(i, j, half, corners_of(i, j, size));
+    for (const int dj : {0, half}) {
+      for (const int di : {0, half}) {
+        if (even) {
+          interpolate(i + di, j + dj, half, corners_of(i + di, j + dj, half));
+        } else if (half > 1) {
+          divide(i + di, j + dj, half);
+        } else {
+          exact(i + di, j + dj);
+        }
+      }
+    }
+  }
+
+  void interpolate(int i, int j, int size, const Corners& corners) {
+    const float step = 1.0F / static_cast<float>(size);
+    for (int dj = 0; dj < size; ++dj) {
+      for (int di = 0; di < size; ++di) {
+        const std::size_t index =
+            static_cast<std::size_t>(j + dj) * kSide + static_cast<std::size_t>(i + di);
+        if (known_[index]) continue;
+        spans_[index] =
+            between(corners, step * static_cast<float>(di), step * static_cast<float>(dj));
+      }
+    }
+  }
+
+  static spec::CutawaySpan<float> between(const Corners& corners, float u, float v) {
+    const auto mix = [&](float a, float b, float c, float d) {
+      const float top = a + u * (b - a);
+      return top + v * (c + u * (d - c) - top);
+    };
+    return {mix(corners[0].t2, corners[1].t2, corners[2].t2, corners[3].t2),
+            mix(corners[0].t1, corners[1].t1, corners[2].t1, corners[3].t1)};
+  }
+
+  const CutawayField& field_;
+  const spec::View<double>& view_;
+  float tolerance_;
+  std::vector<CutawayMesh::Hint> hints_;
+  int x_ = 0;
+  int y_ = -1;
+  std::array<spec::CutawaySpan<float>, kSide * kSide> spans_{};
+  std::array<bool, kSide * kSide> known_{};
+};
+
 std::vector<spec::CutawaySpan<float>> CutawayField::meet_all(const spec::View<double>& view,
-                                                             int threads) const {
+                                                             int threads,
+                                                             double tolerance_mm) const {
   const auto width = static_cast<std::size_t>(view.width);
   std::vector<spec::CutawaySpan<float>> spans(width * static_cast<std::size_t>(view.height));
-  for_each_index(view.height, threads, [&](int y) {
-    meet_row(view, 0, y, view.width, spans.data() + static_cast<std::size_t>(y) * width);
+  if (!(tolerance_mm > 0)) {
+    for_each_index(view.height, threads, [&](int y) {
+      meet_row(view, 0, y, view.width, spans.data() + static_cast<std::size_t>(y) * width);
+    });
+    return spans;
+  }
+  constexpr int kSize = CutawaySquare::kSize;
+  for_each_index((view.height + kSize - 1) / kSize, threads, [&](int row) {
+    CutawaySquare square(*this, view, tolerance_mm);
+    for (int x = 0; x < view.width; x += kSize) {
+      square.meet(x, row * kSize, view.width, view.height, spans.data());
+    }
   });
   return spans;
 }

@@ -89,12 +89,20 @@ class CutawayField {
   /// and textures alike; t2 = t1 = lowest() where no surface meets the ray in front of its origin.
   void meet_row(const spec::View<double>& view, int x, int y, int count,
                 spec::CutawaySpan<float>* spans) const;
-  /// All pixels, row by row, with threads (0: all cores).
+  /// All pixels, row by row, with threads (0: all cores). tolerance_mm 0: every pixel by a search
+  /// of its own. > 0: squares of 8 pixels that are bilinear within it, at the middles of the square
+  /// and of its edges, are interpolated, others divided; elsewhere within a square the error may be
+  /// larger (tested: 99 % of pixels within the tolerance, all within ten of it).
   [[nodiscard]] std::vector<spec::CutawaySpan<float>> meet_all(const spec::View<double>& view,
-                                                               int threads) const;
+                                                               int threads,
+                                                               double tolerance_mm = 0) const;
   static constexpr float lowest() { return std::numeric_limits<float>::lowest(); }
 
  private:
+  friend class CutawaySquare;
+  /// One ray; hints: one per mesh.
+  [[nodiscard]] spec::CutawaySpan<float> meet(const spec::Ray<double>& ray,
+                                              std::vector<CutawayMesh::Hint>& hints) const;
   spec::CutawayObjects<double> closed_forms_;
   Eigen::Vector3d origin_mm_;
   std::vector<std::shared_ptr<const MeshObject>> sources_;  ///< Of meshes_, in the same order.

@@ -156,6 +156,35 @@ TEST(CutawayFieldTest, EqualsTheSpecificationInEveryPixelInFront) {
   EXPECT_GT(touched, 1000);
 }
 
+TEST(CutawayFieldTest, InterpolatesWithinTheStatedTolerance) {
+  constexpr double kTolerance = 0.25;  // mm.
+  std::mt19937 random(12);
+  for (const MeshObject& mesh : {organ(24, 40, {30, 0, 0}), soup(300, random)}) {
+    const Scene scene = scene_with(mesh, false);
+    const CutawayField field(scene);
+    const auto view = spec::make_view<double>(scene.camera, 203, 150, scene.ct->grid());
+    const auto exact = field.meet_all(view, 2);
+    const auto fast = field.meet_all(view, 2, kTolerance);
+    double worst = 0;
+    int beyond = 0;
+    for (std::size_t i = 0; i < exact.size(); ++i) {
+      const bool here = exact[i].t2 > CutawayField::lowest();
+      const bool there = fast[i].t2 > CutawayField::lowest();
+      ASSERT_EQ(here, there) << i;
+      if (!here) continue;
+      EXPECT_GE(fast[i].t2, fast[i].t1 - 1e-3F);
+      const double error =
+          std::max(std::abs(exact[i].t1 - fast[i].t1), std::abs(exact[i].t2 - fast[i].t2));
+      worst = std::max(worst, error);
+      beyond += error > kTolerance ? 1 : 0;
+    }
+    RecordProperty("worst_mm", std::to_string(worst));
+    RecordProperty("beyond", std::to_string(beyond));
+    EXPECT_LT(worst, 10 * kTolerance);
+    EXPECT_LT(beyond, 0.01 * static_cast<double>(exact.size()));
+  }
+}
+
 TEST(CutawayFieldTest, IsNeededOnlyByLargeMeshesThatCut) {
   Scene scene = scene_with(organ(12, 40, V::Zero()), false);
   EXPECT_TRUE(CutawayField::needed(scene));
