@@ -191,6 +191,10 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
   if (!overhead) return overhead.error();
   report.full_volume_overhead = *overhead;
   if (!options.costs) return {};
+  if (options.quick) {
+    large.width = 400;
+    large.height = 300;
+  }
   auto costs = bench::measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
