@@ -15,7 +15,9 @@
 #include "app/exit_code.hpp"
 #include "app/gallery.hpp"
 #include "app/info.hpp"
+#include "app/look_options.hpp"
 #include "app/replay.hpp"
+#include "app/slices.hpp"
 
 namespace nav::app {
 namespace {
@@ -31,9 +33,6 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
   verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
   verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
-  verb.add_option("--transfer-function", config.look.preset,
-                  "ct-bone, ct-soft-tissue or cta-vessels")
-      ->capture_default_str();
   verb.add_option("--azimuth", config.view.azimuth_deg,
                   "of the camera, degrees: 0 from the front, 90 from the patient's left; neither "
                   "angle given: so that the plane is well seen");
@@ -119,6 +118,7 @@ class CommandLine {
     add_replay();
     add_register();
     add_info();
+    add_slices();
     add_bench();
     add_gallery();
     add_devices();
@@ -131,6 +131,7 @@ class CommandLine {
   void add_replay();
   void add_register();
   void add_info();
+  void add_slices();
   void add_bench();
   void add_gallery();
   void add_devices();
@@ -159,6 +160,7 @@ class CommandLine {
   SessionConfig demo_config_;
   DemoOptions demo_;
   RegisterOptions register_;
+  SlicesOptions slices_;
   std::vector<double> target_;
   BenchRenderOptions bench_;
   BenchScalingOptions scaling_;
@@ -177,6 +179,7 @@ void CommandLine::add_demo() {
   config.view = demo_.view;
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
+  add_look_options(*demo, config.look);
   demo->add_option("--seed", demo_.seed, "which simulated patient")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -209,6 +212,7 @@ void CommandLine::add_replay() {
       "--registration", config_.placement.registration, "result of 'sonde register'");
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
+  add_look_options(*replay, config_.look);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
   replay->add_flag("--window", config_.output.window, "also show them in a window");
@@ -278,6 +282,28 @@ void CommandLine::add_info() {
       return run_info(path_, json(), accept_unknown_orientation_, console);
     };
   });
+}
+
+void CommandLine::add_slices() {
+  CLI::App* verb = app_.add_subcommand("slices", "Write axial, coronal and sagittal CT slices");
+  SlicesOptions& o = slices_;
+  verb->add_option("ct", o.ct, "CT: DICOM folder, NIfTI, MetaImage or NRRD")->required();
+  verb->add_option("--out", o.out, "folder to write to")->required();
+  verb->add_flag("--accept-unknown-orientation", o.accept_unknown_orientation,
+                 "take a CT without orientation as LPS");
+  verb->add_option_function<std::vector<double>>(
+          "--at",
+          [&o](const std::vector<double>& p) { o.at_ct = Eigen::Vector3d(p[0], p[1], p[2]); },
+          "x y z, LPS mm: the point that all three show; none: the middle")
+      ->expected(3);
+  verb->add_option("--slab", o.slab_mm, "thickness, mm; 0: thin")->capture_default_str();
+  verb->add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")->capture_default_str();
+  verb->add_option("--window-level", o.level_hu, "HU")->capture_default_str();
+  verb->add_option("--window-width", o.width_hu, "HU")->capture_default_str();
+  verb->add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
+  verb->add_option("--mm-per-pixel", o.mm_per_pixel, "0: the CT fits")->capture_default_str();
+  verb->callback(
+      [this] { verb_ = [this](Console& console) { return run_slices(slices_, console); }; });
 }
 
 void CommandLine::add_bench() {

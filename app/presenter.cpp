@@ -12,17 +12,15 @@ namespace nav::app {
 Result<Presenter> Presenter::create(const PresenterOptions& options,
                                     std::shared_ptr<const Volume> ct,
                                     std::unique_ptr<render::Engine> engine) {
-  auto transfer = options.look.nodes.empty()
-                      ? render::preset_transfer_function(options.look.preset)
-                      : render::TransferFunction::create("session file", options.look.nodes);
-  if (!transfer) return transfer.error();
-  return Presenter(options, std::move(*transfer), std::move(ct), std::move(engine));
+  auto look = resolve_look(options.look, *ct);
+  if (!look) return look.error();
+  return Presenter(options, std::move(*look), std::move(ct), std::move(engine));
 }
 
-Presenter::Presenter(const PresenterOptions& options, render::TransferFunction transfer,
+Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
                      std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
     : options_(options),
-      transfer_(std::move(transfer)),
+      look_(std::move(look)),
       ct_(std::move(ct)),
       engine_(std::move(engine)),
       focus_ct_(ct_->grid().centre()) {}
@@ -74,9 +72,11 @@ render::Camera Presenter::camera() const {
 }
 
 render::Scene Presenter::scene(const Epoch& epoch) const {
-  render::Scene scene{
-      ct_, transfer_, {}, {}, {}, {}, camera(), {}, {}, options_.width, options_.height};
-  scene.shading.enabled = options_.look.shading;
+  render::Scene scene{ct_, look_.transfer, look_.shading,  {}, {}, {}, camera(), {},
+                      {},  options_.width, options_.height};
+  scene.cutaway = look_.cutaway;
+  scene.projection = look_.projection;
+  scene.grey = look_.grey;
   scene.quality.step_voxels = options_.step_voxels;
   if (epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,

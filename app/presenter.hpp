@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "app/look.hpp"
 #include "app/navigator.hpp"
 #include "app/session_config.hpp"
 #include "render/canvas.hpp"
@@ -29,7 +30,7 @@ struct PresenterOptions {
 /// Not thread-safe.
 class Presenter {
  public:
-  /// Refuses an unknown preset or a bad transfer function.
+  /// Refuses an unknown preset, a bad look file or transfer function, angles that contradict.
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 
@@ -59,13 +60,13 @@ class Presenter {
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
  private:
-  Presenter(const PresenterOptions& options, render::TransferFunction transfer,
-            std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
+  Presenter(const PresenterOptions& options, ResolvedLook look, std::shared_ptr<const Volume> ct,
+            std::unique_ptr<render::Engine> engine);
   [[nodiscard]] render::Camera camera() const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
 
   PresenterOptions options_;
-  render::TransferFunction transfer_;
+  ResolvedLook look_;
   std::shared_ptr<const Volume> ct_;
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;

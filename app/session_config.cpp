@@ -2,149 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/session_config.hpp"
 
-#include <cmath>
-#include <limits>
-#include <set>
 #include <sstream>
-#include <toml++/toml.h>
+
+#include "app/session_look.hpp"
+#include "app/session_section.hpp"
 
 namespace nav::app {
 namespace {
-
-/// One table of the file: hands out its values by type and, at the end, refuses what nobody asked
-/// for. The first problem is kept; later calls do nothing.
-class Section {
- public:
-  Section(const std::string& file, const std::string& name, const toml::table* table,
-          std::optional<Error>& error)
-      : file_(file), name_(name), table_(table), error_(error) {}
-
-  void text(const char* key, std::string& value) {
-    take<std::string>(key, "text", [&](const toml::node& node) {
-      const auto found = node.value_exact<std::string>();
-      if (found) value = *found;
-      return found.has_value();
-    });
-  }
-  void path(const char* key, std::filesystem::path& value) {
-    std::string text_value;
-    text(key, text_value);
-    if (!text_value.empty()) value = std::filesystem::path(file_).parent_path() / text_value;
-  }
-  void number(const char* key, std::optional<double>& value) {
-    double found = std::numeric_limits<double>::quiet_NaN();
-    number(key, found);
-    if (std::isfinite(found)) value = found;
-  }
-  void number(const char* key, double& value) {
-    take<double>(key, "a finite number", [&](const toml::node& node) {
-      const auto found = node.is_number() ? node.value<double>() : std::nullopt;
-      if (found && std::isfinite(*found)) value = *found;
-      return found && std::isfinite(*found);
-    });
-  }
-  template <class Integer>
-  void integer(const char* key, Integer& value) {
-    take<Integer>(key, "a whole number >= 0", [&](const toml::node& node) {
-      const auto found = node.value_exact<std::int64_t>();
-      const bool good = found && *found >= 0 && std::in_range<Integer>(*found);
-      if (good) value = static_cast<Integer>(*found);
-      return good;
-    });
-  }
-  void flag(const char* key, bool& value) {
-    take<bool>(key, "true or false", [&](const toml::node& node) {
-      const auto found = node.value_exact<bool>();
-      if (found) value = *found;
-      return found.has_value();
-    });
-  }
-  void numbers(const char* key, std::size_t count, std::vector<double>& value) {
-    take<double>(key, std::to_string(count) + " finite numbers", [&](const toml::node& node) {
-      const toml::array* array = node.as_array();
-      if (array == nullptr || array->size() != count) return false;
-      std::vector<double> found;
-      for (const toml::node& element : *array) {
-        const auto one = element.is_number() ? element.value<double>() : std::nullopt;
-        if (!one || !std::isfinite(*one)) return false;
-        found.push_back(*one);
-      }
-      value = std::move(found);
-      return true;
-    });
-  }
-  const toml::array* tables(const char* key) {
-    const toml::array* found = nullptr;
-    take<double>(key, "a list of tables", [&](const toml::node& node) {
-      found = node.as_array();
-      if (found == nullptr) return false;
-      for (const toml::node& element : *found) {
-        if (!element.is_table()) return false;
-      }
-      return true;
-    });
-    return found;
-  }
-  void refuse_unknown() {
-    if (table_ == nullptr || error_) return;
-    for (const auto& [key, node] : *table_) {
-      if (known_.contains(std::string(key.str()))) continue;
-      std::string keys;
-      for (const std::string& known : known_) keys.append(keys.empty() ? "" : ", ").append(known);
-      fail(node, "unknown key '" + full(std::string(key.str())) + "', expected one of " + keys);
-      return;
-    }
-  }
-  void refuse(const char* key, const std::string& expected, const std::string& found) {
-    if (error_ || table_ == nullptr) return;
-    const toml::node* node = table_->get(key);
-    if (node != nullptr) fail(*node, full(key) + ": expected " + expected + ", found " + found);
-  }
-
- private:
-  std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
-  void fail(const toml::node& node, const std::string& message) {
-    error_ = Error{ErrorCode::kMalformedData,
-                   file_ + ":" + std::to_string(node.source().begin.line) + ": " + message};
-  }
-  template <class T, class Use>
-  void take(const char* key, const std::string& expected, Use use) {
-    known_.insert(key);
-    if (table_ == nullptr || error_) return;
-    const toml::node* node = table_->get(key);
-    if (node == nullptr) return;
-    if (use(*node)) return;
-    std::ostringstream found;
-    node->visit([&](const auto& value) { found << value; });
-    std::string text = found.str();
-    for (char& c : text) c = c == '\n' ? ' ' : c;
-    fail(*node, full(key) + ": expected " + expected + ", found " + text);
-  }
-
-  const std::string& file_;
-  std::string name_;
-  const toml::table* table_;
-  std::optional<Error>& error_;
-  std::set<std::string> known_;
-};
-
-void read_nodes(Section& look, const std::string& file, std::optional<Error>& error,
-                SessionConfig& config) {
-  const toml::array* nodes = look.tables("nodes");
-  if (nodes == nullptr) return;
-  for (const toml::node& element : *nodes) {
-    Section one(file, "look.nodes", element.as_table(), error);
-    render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
-    std::vector<double> rgb = {1, 1, 1};
-    one.number("hu", node.hu);
-    one.numbers("rgb", 3, rgb);
-    one.number("opacity_per_mm", node.opacity);
-    one.number("importance", node.importance);
-    one.refuse_unknown();
-    node.rgb = {rgb[0], rgb[1], rgb[2]};
-    config.look.nodes.push_back(node);
-  }
-}
 
 SessionConfig read_tables(const toml::table& root, const std::string& file,
                           std::optional<Error>& error) {
@@ -208,11 +72,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   }
 
   Section look = section("look");
-  look.text("transfer_function", config.look.preset);
-  look.flag("shading", config.look.shading);
-  look.number("plane_opacity", config.look.plane_opacity);
-  read_nodes(look, file, error, config);
-  look.refuse_unknown();
+  read_look(look, file, error, config.look);
 
   Section view = section("view");
   view.number("azimuth_deg", config.view.azimuth_deg);
@@ -303,9 +163,7 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(config.view.distance_mm, 0, 1e5)) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
   }
-  if (!within(config.look.plane_opacity, 0.01, 1)) {
-    return refuse("look.plane_opacity", "0.01 to 1", config.look.plane_opacity);
-  }
+  if (const auto ok = validate(config.look); !ok) return ok;
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
     return refuse("source.temporal_offset_ms", "-10000 to 10000", config.source.temporal_offset_ms);
   }
@@ -341,20 +199,6 @@ std::string to_toml(const SessionConfig& config) {
     placement.insert("ct_from_reference_mm", std::move(numbers));
   }
   placement.insert("registration", absolute_text(config.placement.registration));
-  toml::table look;
-  look.insert("transfer_function", config.look.preset);
-  look.insert("shading", config.look.shading);
-  look.insert("plane_opacity", config.look.plane_opacity);
-  if (!config.look.nodes.empty()) {
-    toml::array nodes;
-    for (const render::TransferNode& node : config.look.nodes) {
-      nodes.push_back(toml::table{{"hu", node.hu},
-                                  {"rgb", toml::array{node.rgb[0], node.rgb[1], node.rgb[2]}},
-                                  {"opacity_per_mm", node.opacity},
-                                  {"importance", node.importance}});
-    }
-    look.insert("nodes", std::move(nodes));
-  }
   toml::table view{{"distance_mm", config.view.distance_mm}, {"fov_deg", config.view.fov_deg}};
   if (config.view.azimuth_deg) view.insert("azimuth_deg", *config.view.azimuth_deg);
   if (config.view.elevation_deg) view.insert("elevation_deg", *config.view.elevation_deg);
@@ -369,7 +213,7 @@ std::string to_toml(const SessionConfig& config) {
   root.insert("ct", std::move(ct));
   root.insert("source", std::move(source));
   root.insert("placement", std::move(placement));
-  root.insert("look", std::move(look));
+  root.insert("look", look_to_toml(config.look));
   root.insert("view", std::move(view));
   root.insert("output", std::move(output));
   std::ostringstream text;

@@ -10,6 +10,7 @@
 
 #include "nav/result.hpp"
 #include "render/transfer_function.hpp"
+#include "render/transfer_presets.hpp"
 
 namespace nav::app {
 
@@ -49,11 +50,30 @@ struct SessionConfig {
     std::filesystem::path registration;
   } placement;
 
+  /// Later members win: preset, nodes, file, then what is said one by one.
   struct Look {
     std::string preset = "ct-bone";
-    std::vector<render::TransferNode> nodes;  ///< Replaces the preset when not empty.
-    bool shading = true;
+    std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
+    bool shading = true;                        ///< false: off, whatever the file says.
     double plane_opacity = 1.0;
+    std::filesystem::path file{};        ///< Of a look or a Slicer preset; replaces both above.
+    std::optional<std::string> style{};  ///< phong or gooch.
+    std::optional<double> emphasis{};    ///< [0, 1].
+    std::vector<render::ImportanceRule> importance{};
+    /// Where the ultrasound and the objects of the plan are cut free; absent: as the file says, or
+    /// render::Cutaway's own values.
+    struct Cutaway {
+      std::optional<bool> enabled{};  ///< Absent here and in the file: on.
+      std::optional<double> theta1_deg{};
+      std::optional<double> theta2_deg{};
+      std::optional<double> overlay_mm{};  ///< Infinity: no clear region.
+      std::optional<bool> around_plane{};
+      std::optional<bool> around_needle{};
+      std::optional<bool> around_targets{};
+    } cutaway{};
+    std::string projection = "composite";  ///< Or maximum, minimum, mean.
+    double grey_level_hu = 200;            ///< Of projections other than composite.
+    double grey_width_hu = 1200;
   } look;
 
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
@@ -82,6 +102,8 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path);
 
 /// Refuses values out of range, by key.
 Result<void> validate(const SessionConfig& config);
+
+Result<void> validate(const SessionConfig::Look& look);
 
 /// The resolved form, as TOML: what the program really uses.
 std::string to_toml(const SessionConfig& config);

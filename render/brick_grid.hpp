@@ -32,10 +32,18 @@ struct BrickDistances {
   std::vector<std::uint8_t> distance;
   std::size_t occupied = 0;  ///< Bricks at distance 0.
 };
-BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table);
+/// threads as above.
+BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table,
+                               int threads = 0);
+
+/// For every brick at distance 0 the Chebyshev distance to the nearest one that is not, 0 for those
+/// that are not, at most 255: how far all is occupied around.
+std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks, const BrickDistances& distances,
+                                       int threads = 0);
 
 /// For every brick the greatest importance of what may be visible in it, in parts of 254 and
 /// rounded up; 255: 1. Order as in BrickGrid.
-std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const TransferTable& table);
+std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const TransferTable& table,
+                                           int threads = 0);
 
 }  // namespace nav::render

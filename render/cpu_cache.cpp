@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/cpu_cache.hpp"
 
+#include <algorithm>
+
 namespace nav::render {
 namespace {
 
@@ -31,13 +33,21 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     if (ranges_.empty()) ranges_ = packed_ranges(*bricks_);
     return;
   }
-  if (!distances_) {
-    distances_ = brick_distances(*bricks_, *table_);
-    distances_->distance.resize(distances_->distance.size() + kTail);
-  }
+  if (!distances_) make_leaps(threads);
   if (with_cutaway && importance_.empty()) {
-    importance_ = brick_importance(*bricks_, *table_);
+    importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kTail);
+  }
+}
+
+void CpuCache::make_leaps(int threads) {
+  distances_ = brick_distances(*bricks_, *table_, threads);
+  const std::vector<std::uint8_t> depths = brick_depths(*bricks_, *distances_, threads);
+  leaps_.resize(depths.size() + kTail);
+  for (std::size_t b = 0; b < depths.size(); ++b) {
+    const int distance = std::min<int>(distances_->distance[b], 127);
+    const int depth = std::min<int>(depths[b], 127);
+    leaps_[b] = static_cast<std::int8_t>(distance > 0 ? distance : 1 - depth);
   }
 }
 

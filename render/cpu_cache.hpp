@@ -28,15 +28,17 @@ class CpuCache {
   [[nodiscard]] const MarchIntegrals& integrals() const { return integrals_; }
   /// Absent until a scene asked for skipping.
   [[nodiscard]] const std::optional<BrickGrid>& bricks() const { return bricks_; }
-  /// Absent until a composited scene asked for skipping. Followed by bytes that nobody counts, as
-  /// are the two below.
+  /// Absent until a composited scene asked for skipping.
   [[nodiscard]] const std::optional<BrickDistances>& distances() const { return distances_; }
+  /// As MarchInputs::brick_leap, like distances().
+  [[nodiscard]] const std::vector<std::int8_t>& leaps() const { return leaps_; }
   /// Empty until a scene with a cutaway asked for skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
   /// As MarchInputs::brick_range; empty until a projection asked for skipping.
   [[nodiscard]] const std::vector<std::int32_t>& ranges() const { return ranges_; }
 
  private:
+  void make_leaps(int threads);
   void take_volume(const Scene& scene, int threads);
   void take_transfer(const Scene& scene);
 
@@ -48,6 +50,7 @@ class CpuCache {
   MarchIntegrals integrals_;
   std::optional<BrickGrid> bricks_;
   std::optional<BrickDistances> distances_;
+  std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
 };

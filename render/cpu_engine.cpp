@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "render/cpu_cache.hpp"
+#include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/cpu_painter.hpp"
 #include "render/cpu_picture.hpp"
@@ -26,8 +27,7 @@ double seconds_since(Clock::time_point start) {
 class CpuEngine final : public Engine {
  public:
   explicit CpuEngine(const CpuOptions& options)
-      : options_(options),
-        vector_(options.allow_vector ? vector_marches() : MarchSet{nullptr, nullptr}) {}
+      : options_(options), vector_(options.allow_vector ? vector_marches() : MarchSet{}) {}
 
   [[nodiscard]] std::string name() const override { return "cpu"; }
   [[nodiscard]] std::string device() const override {
@@ -68,21 +68,22 @@ class CpuEngine final : public Engine {
   /// Casts the rays; keep: only those that something new affects.
   RenderStatistics cast(const Scene& scene, bool keep) {
     const auto start = Clock::now();
-    CpuCutaway cutaway;
-    if (CutawayField::needed(scene)) {
+    const bool large_meshes = CutawayField::needed(scene);
+    if (large_meshes) {
       field_ = CutawayField(scene, field_ ? &*field_ : nullptr);
-      cutaway.field = &*field_;
     } else {
       field_.reset();
-      cutaway.objects = spec::make_cutaway(scene, true);
     }
-    cache_.update(scene, !cutaway.empty(), options_.threads);
+    const CutPlan cutaway(large_meshes ? spec::CutawayObjects<double>{}
+                                       : spec::make_cutaway(scene, true));
+    const bool fades = large_meshes || !cutaway.empty();
+    cache_.update(scene, fades, options_.threads);
     if (!keep) picture_.start(scene.width, scene.height);
     const double prepare_s = seconds_since(start);
-    const MarchKey key = march_key(scene, cache_, !cutaway.empty());
+    const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
     CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
-                       cutaway, picture_, keep);
+                       cutaway, field_ ? &*field_ : nullptr, picture_, keep);
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
     if (scene.quality.skip_empty_bricks) {

@@ -50,7 +50,7 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
       scene.quality.step_voxels > kLongestLeapableCell) {
     return;
   }
-  in.brick_distance = cache.distances()->distance.data();
+  in.brick_leap = cache.leaps().data();
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 
@@ -88,7 +88,37 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
 }
 
+/// Along the axes of the grid, in voxels per mm.
+void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out) {
+  const Eigen::Vector3d index = (grid.directions.transpose() * v).cwiseQuotient(grid.spacing_mm);
+  std::copy_n(index.data(), 3, out);
+}
+
 }  // namespace
+
+RayInputs ray_inputs(const Scene& scene, double first_sample) {
+  const VoxelGrid& grid = scene.ct->grid();
+  const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+  RayInputs in{};
+  set_index_axis(view.eye, grid, in.eye);
+  set_index_axis(view.right, grid, in.right);
+  set_index_axis(view.up, grid, in.up);
+  set_index_axis(view.forward, grid, in.forward);
+  in.pixel = 2 * view.half_height / view.height;
+  in.half_width = 0.5 * view.width;
+  in.half_height = 0.5 * view.height;
+  in.orthographic = view.orthographic;
+  in.width = view.width;
+  in.height = view.height;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    in.low[axis] = grid.size[axis] > 1 ? 0 : -0.5;
+    in.high[axis] = grid.size[axis] > 1 ? grid.size[axis] - 1 : 0.5;
+  }
+  in.step_mm = spec::step_mm(scene.quality, grid);
+  in.first_sample = first_sample;
+  in.jitter = scene.quality.jitter;
+  return in;
+}
 
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway) {
   MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway};

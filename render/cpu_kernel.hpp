@@ -44,7 +44,7 @@ class Marcher {
     M active = V::both(V::less(begin_, end_), V::less(alpha_, opaque));
     if (!V::any(active)) return;
     Leaper<V, kPre, kFade> leaper(sampler_, rays_, lane_, cell);
-    const bool skipping = in_.brick_distance != nullptr;
+    const bool skipping = in_.brick_leap != nullptr;
     M fresh = active;  // Lanes whose value at the begin of their cell is not known.
     while (true) {
       if (skipping && leaper.leap(cell, end_, active, fresh)) {
@@ -88,7 +88,7 @@ class Marcher {
       if (!may_show(part)) return;
       if constexpr (kWindows) {
         counts_.window_gradients += static_cast<std::uint64_t>(V::count(active));
-        sampler_.gradient(cell, gradient_);
+        sampler_.gradient(cell, active, gradient_);
         classify_and_blend(part, Sampler<V>::length(gradient_));
       } else {
         classify_and_blend(part, V::set(0.0F));
@@ -118,14 +118,12 @@ class Marcher {
       return;
     }
     if (!front_classified_ || V::any(V::both(part.active, cut_a))) {
-      integrals_.at(part.v_a, state_);
+      integrals_.at(part.v_a, ends_[front_end_]);
     }
-    typename V::Integral back;
-    integrals_.at(part.v_b, back);
-    back_ = &back;
+    integrals_.at(part.v_b, ends_[1 - front_end_]);
     classify_and_blend(part, V::set(0.0F));
     // A lane cut at its back ends there, so that no lane that goes on has another value there.
-    state_ = back;
+    front_end_ = 1 - front_end_;
     front_classified_ = true;
   }
 
@@ -163,7 +161,7 @@ class Marcher {
     Classified c;
     c.importance = V::set(1.0F);
     if constexpr (kPre) {
-      integrals_.mean(part.v_a, part.v_b, state_, *back_, c.rgb, c.tau);
+      integrals_.mean(part.v_a, part.v_b, ends_[front_end_], ends_[1 - front_end_], c.rgb, c.tau);
     } else {
       const auto s = table_.at(part.v_a, gradient, needs_importance());
       for (int i = 0; i < 3; ++i) c.rgb[i] = s.rgb[i];
@@ -227,7 +225,8 @@ class Marcher {
     }
     counts_.gradients += static_cast<std::uint64_t>(V::count(shaded));
     if constexpr (!kWindows) {
-      sampler_.gradient(kPre ? V::add(part.cell, V::set(0.5F)) : part.cell, gradient_);
+      const F middle = kPre ? V::add(part.cell, V::set(0.5F)) : part.cell;
+      sampler_.gradient(middle, shaded, gradient_);
     }
     F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
     Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
@@ -247,9 +246,9 @@ class Marcher {
   F rgb_[3];
   F alpha_;
   F front_{};                     ///< HU at the begin of the cell.
-  typename V::Integral state_{};  ///< Its integral, when front_classified_.
-  const typename V::Integral* back_ = nullptr;
-  bool front_classified_ = false;
+  typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
+  int front_end_ = 0;
+  bool front_classified_ = false;  ///< ends_[front_end_] is that of front_.
   F gradient_[3]{};
 };
 

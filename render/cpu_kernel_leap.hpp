@@ -115,10 +115,14 @@ struct Leaper {
   F beyond(F sample, F& leave) const {
     const MarchInputs& in = bricks.sampler.in;
     const auto brick = bricks.find(sample);
-    const I distance = V::load_byte(in.brick_distance, brick.at);
-    const I reach = V::max_int(V::add(distance, V::set_int(-1)), V::set_int(0));
-    leave = bricks.leave(brick, reach, sample);
-    const M empty = V::less(V::set(0.0F), V::to_float(distance));
+    const F range = V::to_float(V::load_signed_byte(in.brick_leap, brick.at));
+    const M empty = V::less(V::set(0.0F), range);
+    F reach = V::max(V::sub(range, V::set(1.0F)), V::sub(V::set(0.0F), range));
+    // What the cutaway hides is looked for brick by brick.
+    if constexpr (kFade) {
+      reach = V::select(V::either(empty, V::not_less(sample, hiding.t2)), reach, V::set(0.0F));
+    }
+    leave = bricks.leave(brick, V::truncate(reach), sample);
     if constexpr (!kFade) return V::select(empty, leave, sample);
     const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
     // Samples up to here end cells that are hidden; the next cell is as well.

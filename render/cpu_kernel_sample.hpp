@@ -69,49 +69,13 @@ struct Sampler {
     return lerp(below, above, c.w[2]);
   }
 
-  /// The four rows around a place, interpolated along x, and their central differences along x.
-  struct Rows {
-    F value[4];
-    F difference[4];
-  };
-
-  Rows rows(const Place& c) const {
-    Rows r;
-    for (int i = 0; i < 4; ++i) {
-      F before;
-      F a;
-      F b;
-      F after;
-      V::load_quad(in.voxels + row_offset(i & 1, i >> 1) - 1, c.base, before, a, b, after);
-      r.value[i] = lerp(a, b, c.w[0]);
-      r.difference[i] = V::sub(lerp(b, after, c.w[0]), lerp(before, a, c.w[0]));
-    }
-    return r;
-  }
-
-  static F bilinear(const F* r, const Place& c) {
-    return lerp(lerp(r[0], r[1], c.w[1]), lerp(r[2], r[3], c.w[1]), c.w[2]);
-  }
-
-  /// HU/mm along the axes of the grid, where the ray's direction is known as well.
-  void gradient(F at, F* g) const {
+  /// HU/mm along the axes of the grid, where the ray's direction is known as well; anything in
+  /// lanes where it is not needed.
+  void gradient(F at, typename V::M needed, F* g) const {
     const Place c = locate(at);
-    const Rows r = rows(c);
-    g[0] = V::mul(bilinear(r.difference, c), V::set(in.half_per_spacing[0]));
-    F y[2];
-    for (int z = 0; z < 2; ++z) {
-      const F below = row(c, -1, z);
-      const F above = row(c, 2, z);
-      const F* centre = r.value + 2 * z;
-      y[z] = V::sub(lerp(centre[1], above, c.w[1]), lerp(below, centre[0], c.w[1]));
-    }
-    g[1] = V::mul(lerp(y[0], y[1], c.w[2]), V::set(in.half_per_spacing[1]));
-    const F below = lerp(row(c, 0, -1), row(c, 1, -1), c.w[1]);
-    const F above = lerp(row(c, 0, 2), row(c, 1, 2), c.w[1]);
-    const F first = lerp(r.value[0], r.value[1], c.w[1]);
-    const F second = lerp(r.value[2], r.value[3], c.w[1]);
-    g[2] = V::mul(V::sub(lerp(second, above, c.w[2]), lerp(below, first, c.w[2])),
-                  V::set(in.half_per_spacing[2]));
+    V::differences(in.voxels, in.row_stride, in.slice_stride, c.base, c.w, needed, g);
+    for (int axis = 0; axis < 3; ++axis)
+      g[axis] = V::mul(g[axis], V::set(in.half_per_spacing[axis]));
   }
 
   static F length(const F* g) {

@@ -20,6 +20,7 @@ struct Avx2 {
   };
   static constexpr int kLanes = 8;
 
+  static double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(x))); }
   static F set(float x) { return _mm256_set1_ps(x); }
   static I set_int(int x) { return {_mm256_set1_epi32(x)}; }
   static F load(const float* p) { return _mm256_load_ps(p); }
@@ -46,6 +47,7 @@ struct Avx2 {
   static M not_less(F a, F b) { return {_mm256_cmp_ps(a, b, _CMP_GE_OQ)}; }
   static M both(M a, M b) { return {_mm256_and_ps(a.v, b.v)}; }
   static M either(M a, M b) { return {_mm256_or_ps(a.v, b.v)}; }
+  static M exclusive(M a, M b) { return {_mm256_xor_ps(a.v, b.v)}; }
   static M none() { return {_mm256_setzero_ps()}; }
   static M negate(M a) { return {_mm256_xor_ps(a.v, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
   static bool any(M a) { return _mm256_movemask_ps(a.v) != 0; }
@@ -128,19 +130,64 @@ struct Avx2 {
     a = low_half(pair);
     b = high_half(pair);
   }
-  /// Voxels at to at + 3: two 64-bit gathers of four lanes each.
-  static void load_quad(const std::int16_t* p, I at, F& a, F& b, F& c, F& d) {
-    const auto* base = reinterpret_cast<const long long*>(p);
-    const __m256i low = _mm256_i32gather_epi64(base, _mm256_castsi256_si128(at.v), 2);
-    const __m256i high = _mm256_i32gather_epi64(base, _mm256_extracti128_si256(at.v, 1), 2);
-    const F even = _mm256_shuffle_ps(_mm256_castsi256_ps(low), _mm256_castsi256_ps(high), 0x88);
-    const F odd = _mm256_shuffle_ps(_mm256_castsi256_ps(low), _mm256_castsi256_ps(high), 0xDD);
-    const __m256i first = _mm256_permute4x64_epi64(_mm256_castps_si256(even), 0xD8);
-    const __m256i second = _mm256_permute4x64_epi64(_mm256_castps_si256(odd), 0xD8);
-    a = low_half(first);
-    b = high_half(first);
-    c = low_half(second);
-    d = high_half(second);
+  /// Four voxels in the lower half, four others in the upper one.
+  static F load_rows(const std::int16_t* low, const std::int16_t* high) {
+    const __m128 first = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(low)));
+    const __m128i both =
+        _mm_castps_si128(_mm_loadh_pi(first, reinterpret_cast<const __m64*>(high)));
+    return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(both));
+  }
+  static __m128 low_lanes(F x) { return _mm256_castps256_ps128(x); }
+  static __m128 high_lanes(F x) { return _mm256_extractf128_ps(x, 1); }
+  static __m128 lerp4(__m128 a, __m128 b, __m128 w) { return _mm_fmadd_ps(w, _mm_sub_ps(b, a), a); }
+  static F lerp8(F a, F b, F w) { return madd(w, sub(b, a), a); }
+
+  /// At the four voxels around a place along x: the value and the differences along y and z,
+  /// interpolated along y and z.
+  static void around(const std::int16_t* p, int row, int slice, float y, float z, __m128* out) {
+    --p;
+    const F here = load_rows(p, p + slice);  // Lower half: z, upper half: z + 1.
+    const F next = load_rows(p + row, p + row + slice);
+    const F before = load_rows(p - row, p - row + slice);
+    const F after = load_rows(p + 2 * row, p + 2 * row + slice);
+    const F outer = lerp8(load_rows(p - slice, p + 2 * slice),
+                          load_rows(p + row - slice, p + row + 2 * slice), set(y));
+    const F value = lerp8(here, next, set(y));
+    const F along_y = lerp8(sub(next, before), sub(after, here), set(y));
+    const __m128 w = _mm_set1_ps(z);
+    out[0] = lerp4(low_lanes(value), high_lanes(value), w);
+    out[1] = lerp4(low_lanes(along_y), high_lanes(along_y), w);
+    out[2] = lerp4(_mm_sub_ps(high_lanes(value), low_lanes(outer)),
+                   _mm_sub_ps(high_lanes(outer), low_lanes(value)), w);
+  }
+  /// Trilinear central differences along each axis, index steps of two. Lane by lane: its rows of
+  /// four voxels serve all three axes.
+  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+                          M needed, F* g) {
+    const Lanes lanes(base);
+    alignas(32) float y[8];
+    alignas(32) float z[8];
+    store(y, w[1]);
+    store(z, w[2]);
+    __m128 rows[8][3] = {};
+    const int bits = _mm256_movemask_ps(needed.v);
+    for (int lane = 0; lane < 8; ++lane) {
+      if (((bits >> lane) & 1) == 0) continue;
+      around(voxels + lanes.at[lane], row, slice, y[lane], z[lane], rows[lane]);
+    }
+    F x[3][4];
+    for (int axis = 0; axis < 3; ++axis) {
+      F pair[4];
+      for (int i = 0; i < 4; ++i) pair[i] = _mm256_set_m128(rows[i + 4][axis], rows[i][axis]);
+      transpose(pair, x[axis]);
+    }
+    g[0] = lerp8(sub(x[0][2], x[0][0]), sub(x[0][3], x[0][1]), w[0]);
+    g[1] = lerp8(x[1][1], x[1][2], w[0]);
+    g[2] = lerp8(x[2][1], x[2][2], w[0]);
+  }
+  static I load_signed_byte(const std::int8_t* p, I at) {
+    const __m256i word = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 1);
+    return {_mm256_srai_epi32(_mm256_slli_epi32(word, 24), 24)};
   }
   static I load_byte(const std::uint8_t* p, I at) {
     const __m256i word = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 1);

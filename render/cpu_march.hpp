@@ -10,6 +10,8 @@ namespace nav::render {
 
 /// Lanes of a packet: a block of 4 × 2 pixels.
 inline constexpr int kPacketLanes = 8;
+inline constexpr int kPacketWidth = 4;
+inline constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
 
 /// One whole HU of a transfer function: red, green, blue, extinction per mm, and what to add to
 /// reach the next.
@@ -33,7 +35,10 @@ struct MarchInputs {
   int slice_stride;
   float last[3];  ///< n - 1 per axis.
 
-  const std::uint8_t* brick_distance;  ///< Null: no skipping. Readable 3 bytes past the end.
+  /// Per brick where nothing is visible: the distance to the nearest one that is occupied, > 0. Per
+  /// occupied brick: minus how many occupied bricks lie all around it, <= 0. Null: no skipping.
+  /// Readable 3 bytes past the end.
+  const std::int8_t* brick_leap;
   /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
   /// Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;
@@ -90,6 +95,37 @@ struct alignas(32) RayPacket {
   float value[kPacketLanes];           ///< What a projection found, HU.
 };
 
+/// The camera and the volume's box for starting rays: spec::View and spec::clip_to_box() in voxel
+/// indices; vectors in voxels per mm.
+struct RayInputs {
+  double eye[3];
+  double right[3];
+  double up[3];
+  double forward[3];
+  double pixel;  ///< Side of a pixel at distance 1; orthographic: mm.
+  double half_width;
+  double half_height;
+  double low[3];
+  double high[3];
+  double step_mm;
+  double first_sample;  ///< Where sample 0 lies in cell 0, in cells.
+  int width;
+  int height;
+  bool orthographic;
+  bool jitter;
+};
+
+/// Where the rays of a packet run through the volume.
+struct RayStarts {
+  double base[kPacketLanes];   ///< Begin of cell 0, in cells from the ray's origin.
+  double begin[kPacketLanes];  ///< mm; empty when end <= begin, as for lanes beyond the picture.
+  double end[kPacketLanes];
+  bool any;  ///< Some lane is not empty.
+};
+
+/// Starts the rays of the packet of pixels from (x0, y0) on: all but the cutaway.
+using RayStart = void (*)(const RayInputs&, int x0, int y0, RayPacket&, RayStarts&);
+
 struct MarchCounts {
   std::uint64_t samples;
   std::uint64_t gradients;
@@ -112,10 +148,23 @@ struct MarchKey {
 /// projecting sets its value.
 using March = void (*)(const MarchInputs&, RayPacket&, MarchCounts&);
 
-/// The marches of one instruction set.
+struct CutObjects;
+struct CutBlock;
+struct CutChoice;
+struct CutRays;
+/// Keeps those objects of a choice that may decide for some ray of a block; returns a distance from
+/// the foot that no surface exceeds there, mm.
+using CutCull = float (*)(const CutObjects&, const CutBlock&, const CutChoice& in, CutChoice& out);
+/// Fills t1 and t2 from the chosen objects.
+using CutMeet = void (*)(const CutObjects&, const CutChoice&, CutRays&);
+
+/// What is compiled for one instruction set.
 struct MarchSet {
   March (*composite)(const MarchKey&);
   March (*project)(MarchProject);
+  CutCull cull;
+  CutMeet meet;
+  RayStart start;
 };
 MarchSet portable_marches();
 /// Needs AVX2 and FMA; ask for it through vector_marches().

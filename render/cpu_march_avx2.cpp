@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled with -mavx2 -mfma and entered only through vector_marches().
 #include "render/cpu_kernel.hpp"
+#include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"
+#include "render/cpu_kernel_rays.hpp"
 #include "render/cpu_lanes_avx2.hpp"
 
 namespace nav::render {
 
-MarchSet avx2_marches() { return {composite_march<Avx2>, project_march<Avx2>}; }
+MarchSet avx2_marches() {
+  return {composite_march<Avx2>, project_march<Avx2>, cull_with<Avx2>, meet_with<Avx2>,
+          start_rays<Avx2>};
+}
 
 }  // namespace nav::render

@@ -4,6 +4,6 @@
 
 namespace nav::render {
 
-MarchSet vector_marches() { return {nullptr, nullptr}; }
+MarchSet vector_marches() { return {}; }
 
 }  // namespace nav::render

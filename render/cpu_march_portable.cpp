@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "render/cpu_kernel.hpp"
+#include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"
+#include "render/cpu_kernel_rays.hpp"
 
 namespace nav::render {
 namespace {
@@ -15,6 +17,7 @@ struct Scalar {
   using M = bool;
   static constexpr int kLanes = 1;
 
+  static double root(double x) { return std::sqrt(x); }
   static F set(float x) { return x; }
   static I set_int(int x) { return x; }
   static F load(const float* p) { return *p; }
@@ -41,6 +44,7 @@ struct Scalar {
   static M not_less(F a, F b) { return a >= b; }
   static M both(M a, M b) { return a && b; }
   static M either(M a, M b) { return a || b; }
+  static M exclusive(M a, M b) { return a != b; }
   static M none() { return false; }
   static M negate(M a) { return !a; }
   static bool any(M a) { return a; }
@@ -54,10 +58,27 @@ struct Scalar {
     a = p[at];
     b = p[at + 1];
   }
-  static void load_quad(const std::int16_t* p, I at, F& a, F& b, F& c, F& d) {
-    load_pair(p, at, a, b);
-    load_pair(p, at + 2, c, d);
+  /// Trilinear central differences along each axis, index steps of two.
+  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+                          M /*needed*/, F* g) {
+    const std::int16_t* p = voxels + base;
+    const int stride[3] = {1, row, slice};
+    for (int axis = 0; axis < 3; ++axis) {
+      g[axis] =
+          trilinear(p + stride[axis], row, slice, w) - trilinear(p - stride[axis], row, slice, w);
+    }
   }
+  static F trilinear(const std::int16_t* p, int row, int slice, const F* w) {
+    F value[4];
+    for (int i = 0; i < 4; ++i) {
+      const std::int16_t* at = p + (i & 1) * row + (i >> 1) * slice;
+      value[i] = madd(w[0], static_cast<F>(at[1] - at[0]), at[0]);
+    }
+    const F below = madd(w[1], value[1] - value[0], value[0]);
+    const F above = madd(w[1], value[3] - value[2], value[2]);
+    return madd(w[2], above - below, below);
+  }
+  static I load_signed_byte(const std::int8_t* p, I at) { return p[at]; }
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
   static F load_float(const float* p, I at) { return p[at]; }
   static void load_range(const std::int32_t* p, I at, F& low, F& high) {
@@ -89,6 +110,9 @@ struct Scalar {
 
 }  // namespace
 
-MarchSet portable_marches() { return {composite_march<Scalar>, project_march<Scalar>}; }
+MarchSet portable_marches() {
+  return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>, meet_with<Scalar>,
+          start_rays<Scalar>};
+}
 
 }  // namespace nav::render

@@ -8,7 +8,7 @@ MarchSet vector_marches() {
   if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
     return avx2_marches();
   }
-  return {nullptr, nullptr};
+  return {};
 }
 
 }  // namespace nav::render

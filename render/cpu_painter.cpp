@@ -7,14 +7,15 @@
 #include <cstring>
 #include <vector>
 
+#include "render/cpu_inputs.hpp"
+
 namespace nav::render {
 namespace {
 
-constexpr int kPacketWidth = 4;
-constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
-constexpr int kTile = 32;  // Pixels; a multiple of the packet's sides.
+constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
+constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
 
-constexpr double kNowhere = -1e30;
+constexpr double kNowhere = -1e30;  // As RayStart sets t1 and t2.
 
 static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
 static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
@@ -62,73 +63,113 @@ std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1,
   return hash == 0 ? 1 : hash;
 }
 
+/// A distance before which no ray of a view meets the volume, mm: by the ball around it.
+double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
+  const Eigen::Vector3d to = grid.centre().mm - grid.origin_mm - view.eye;
+  const double along = view.orthographic ? to.dot(view.forward) : to.norm();
+  // A voxel more, for axes that have but one.
+  return std::max(0.0, along - 0.5 * grid.extent_mm().norm() - grid.spacing_mm.norm());
+}
+
 }  // namespace
 
 struct CpuPainter::Packet {
   RayPacket rays;
-  double base[kPacketLanes];  ///< Begin of cell 0, in cells from the ray's origin.
-  spec::Interval<double> box[kPacketLanes];
+  RayStarts starts;
   std::vector<spec::Hit<double>> hits[kPacketLanes];
-  bool in_box;
   std::size_t most_hits;
   int cut;  ///< Lanes that the cutaway meets within the box.
   std::uint64_t signature[kPacketLanes];
   PixelRecord seen[kPacketLanes];  ///< The ultrasound picture: weight, column, row.
+  CutRays cut_rays;
+  double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
+};
+
+/// What a tile works with.
+struct CpuPainter::Tile {
+  explicit Tile(const CutObjects& objects) : all(objects), tile(objects), block(objects) {}
+
+  CutSelection all;
+  CutSelection tile;
+  CutSelection block;
+  bool cut = false;  ///< The cutaway may reach some ray.
+  Packet packet{};
+  MarchCounts counts{};
+  std::uint64_t rays = 0;
+  std::uint64_t cut_rays = 0;
 };
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
-                       const MarchSet& marches, const CpuCutaway& cutaway, CpuPicture& picture,
-                       bool keep)
+                       const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
+                       CpuPicture& picture, bool keep)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
+      field_(field),
       picture_(picture),
       keep_(keep),
       plain_(marches.composite({key.classify, key.shade, false})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
+      cull_(marches.cull),
+      meet_(marches.meet),
       surfaces_(scene),
       view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
       step_(spec::step_mm(scene.quality, scene.ct->grid())),
-      first_sample_(key.classify == MarchClassify::kPreIntegrated &&
-                            scene.projection == Projection::kComposite
-                        ? 0.0
-                        : 0.5),
+      start_(marches.start),
+      ray_inputs_(ray_inputs(scene, key.classify == MarchClassify::kPreIntegrated &&
+                                            scene.projection == Projection::kComposite
+                                        ? 0.0
+                                        : 0.5)),
+      near_mm_(nearest_mm(view_, scene.ct->grid())),
       tiles_across_((scene.width + kTile - 1) / kTile),
       tiles_down_((scene.height + kTile - 1) / kTile) {}
 
-void CpuPainter::paint_tile(int tile) {
-  const int x0 = tile % tiles_across_ * kTile;
-  const int y0 = tile / tiles_across_ * kTile;
-  MarchCounts counts{};
-  Packet packet{};
-  std::uint64_t cut = 0;
-  std::uint64_t rays = 0;
-  for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kPacketHeight) {
-    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kPacketWidth) {
-      start_packet(x, y, packet);
-      if (keep_ && unchanged(x, y, packet)) continue;
-      cut += static_cast<std::uint64_t>(packet.cut);
-      if (scene_.projection == Projection::kComposite) {
-        composite(packet, counts);
-      } else {
-        project(packet, counts);
-      }
+void CpuPainter::paint_tile(int index) {
+  const int x0 = index % tiles_across_ * kTile;
+  const int y0 = index / tiles_across_ * kTile;
+  Tile tile(cutaway_.objects());
+  tile.cut = !cutaway_.empty() && cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
+  for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kBlock) {
+    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) paint_block(x, y, tile);
+  }
+  rays_ += tile.rays;
+  samples_ += tile.counts.samples;
+  gradients_ += tile.counts.gradients;
+  window_gradients_ += tile.counts.window_gradients;
+  faded_ += tile.counts.faded;
+  cutaway_rays_ += tile.cut_rays;
+}
+
+bool CpuPainter::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
+  const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
+  const double most = cull_(cutaway_.objects(), block, from, to);
+  // The foot of another ray may lie farther by the turn and the shift.
+  const double to_centre = (cutaway_.centre() - view_.eye).norm();
+  return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
+}
+
+void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
+  const bool cut = tile.cut && cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
+  Packet& p = tile.packet;
+  for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
+    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
+      start_packet(x, y, p);
+      if (cut && p.starts.any) cut_packet(x, y, tile.block.choice(), p);
+      if (field_ != nullptr && p.starts.any) cut_by_field(x, y, p);
       for (int lane = 0; lane < kPacketLanes; ++lane) {
-        const int px = x + lane % kPacketWidth;
-        const int py = y + lane / kPacketWidth;
-        if (!inside(px, py)) continue;
-        store(px, py, lane, packet);
-        ++rays;
+        p.signature[lane] = signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane]);
       }
+      if (keep_ && unchanged(x, y, p)) continue;
+      tile.cut_rays += static_cast<std::uint64_t>(p.cut);
+      if (scene_.projection == Projection::kComposite) {
+        composite(p, tile.counts);
+      } else {
+        project(p, tile.counts);
+      }
+      tile.rays += store_packet(x, y, p);
     }
   }
-  rays_ += rays;
-  samples_ += counts.samples;
-  gradients_ += counts.gradients;
-  window_gradients_ += counts.window_gradients;
-  faded_ += counts.faded;
-  cutaway_rays_ += cut;
 }
 
 RenderStatistics CpuPainter::statistics() const {
@@ -142,18 +183,6 @@ RenderStatistics CpuPainter::statistics() const {
   return statistics;
 }
 
-void CpuPainter::start_packet(int x0, int y0, Packet& p) {
-  p.in_box = false;
-  p.most_hits = 0;
-  p.cut = 0;
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    start_lane(x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, lane, p);
-    p.in_box = p.in_box || p.box[lane].end > p.box[lane].begin;
-    p.most_hits = std::max(p.most_hits, p.hits[lane].size());
-    p.signature[lane] = signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane]);
-  }
-}
-
 bool CpuPainter::unchanged(int x0, int y0, const Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     const int x = x0 + lane % kPacketWidth;
@@ -163,49 +192,60 @@ bool CpuPainter::unchanged(int x0, int y0, const Packet& p) const {
   return true;
 }
 
-void CpuPainter::start_lane(int x, int y, int lane, Packet& p) const {
-  p.hits[lane].clear();
-  p.box[lane] = {0, 0};
-  p.base[lane] = 0;
-  p.rays.alpha[lane] = 0;
-  p.seen[lane] = {};
-  p.rays.t1[lane] = p.rays.t2[lane] = static_cast<float>(kNowhere);
-  for (int axis = 0; axis < 3; ++axis) {
-    p.rays.rgb[axis][lane] = 0;
-    p.rays.origin[axis][lane] = 0;
-    p.rays.step[axis][lane] = 0;
+std::uint64_t CpuPainter::store_packet(int x0, int y0, const Packet& p) const {
+  std::uint64_t rays = 0;
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const int x = x0 + lane % kPacketWidth;
+    const int y = y0 + lane / kPacketWidth;
+    if (!inside(x, y)) continue;
+    store(x, y, lane, p);
+    ++rays;
   }
-  // Lanes beyond the picture's edge stay empty.
-  if (!inside(x, y)) return;
-  const auto ray = spec::ray_of(view_, x, y);
-  if (!surfaces_.empty()) surfaces_.meet(ray, p.hits[lane]);
-  const auto index = spec::index_ray(ray, scene_.ct->grid());
-  const auto in = spec::clip_to_box(index, scene_.ct->grid().size);
-  if (!(in.end > in.begin)) return;
-  const double shift = scene_.quality.jitter ? spec::jitter_of(x, y) : 0;
-  p.box[lane] = in;
-  p.base[lane] = std::floor(in.begin / step_ - shift) + shift;
-  const double first = (p.base[lane] + first_sample_) * step_;
-  for (int axis = 0; axis < 3; ++axis) {
-    p.rays.origin[axis][lane] =
-        static_cast<float>(index.origin[axis] + first * index.direction[axis]);
-    p.rays.step[axis][lane] = static_cast<float>(step_ * index.direction[axis]);
-  }
-  if (!cutaway_.empty()) cut_lane(x, y, ray, lane, p);
+  return rays;
 }
 
-spec::CutawaySpan<double> CpuPainter::span_of(int x, int y, const spec::Ray<double>& ray) const {
-  if (cutaway_.field == nullptr) return spec::meet_cutaway(cutaway_.objects, ray);
-  spec::CutawaySpan<float> span{};
-  cutaway_.field->meet_row(view_, x, y, 1, &span);
-  return {span.t2, span.t1};
+void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
+  start_(ray_inputs_, x0, y0, p.rays, p.starts);
+  p.most_hits = 0;
+  p.cut = 0;
+  if (!surfaces_.empty()) meet_surfaces(x0, y0, p);
 }
 
-void CpuPainter::cut_lane(int x, int y, const spec::Ray<double>& ray, int lane, Packet& p) const {
-  const spec::CutawaySpan<double> span = span_of(x, y, ray);
-  if (!(span.t2 > p.box[lane].begin)) return;
-  const double t2 = span.t2 / step_ - p.base[lane];
-  const double t1 = std::max(span.t1 / step_ - p.base[lane], kNowhere);
+void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
+  std::fill_n(p.seen, kPacketLanes, PixelRecord{});
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
+                   p.hits[lane]);
+    p.most_hits = std::max(p.most_hits, p.hits[lane].size());
+  }
+}
+
+void CpuPainter::cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const auto ray = spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth);
+    p.foot[lane] = set_cut_ray(ray, cutaway_.centre(), lane, p.cut_rays);
+  }
+  meet_(cutaway_.objects(), choice, p.cut_rays);
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
+    cut_lane(p.foot[lane] + static_cast<double>(p.cut_rays.t1[lane]),
+             p.foot[lane] + static_cast<double>(p.cut_rays.t2[lane]), lane, p);
+  }
+}
+
+void CpuPainter::cut_by_field(int x0, int y0, Packet& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
+    spec::CutawaySpan<float> span{};
+    field_->meet_row(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, 1, &span);
+    cut_lane(span.t1, span.t2, lane, p);
+  }
+}
+
+void CpuPainter::cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const {
+  if (!(t2_mm > p.starts.begin[lane])) return;
+  const double t2 = t2_mm / step_ - p.starts.base[lane];
+  const double t1 = std::max(t1_mm / step_ - p.starts.base[lane], kNowhere);
   p.rays.t2[lane] = static_cast<float>(t2);
   p.rays.t1[lane] = static_cast<float>(t1);
   p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kNowhere));
@@ -219,8 +259,8 @@ void CpuPainter::cut_lane(int x, int y, const spec::Ray<double>& ray, int lane, 
 void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
   const March march = p.cut > 0 ? fading_ : plain_;
   for (std::size_t segment = 0; segment <= p.most_hits; ++segment) {
-    if (p.in_box) {
-      set_segment(segment, p);
+    if (p.starts.any) {
+      if (p.most_hits > 0) set_segment(segment, p);
       march(in_, p.rays, counts);
     }
     for (int lane = 0; lane < kPacketLanes; ++lane) {
@@ -232,26 +272,24 @@ void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
 void CpuPainter::project(Packet& p, MarchCounts& counts) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     for (const auto& hit : p.hits[lane]) blend(hit, lane, p);
-    p.rays.begin[lane] = static_cast<float>(p.box[lane].begin / step_ - p.base[lane]);
-    p.rays.end[lane] = static_cast<float>(p.box[lane].end / step_ - p.base[lane]);
   }
-  if (!p.in_box) return;
+  if (!p.starts.any) return;
   project_(in_, p.rays, counts);
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.box[lane].end > p.box[lane].begin)) continue;
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
     const double hu = p.rays.value[lane];
     const double grey =
         std::clamp((hu - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
-    blend({p.box[lane].end, spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
+    blend({p.starts.end[lane], spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
   }
 }
 
-/// The stretch between the surfaces segment - 1 and segment of every lane.
+// The stretch between the surfaces segment - 1 and segment of every lane.
 void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     const auto& hits = p.hits[lane];
-    double begin = p.box[lane].begin;
-    double end = p.box[lane].end;
+    double begin = p.starts.begin[lane];
+    double end = p.starts.end[lane];
     if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
     if (segment < hits.size()) end = std::min(end, hits[segment].t);
     const bool past =
@@ -260,8 +298,8 @@ void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
       p.rays.begin[lane] = p.rays.end[lane] = 0;
       continue;
     }
-    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.base[lane]);
-    p.rays.end[lane] = static_cast<float>(end / step_ - p.base[lane]);
+    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
+    p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
   }
 }
 

@@ -2,8 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/cpu_volume.hpp"
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
+#include <new>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "render/parallel.hpp"
 
@@ -16,6 +26,31 @@ constexpr int kBorder = kBelow + kAbove;
 constexpr std::size_t kTail = 4;  // The last fetch reads 8 bytes.
 
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+/// Rays cross a slice, so a page of their own, with every sample: large pages keep the table of
+/// pages in the processor.
+std::int16_t* allocate(std::size_t voxels) {
+  constexpr std::size_t kLargePage = std::size_t{1} << 21;
+  const std::size_t bytes = (voxels * sizeof(std::int16_t) + kLargePage - 1) & ~(kLargePage - 1);
+  void* memory = std::aligned_alloc(kLargePage, bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  madvise(memory, bytes, MADV_HUGEPAGE);  // A wish: the picture is the same without.
+#endif
+  return static_cast<std::int16_t*>(memory);
+}
+
+/// Least and greatest.
+std::pair<std::int16_t, std::int16_t> range_of(std::span<const std::int16_t> hu) {
+  // Plain minima, which the compiler turns into vector instructions; minmax_element branches.
+  std::int16_t low = hu[0];
+  std::int16_t high = hu[0];
+  for (const std::int16_t v : hu) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  return {low, high};
+}
 
 }  // namespace
 
@@ -33,36 +68,38 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   copy_voxels(ct, threads);
 }
 
+void CpuVolume::Free::operator()(std::int16_t* voxels) const { std::free(voxels); }
+
 void CpuVolume::copy_voxels(const Volume& ct, int threads) {
   const auto& size = ct.grid().size;
-  const std::span<const std::int16_t> hu = ct.hu();
-  voxels_.resize(size_of(slice_stride_) * size_of(size[2] + kBorder) + kTail);
-  std::vector<std::int16_t> low(size_of(size[2] + kBorder), hu[0]);
-  std::vector<std::int16_t> high = low;
+  voxels_.reset(allocate(size_of(slice_stride_) * size_of(size[2] + kBorder) + kTail));
+  std::vector<std::int16_t> low(size_of(size[2]));
+  std::vector<std::int16_t> high(size_of(size[2]));
   for_each_index(size[2] + kBorder, threads, [&](int padded_k) {
-    const int k = std::clamp(padded_k - kBelow, 0, size[2] - 1);
-    for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
-      const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
-      const std::int16_t* from =
-          hu.data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
-      std::int16_t* to = voxels_.data() + size_of(padded_k) * size_of(slice_stride_) +
-                         size_of(padded_j) * size_of(row_stride_);
-      // Plain minima, which the compiler turns into vector instructions.
-      std::int16_t least = low[size_of(padded_k)];
-      std::int16_t most = high[size_of(padded_k)];
-      for (int i = 0; i < size[0]; ++i) {
-        least = std::min(least, from[i]);
-        most = std::max(most, from[i]);
-      }
-      low[size_of(padded_k)] = least;
-      high[size_of(padded_k)] = most;
-      std::fill_n(to, kBelow, from[0]);
-      std::copy_n(from, size[0], to + kBelow);
-      std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);
-    }
+    copy_slice(ct, padded_k);
+    const int k = padded_k - kBelow;
+    if (k < 0 || k >= size[2]) return;
+    const std::size_t slice = size_of(size[0]) * size_of(size[1]);
+    std::tie(low[size_of(k)], high[size_of(k)]) =
+        range_of(ct.hu().subspan(size_of(k) * slice, slice));
   });
   low_hu_ = *std::min_element(low.begin(), low.end());
   high_hu_ = *std::max_element(high.begin(), high.end());
+}
+
+void CpuVolume::copy_slice(const Volume& ct, int padded_k) {
+  const auto& size = ct.grid().size;
+  const int k = std::clamp(padded_k - kBelow, 0, size[2] - 1);
+  for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
+    const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
+    const std::int16_t* from =
+        ct.hu().data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
+    std::int16_t* to = voxels_.get() + size_of(padded_k) * size_of(slice_stride_) +
+                       size_of(padded_j) * size_of(row_stride_);
+    std::fill_n(to, kBelow, from[0]);
+    std::copy_n(from, size[0], to + kBelow);
+    std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);
+  }
 }
 
 }  // namespace nav::render

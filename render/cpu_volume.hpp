@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "nav/volume.hpp"
 
@@ -19,7 +20,7 @@ class CpuVolume {
   static bool fits(const VoxelGrid& grid);
 
   /// Voxel (0, 0, 0); strides in voxels.
-  [[nodiscard]] const std::int16_t* origin() const { return voxels_.data() + origin_; }
+  [[nodiscard]] const std::int16_t* origin() const { return voxels_.get() + origin_; }
   [[nodiscard]] int row_stride() const { return row_stride_; }
   [[nodiscard]] int slice_stride() const { return slice_stride_; }
   /// Least and greatest value, HU.
@@ -27,9 +28,14 @@ class CpuVolume {
   [[nodiscard]] int high_hu() const { return high_hu_; }
 
  private:
-  void copy_voxels(const Volume& ct, int threads);
+  struct Free {
+    void operator()(std::int16_t* voxels) const;
+  };
 
-  std::vector<std::int16_t> voxels_;
+  void copy_voxels(const Volume& ct, int threads);
+  void copy_slice(const Volume& ct, int padded_k);
+
+  std::unique_ptr<std::int16_t[], Free> voxels_;
   std::size_t origin_ = 0;
   int row_stride_ = 0;
   int slice_stride_ = 0;

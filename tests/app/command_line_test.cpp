@@ -155,6 +155,54 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
+TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
+  VoxelGrid grid;
+  grid.size = {20, 16, 12};
+  grid.spacing_mm = {2, 2, 3};
+  const auto ct = Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 60), "flat");
+  const auto file = (folder_ / "ct.mha").string();
+  ASSERT_TRUE(test::has_value(io::write_ct_mha(*ct, file)));
+  const auto out = folder_ / "slices";
+  const std::string arguments = "slices " + file + " --out " + out.string();
+  const Outcome outcome = sonde(arguments + " --at 10 10 10 --slab 4 --mode mean --size 128");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* name : {"axial.png", "coronal.png", "sagittal.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(out / name)) << name;
+  }
+  expect_refusal(arguments + " --mode median", 2, {"--mode", "median"});
+  expect_refusal(arguments + " --slab -1", 2, {"slab_mm", "-1"});
+  expect_refusal(arguments + " --window-width 0", 2, {"--window-width", "0"});
+  expect_refusal(arguments + " --at nan 0 0", 2, {"centre_ct"});
+  expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
+}
+
+TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
+  expect_refusal("demo --out x --shading flat", 2, {"look.style", "phong or gooch", "flat"});
+  expect_refusal("demo --out x --emphasis 2", 2, {"look.emphasis", "2"});
+  expect_refusal("demo --out x --projection mip", 2, {"look.projection", "mip"});
+  expect_refusal("demo --out x --cutaway-inner 50 --cutaway-outer 20", 2, {"theta1_deg", "50"});
+  expect_refusal("demo --out x --cutaway-overlay -1", 2, {"overlay_mm", "-1"});
+  expect_refusal("demo --out x --cutaway-around liver", 2, {"liver"});
+  expect_refusal("demo --out x --importance 3", 2, {"--importance", "LOW:HIGH=IMPORTANCE", "'3'"});
+  expect_refusal("demo --out x --importance a:b=c", 2, {"--importance", "'a:b=c'"});
+}
+
+TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
+  const Outcome outcome = sonde(
+      "replay x.mha --print-session --look a.vp --shading gooch --no-shading --emphasis 0.5 "
+      "--importance 150:300=1 --importance bone:400:2000=0.99 --cutaway-inner 20 "
+      "--cutaway-overlay inf --cutaway-around needle,targets");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* piece :
+       {"a.vp'", "style = 'gooch'", "shading = false", "emphasis = 0.5", "component = 'bone'",
+        "high_hu = 300.0", "theta1_deg = 20.0", "overlay_mm = inf", "around_plane = false",
+        "around_needle = true", "around_targets = true"}) {
+    EXPECT_NE(outcome.output.find(piece), std::string::npos) << piece << "\n" << outcome.output;
+  }
+  EXPECT_NE(sonde("replay x.mha --print-session --no-cutaway").output.find("enabled = false"),
+            std::string::npos);
+}
+
 TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   ASSERT_EQ(outcome.code, 0) << outcome.errors;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/session_config.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -64,6 +65,47 @@ TEST_F(SessionConfigTest, TheResolvedFormReadsBackToTheSame) {
   ASSERT_TRUE(test::has_value(second));
   EXPECT_EQ(to_toml(*first), to_toml(*second));
   EXPECT_EQ(second->output.width, 123);
+}
+
+TEST_F(SessionConfigTest, ReadsTheLook) {
+  const auto config = read(R"(
+[look]
+file = "liver.vp"
+style = "gooch"
+emphasis = 0.5
+projection = "mean"
+grey_level_hu = 40
+importance = [{low_hu = 150, high_hu = 300, importance = 1}]
+[look.cutaway]
+enabled = true
+theta1_deg = 20
+theta2_deg = 45
+overlay_mm = inf
+around_needle = true
+around_targets = false
+)");
+  ASSERT_TRUE(test::has_value(config));
+  const auto& look = config->look;
+  EXPECT_EQ(look.file, folder_ / "liver.vp");
+  EXPECT_EQ(look.style, "gooch");
+  EXPECT_EQ(look.emphasis, 0.5);
+  EXPECT_EQ(look.importance.at(0).high_hu, 300);
+  EXPECT_EQ(look.cutaway.enabled, true);
+  EXPECT_EQ(look.cutaway.theta2_deg, 45);
+  EXPECT_TRUE(std::isinf(*look.cutaway.overlay_mm));
+  EXPECT_FALSE(look.cutaway.around_plane.has_value()) << "not said";
+  EXPECT_EQ(look.cutaway.around_targets, false);
+  const auto again = read(to_toml(*config));
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_TRUE(test::refuses(read("[look.cutaway]\ntheta_deg = 3\n"), Code::kMalformedData,
+                            {"look.cutaway.theta_deg"}));
+  EXPECT_TRUE(test::refuses(read("[look]\ncutaway = 3\n"), Code::kMalformedData,
+                            {"look.cutaway", "a table"}));
+  EXPECT_TRUE(test::refuses(read("[look.cutaway]\noverlay_mm = nan\n"), Code::kMalformedData,
+                            {"look.cutaway.overlay_mm", "a number or inf"}));
+  EXPECT_TRUE(test::refuses(read("[look.cutaway]\nenabled = 1\n"), Code::kMalformedData,
+                            {"look.cutaway.enabled", "true or false"}));
 }
 
 TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -161,6 +162,64 @@ TEST(BrickDistancesTest, StopAt255) {
   for (const auto& [brick, distance] :
        {std::pair{0, 255}, {45, 255}, {46, 254}, {299, 1}, {300, 0}, {554, 254}, {599, 255}}) {
     EXPECT_EQ(found.distance[static_cast<std::size_t>(brick)], distance) << brick;
+  }
+}
+
+TEST(BrickDepthsTest, AreThoseToTheNearestEmptyBrick) {
+  std::mt19937 random(10);
+  for (const Eigen::Vector3i& count : {Eigen::Vector3i(9, 7, 5), {17, 1, 3}, {8, 8, 8}}) {
+    for (const double bone : {0.3, 0.95, 0.99, 1.0}) {
+      const BrickGrid grid = random_bricks(random, count, bone);
+      const auto depths = brick_depths(grid, brick_distances(grid, bone_table()));
+      ASSERT_EQ(depths.size(), grid.high.size());
+      for (int at = 0; at < count.prod(); ++at) {
+        int nearest = 255;
+        for (int other = 0; other < count.prod(); ++other) {
+          if (grid.high[static_cast<std::size_t>(other)] == kBone) continue;
+          const Eigen::Vector3i apart = brick_of(count, at) - brick_of(count, other);
+          nearest = std::min(nearest, apart.cwiseAbs().maxCoeff());
+        }
+        EXPECT_EQ(depths[static_cast<std::size_t>(at)], nearest);
+      }
+    }
+  }
+}
+
+/// A few nodes anywhere, some invisible; sometimes within a window of gradients.
+TransferTable random_table(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<TransferNode> nodes;
+  double hu = -2000 + 3000 * unit(random);
+  for (int i = 0; i < 5; ++i) {
+    const double opacity = unit(random) < 0.6 ? 0 : unit(random);
+    nodes.push_back({hu, {1, 1, 1}, 0.99 * opacity, unit(random) < 0.3 ? 1.0 : unit(random)});
+    hu += 0.1 + 300 * unit(random) * unit(random);
+  }
+  std::optional<GradientWindow> window;
+  if (unit(random) < 0.3) window = GradientWindow{10, 20, 30, 40};
+  return TransferTable(*TransferFunction::blend("random", {{"part", nodes, window}}));
+}
+
+TEST(BrickClassificationTest, IsThatOfTheTablesOwnRanges) {
+  std::mt19937 random(11);
+  std::uniform_int_distribution<int> hu(-3000, 3000);
+  for (int i = 0; i < 200; ++i) {
+    const TransferTable table = random_table(random);
+    BrickGrid grid;
+    grid.count = {40, 1, 1};
+    for (int b = 0; b < 40; ++b) {
+      const int low = b < 2 ? -32768 : hu(random);
+      grid.low.push_back(static_cast<std::int16_t>(low));
+      grid.high.push_back(
+          static_cast<std::int16_t>(b == 1 ? 32767 : low + std::abs(hu(random)) / 50));
+    }
+    const BrickDistances distances = brick_distances(grid, table);
+    const auto importance = brick_importance(grid, table);
+    for (std::size_t b = 0; b < 40; ++b) {
+      EXPECT_EQ(distances.distance[b] == 0, table.visible(grid.low[b], grid.high[b]));
+      const double expected = table.max_importance(grid.low[b], grid.high[b]);
+      EXPECT_EQ(importance[b], expected < 1 ? std::ceil(254 * expected) : 255);
+    }
   }
 }
 

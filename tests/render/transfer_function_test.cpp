@@ -271,8 +271,9 @@ TEST(PresetTransferFunctionTest, ShowsWhatItsNamePromises) {
 }
 
 TEST(PresetTransferFunctionTest, ListsTheKnownOnes) {
-  EXPECT_TRUE(test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
-                            {"mri", "ct-bone", "ct-soft-tissue", "cta-vessels"}));
+  EXPECT_TRUE(
+      test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
+                    {"mri", "ct-bone", "ct-soft-tissue", "ct-liver", "cta-vessels", "mr-default"}));
 }
 
 }  // namespace

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/look.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "app/look_file.hpp"
+
+namespace nav::app {
+namespace {
+
+Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, const Volume& ct,
+                                             const std::optional<LookFile>& file) {
+  const auto base = [&]() -> Result<render::TransferFunction> {
+    if (file) return transfer_for(*file, ct);
+    if (!look.nodes.empty()) return render::TransferFunction::create("session file", look.nodes);
+    return render::preset_for(look.preset, ct);
+  }();
+  if (!base) return base.error();
+  return render::with_importance(*base, look.importance);
+}
+
+Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cutaway& said,
+                                                  const std::optional<LookFile>& file) {
+  const bool file_says = file && file->cutaway;
+  const bool in_file = !file_says || file->cutaway->has_value();
+  if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
+  render::Cutaway cutaway =
+      file_says ? file->cutaway->value_or(render::Cutaway{}) : render::Cutaway{};
+  constexpr double kRadPerDeg = M_PI / 180;
+  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * kRadPerDeg;
+  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * kRadPerDeg;
+  cutaway.overlay_mm = said.overlay_mm.value_or(cutaway.overlay_mm);
+  cutaway.around_plane = said.around_plane.value_or(cutaway.around_plane);
+  cutaway.around_needle = said.around_needle.value_or(cutaway.around_needle);
+  cutaway.around_spheres = said.around_targets.value_or(cutaway.around_spheres);
+  if (cutaway.theta1_rad > cutaway.theta2_rad) {
+    std::ostringstream text;
+    text << "look.cutaway.theta1_deg: expected at most theta2_deg, "
+         << cutaway.theta2_rad / kRadPerDeg << ", found " << cutaway.theta1_rad / kRadPerDeg;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return std::optional<render::Cutaway>(cutaway);
+}
+
+}  // namespace
+
+Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume& ct) {
+  if (const auto ok = validate(look); !ok) return ok.error();
+  std::optional<LookFile> file;
+  if (!look.file.empty()) {
+    auto read = read_look_file(look.file);
+    if (!read) return read.error();
+    file = *std::move(read);
+  }
+  auto transfer = transfer_of(look, ct, file);
+  if (!transfer) return transfer.error();
+  auto cutaway = cutaway_of(look.cutaway, file);
+  if (!cutaway) return cutaway.error();
+  ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}, {}};
+  if (file && file->shading) resolved.shading = *file->shading;
+  resolved.shading.enabled = resolved.shading.enabled && look.shading;
+  resolved.shading.emphasis = look.emphasis.value_or(resolved.shading.emphasis);
+  if (look.style) {
+    resolved.shading.style =
+        *look.style == "gooch" ? render::ShadingStyle::kGooch : render::ShadingStyle::kPhong;
+  }
+  resolved.projection = look.projection == "maximum"   ? render::Projection::kMaximum
+                        : look.projection == "minimum" ? render::Projection::kMinimum
+                        : look.projection == "mean"    ? render::Projection::kMean
+                                                       : render::Projection::kComposite;
+  resolved.grey = {look.grey_level_hu, look.grey_width_hu};
+  return resolved;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/session_config.hpp"
+#include "nav/volume.hpp"
+#include "render/scene.hpp"
+
+namespace nav::app {
+
+/// A session's look for one volume: what a scene takes over as it is.
+struct ResolvedLook {
+  render::TransferFunction transfer;
+  render::Shading shading;
+  std::optional<render::Cutaway> cutaway;
+  render::Projection projection = render::Projection::kComposite;
+  render::GreyWindow grey;
+};
+
+/// Reads the look file, if there is one, fits presets and files to the volume, and lays over them
+/// what the session says. Refuses unknown presets, bad files and importance rules, and values that
+/// contradict each other only now (theta1 of the session above theta2 of the file).
+Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume& ct);
+
+}  // namespace nav::app

@@ -1,0 +1,348 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/look_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "app/slicer_preset.hpp"
+#include "io/atomic_file.hpp"
+
+namespace nav::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kRadPerDeg = M_PI / 180;
+constexpr int kVersion = 1;
+constexpr std::size_t kMostNodes = 4096;
+
+/// JSON has no infinity: null stands for it.
+Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+/// One object of the file: hands out its members and, at the end, refuses what nobody asked for.
+/// The first problem is kept.
+class Member {
+ public:
+  Member(const Json& json, std::string where, std::optional<Error>& error)
+      : json_(json), where_(std::move(where)), error_(error) {
+    if (!json_.is_object()) fail("", "an object", json_);
+  }
+  void number(const char* key, double& value, bool infinite = false) {
+    take(key, infinite ? "a number or null" : "a number", [&](const Json& found) {
+      if (infinite && found.is_null()) value = kInfinity;
+      if (found.is_number()) value = found.get<double>();
+      return (infinite && found.is_null()) || (found.is_number() && std::isfinite(value));
+    });
+  }
+  void angle(const char* key, double& value_rad) {
+    double degrees = value_rad / kRadPerDeg;
+    number(key, degrees);
+    value_rad = degrees * kRadPerDeg;
+  }
+  void flag(const char* key, bool& value) {
+    take(key, "true or false", [&](const Json& found) {
+      if (found.is_boolean()) value = found.get<bool>();
+      return found.is_boolean();
+    });
+  }
+  void text(const char* key, std::string& value) {
+    take(key, "text", [&](const Json& found) {
+      if (found.is_string()) value = found.get<std::string>();
+      return found.is_string();
+    });
+  }
+  void numbers(const char* key, std::size_t count, std::vector<double>& value) {
+    take(key, std::to_string(count) + " numbers", [&](const Json& found) {
+      const bool good =
+          found.is_array() && found.size() == count &&
+          std::all_of(found.begin(), found.end(), [](const Json& x) { return x.is_number(); });
+      if (good) value = found.get<std::vector<double>>();
+      return good;
+    });
+  }
+  /// The member itself, or nothing when it is absent.
+  const Json* any(const char* key) {
+    known_.insert(key);
+    return json_.is_object() && json_.contains(key) ? &json_.at(key) : nullptr;
+  }
+  void list(const char* key, const std::function<void(const Json&, const std::string&)>& visit) {
+    take(key, "a list", [&](const Json& found) {
+      if (!found.is_array()) return false;
+      for (std::size_t i = 0; i < found.size() && !error_; ++i) {
+        visit(found[i], where_ + "." + key + "[" + std::to_string(i) + "]");
+      }
+      return true;
+    });
+  }
+  void refuse_unknown() {
+    if (!json_.is_object()) return;
+    for (const auto& [key, value] : json_.items()) {
+      if (!known_.contains(key)) fail(key, "no such member", value);
+    }
+  }
+  void fail(const std::string& key, const std::string& expected, const Json& found) {
+    if (error_) return;
+    std::string text = found.dump(-1, ' ', true, Json::error_handler_t::replace);
+    if (text.size() > 60) text = text.substr(0, 60) + "…";
+    error_ = Error{ErrorCode::kMalformedData, where_ + (key.empty() ? "" : "." + key) +
+                                                  ": expected " + expected + ", found " + text};
+  }
+
+ private:
+  void take(const char* key, const std::string& expected,
+            const std::function<bool(const Json&)>& use) {
+    const Json* found = any(key);
+    if (found == nullptr || error_) return;
+    if (!use(*found)) fail(key, expected, *found);
+  }
+  const Json& json_;
+  std::string where_;
+  std::optional<Error>& error_;
+  std::set<std::string> known_;
+};
+
+render::GradientWindow read_window(const Json& json, const std::string& where,
+                                   std::optional<Error>& error) {
+  render::GradientWindow window{0, 0, kInfinity, kInfinity};
+  Member member(json, where, error);
+  member.number("zero_below", window.zero_below);
+  member.number("full_from", window.full_from);
+  member.number("full_to", window.full_to, true);
+  member.number("zero_above", window.zero_above, true);
+  member.refuse_unknown();
+  return window;
+}
+
+render::TransferComponent read_component(const Json& json, const std::string& where,
+                                         std::optional<Error>& error) {
+  render::TransferComponent component;
+  Member member(json, where, error);
+  member.text("name", component.name);
+  member.list("nodes", [&](const Json& node_json, const std::string& at) {
+    render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
+    std::vector<double> rgb{1, 1, 1};
+    Member one(node_json, at, error);
+    one.number("value", node.hu);
+    one.numbers("rgb", 3, rgb);
+    one.number("opacity_per_mm", node.opacity);
+    one.number("importance", node.importance);
+    one.refuse_unknown();
+    node.rgb = {rgb[0], rgb[1], rgb[2]};
+    component.nodes.push_back(node);
+  });
+  if (const Json* gradient = member.any("gradient_per_mm"); gradient && !gradient->is_null()) {
+    component.gradient = read_window(*gradient, where + ".gradient_per_mm", error);
+  }
+  member.refuse_unknown();
+  return component;
+}
+
+render::Shading read_shading(const Json& json, const std::string& where,
+                             std::optional<Error>& error) {
+  render::Shading s;
+  std::string style = "phong";
+  Member member(json, where, error);
+  member.flag("enabled", s.enabled);
+  member.text("style", style);
+  for (const auto& [key, value] : {std::pair("emphasis", &s.emphasis),
+                                   {"full_gradient_per_mm", &s.full_gradient_per_mm},
+                                   {"ambient", &s.ambient},
+                                   {"diffuse", &s.diffuse},
+                                   {"specular", &s.specular},
+                                   {"shininess", &s.shininess},
+                                   {"cool_share", &s.cool_share},
+                                   {"warm_share", &s.warm_share},
+                                   {"silhouette", &s.silhouette}}) {
+    member.number(key, *value);
+  }
+  if (style != "phong" && style != "gooch") member.fail("style", "phong or gooch", style);
+  s.style = style == "gooch" ? render::ShadingStyle::kGooch : render::ShadingStyle::kPhong;
+  member.refuse_unknown();
+  return s;
+}
+
+render::Cutaway read_cutaway(const Json& json, const std::string& where,
+                             std::optional<Error>& error) {
+  render::Cutaway c;
+  Member member(json, where, error);
+  member.angle("theta1_deg", c.theta1_rad);
+  member.angle("theta2_deg", c.theta2_rad);
+  member.number("overlay_mm", c.overlay_mm, true);
+  member.flag("around_plane", c.around_plane);
+  member.flag("around_needle", c.around_needle);
+  member.flag("around_targets", c.around_spheres);
+  member.refuse_unknown();
+  return c;
+}
+
+/// What validate(Scene) says of the shading and the cutaway alone.
+Result<void> check_in_scene(const std::string& name, const LookFile& look) {
+  static const auto voxel = std::make_shared<const Volume>(
+      *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "look"));
+  render::Scene scene{voxel,
+                      look.transfer,
+                      look.shading.value_or(render::Shading{}),
+                      {},
+                      {},
+                      {},
+                      render::Camera{{{0, -10, 0}}, {{0, 0, 0}}, {{0, 0, 1}}},
+                      {}};
+  if (look.cutaway) scene.cutaway = *look.cutaway;
+  const auto ok = render::validate(scene);
+  if (ok) return {};
+  return Error{ErrorCode::kMalformedData, name + ": " + ok.error().message};
+}
+
+Result<LookFile> look_from_json(const std::string& name, const Json& root) {
+  std::optional<Error> error;
+  Member member(root, name, error);
+  double version = 0;
+  std::string title = name;
+  std::vector<double> range;
+  std::vector<render::TransferComponent> components;
+  std::size_t nodes = 0;
+  member.number("sonde_look", version);
+  member.text("name", title);
+  member.list("components", [&](const Json& json, const std::string& at) {
+    components.push_back(read_component(json, at, error));
+    nodes += components.back().nodes.size();
+    if (nodes > kMostNodes) member.fail("components", "at most 4096 nodes", nodes);
+  });
+  member.numbers("value_range", 2, range);
+  std::optional<render::Shading> shading;
+  if (const Json* json = member.any("shading"))
+    shading = read_shading(*json, name + ".shading", error);
+  std::optional<std::optional<render::Cutaway>> cutaway;
+  if (const Json* json = member.any("cutaway")) {
+    cutaway.emplace();
+    if (!json->is_null()) *cutaway = read_cutaway(*json, name + ".cutaway", error);
+  }
+  member.refuse_unknown();
+  if (version != kVersion) member.fail("sonde_look", "1", version);
+  if (!range.empty() && !(range[0] < range[1])) {
+    member.fail("value_range", "two numbers in order", range);
+  }
+  if (error) return *error;
+  auto transfer = render::TransferFunction::blend(title, std::move(components));
+  if (!transfer) return Error{transfer.error().code, name + ": " + transfer.error().message};
+  LookFile look{*std::move(transfer), shading, cutaway, {}};
+  if (!range.empty()) look.value_range = render::ValueRange{range[0], range[1]};
+  if (const auto ok = check_in_scene(name, look); !ok) return ok.error();
+  return look;
+}
+
+/// Deepest nesting of lists and objects, outside of texts.
+int depth_of(const std::string& text) {
+  int depth = 0;
+  int deepest = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\') ++i;
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
+Json window_json(const render::GradientWindow& w) {
+  return {{"zero_below", w.zero_below},
+          {"full_from", w.full_from},
+          {"full_to", finite_or_null(w.full_to)},
+          {"zero_above", finite_or_null(w.zero_above)}};
+}
+
+Json component_json(const render::TransferComponent& component) {
+  Json nodes = Json::array();
+  for (const render::TransferNode& node : component.nodes) {
+    nodes.push_back({{"value", node.hu},
+                     {"rgb", {node.rgb.x(), node.rgb.y(), node.rgb.z()}},
+                     {"opacity_per_mm", node.opacity},
+                     {"importance", node.importance}});
+  }
+  Json json{{"name", component.name}, {"nodes", std::move(nodes)}};
+  if (component.gradient) json["gradient_per_mm"] = window_json(*component.gradient);
+  return json;
+}
+
+Json shading_json(const render::Shading& s) {
+  return {{"enabled", s.enabled},
+          {"style", s.style == render::ShadingStyle::kGooch ? "gooch" : "phong"},
+          {"emphasis", s.emphasis},
+          {"full_gradient_per_mm", s.full_gradient_per_mm},
+          {"ambient", s.ambient},
+          {"diffuse", s.diffuse},
+          {"specular", s.specular},
+          {"shininess", s.shininess},
+          {"cool_share", s.cool_share},
+          {"warm_share", s.warm_share},
+          {"silhouette", s.silhouette}};
+}
+
+}  // namespace
+
+Result<LookFile> read_look_file(const std::filesystem::path& path) {
+  constexpr std::uint64_t kMostBytes = 1 << 20;
+  const auto text = io::read_file(path, kMostBytes);
+  if (!text) return text.error();
+  const std::string name = path.string();
+  const auto first = text->find_first_not_of(" \t\r\n");
+  if (first == std::string::npos || (*text)[first] != '{') {
+    return slicer_look_from_vp(name, *text);
+  }
+  constexpr int kDeepest = 32;
+  if (const int depth = depth_of(*text); depth > kDeepest) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected JSON at most 32 levels deep, found " + std::to_string(depth)};
+  }
+  try {
+    const Json root = Json::parse(*text);
+    if (root.contains("volumeProperties")) {
+      return slicer_look_from_json(name, nlohmann::json(root));
+    }
+    return look_from_json(name, root);
+  } catch (const nlohmann::json::exception& problem) {
+    std::string what = problem.what();
+    std::replace(what.begin(), what.end(), '\n', ' ');
+    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + what.substr(0, 200)};
+  }
+}
+
+std::string to_json_text(const LookFile& look) {
+  Json root{{"sonde_look", kVersion}, {"name", look.transfer.name()}};
+  root["components"] = Json::array();
+  for (const auto& component : look.transfer.components()) {
+    root["components"].push_back(component_json(component));
+  }
+  if (look.value_range) root["value_range"] = {look.value_range->low, look.value_range->high};
+  if (look.shading) root["shading"] = shading_json(*look.shading);
+  if (look.cutaway) {
+    const auto& c = *look.cutaway;
+    root["cutaway"] = !c ? Json(nullptr) : Json{{"theta1_deg", c->theta1_rad / kRadPerDeg},
+                                                {"theta2_deg", c->theta2_rad / kRadPerDeg},
+                                                {"overlay_mm", finite_or_null(c->overlay_mm)},
+                                                {"around_plane", c->around_plane},
+                                                {"around_needle", c->around_needle},
+                                                {"around_targets", c->around_spheres}};
+  }
+  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<void> write_look_file(const std::filesystem::path& path, const LookFile& look) {
+  return io::write_file(path, to_json_text(look));
+}
+
+render::TransferFunction transfer_for(const LookFile& look, const Volume& volume) {
+  if (!look.value_range) return look.transfer;
+  return render::rescaled(look.transfer, *look.value_range, render::value_range(volume));
+}
+
+}  // namespace nav::app

@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "app/session_config.hpp"
+
+namespace nav::app {
+
+/// Options of a verb that say how the picture looks, bound to a look that outlives the verb.
+void add_look_options(CLI::App& verb, SessionConfig::Look& look);
+
+}  // namespace nav::app

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <toml++/toml.h>
+#include <utility>
+#include <vector>
+
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+/// One table of the file: hands out its values by type and, at the end, refuses what nobody asked
+/// for. The first problem is kept; later calls do nothing.
+class Section {
+ public:
+  Section(const std::string& file, const std::string& name, const toml::table* table,
+          std::optional<Error>& error)
+      : file_(file), name_(name), table_(table), error_(error) {}
+
+  void text(const char* key, std::string& value) {
+    take<std::string>(key, "text", [&](const toml::node& node) {
+      const auto found = node.value_exact<std::string>();
+      if (found) value = *found;
+      return found.has_value();
+    });
+  }
+  void path(const char* key, std::filesystem::path& value) {
+    std::string text_value;
+    text(key, text_value);
+    if (!text_value.empty()) value = std::filesystem::path(file_).parent_path() / text_value;
+  }
+  void number(const char* key, std::optional<double>& value) {
+    double found = std::numeric_limits<double>::quiet_NaN();
+    number(key, found);
+    if (std::isfinite(found)) value = found;
+  }
+  void number(const char* key, double& value) {
+    take<double>(key, "a finite number", [&](const toml::node& node) {
+      const auto found = node.is_number() ? node.value<double>() : std::nullopt;
+      if (found && std::isfinite(*found)) value = *found;
+      return found && std::isfinite(*found);
+    });
+  }
+  template <class Integer>
+  void integer(const char* key, Integer& value) {
+    take<Integer>(key, "a whole number >= 0", [&](const toml::node& node) {
+      const auto found = node.value_exact<std::int64_t>();
+      const bool good = found && *found >= 0 && std::in_range<Integer>(*found);
+      if (good) value = static_cast<Integer>(*found);
+      return good;
+    });
+  }
+  void flag(const char* key, bool& value) {
+    take<bool>(key, "true or false", [&](const toml::node& node) {
+      const auto found = node.value_exact<bool>();
+      if (found) value = *found;
+      return found.has_value();
+    });
+  }
+  void numbers(const char* key, std::size_t count, std::vector<double>& value) {
+    take<double>(key, std::to_string(count) + " finite numbers", [&](const toml::node& node) {
+      const toml::array* array = node.as_array();
+      if (array == nullptr || array->size() != count) return false;
+      std::vector<double> found;
+      for (const toml::node& element : *array) {
+        const auto one = element.is_number() ? element.value<double>() : std::nullopt;
+        if (!one || !std::isfinite(*one)) return false;
+        found.push_back(*one);
+      }
+      value = std::move(found);
+      return true;
+    });
+  }
+  void number_or_infinity(const char* key, std::optional<double>& value) {
+    take<double>(key, "a number or inf", [&](const toml::node& node) {
+      const auto found = node.is_number() ? node.value<double>() : std::nullopt;
+      if (found && !std::isnan(*found)) value = *found;
+      return found && !std::isnan(*found);
+    });
+  }
+  const toml::table* table(const char* key) {
+    const toml::table* found = nullptr;
+    take<double>(key, "a table", [&](const toml::node& node) {
+      found = node.as_table();
+      return found != nullptr;
+    });
+    return found;
+  }
+  const toml::array* tables(const char* key) {
+    const toml::array* found = nullptr;
+    take<double>(key, "a list of tables", [&](const toml::node& node) {
+      found = node.as_array();
+      if (found == nullptr) return false;
+      for (const toml::node& element : *found) {
+        if (!element.is_table()) return false;
+      }
+      return true;
+    });
+    return found;
+  }
+  void refuse_unknown() {
+    if (table_ == nullptr || error_) return;
+    for (const auto& [key, node] : *table_) {
+      if (known_.contains(std::string(key.str()))) continue;
+      std::string keys;
+      for (const std::string& known : known_) keys.append(keys.empty() ? "" : ", ").append(known);
+      fail(node, "unknown key '" + full(std::string(key.str())) + "', expected one of " + keys);
+      return;
+    }
+  }
+  void refuse(const char* key, const std::string& expected, const std::string& found) {
+    if (error_ || table_ == nullptr) return;
+    const toml::node* node = table_->get(key);
+    if (node != nullptr) fail(*node, full(key) + ": expected " + expected + ", found " + found);
+  }
+
+ private:
+  std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+  void fail(const toml::node& node, const std::string& message) {
+    error_ = Error{ErrorCode::kMalformedData,
+                   file_ + ":" + std::to_string(node.source().begin.line) + ": " + message};
+  }
+  template <class T, class Use>
+  void take(const char* key, const std::string& expected, Use use) {
+    known_.insert(key);
+    if (table_ == nullptr || error_) return;
+    const toml::node* node = table_->get(key);
+    if (node == nullptr) return;
+    if (use(*node)) return;
+    std::ostringstream found;
+    node->visit([&](const auto& value) { found << value; });
+    std::string text = found.str();
+    for (char& c : text) c = c == '\n' ? ' ' : c;
+    fail(*node, full(key) + ": expected " + expected + ", found " + text);
+  }
+
+  const std::string& file_;
+  std::string name_;
+  const toml::table* table_;
+  std::optional<Error>& error_;
+  std::set<std::string> known_;
+};
+
+}  // namespace nav::app

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "app/look.hpp"
+#include "app/look_file.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr double kDeg = M_PI / 180;
+
+class ResolveLookTest : public ::testing::Test {
+ protected:
+  static Volume voxel() {
+    return *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "voxel");
+  }
+  /// A file with every part, for sessions to lay theirs over.
+  std::filesystem::path look_file() {
+    render::Shading shading;
+    shading.style = render::ShadingStyle::kGooch;
+    shading.emphasis = 0.25;
+    render::Cutaway cutaway;
+    cutaway.theta1_rad = 10 * kDeg;
+    cutaway.theta2_rad = 20 * kDeg;
+    cutaway.around_needle = true;
+    const auto path = folder_ / "look.json";
+    const LookFile look{*render::TransferFunction::create(
+                            "mine", {{0, {1, 0, 0}, 0.1, 0.3}, {9, {1, 0, 0}, 0.1, 0.3}}),
+                        shading,
+                        cutaway,
+                        {}};
+    EXPECT_TRUE(write_look_file(path, look).has_value());
+    return path;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(ResolveLookTest, CutsAroundThePlaneUnlessTold) {
+  const auto look = resolve_look({}, voxel());
+  ASSERT_TRUE(test::has_value(look));
+  EXPECT_EQ(look->transfer.name(), "ct-bone");
+  ASSERT_TRUE(look->cutaway.has_value());
+  EXPECT_TRUE(look->cutaway->around_plane);
+  EXPECT_FALSE(look->cutaway->around_needle);
+  EXPECT_EQ(look->projection, render::Projection::kComposite);
+  SessionConfig::Look off;
+  off.cutaway.enabled = false;
+  EXPECT_FALSE(resolve_look(off, voxel())->cutaway.has_value());
+}
+
+TEST_F(ResolveLookTest, TakesTheFileAndTheSessionOnTop) {
+  SessionConfig::Look said;
+  said.file = look_file();
+  auto look = resolve_look(said, voxel());
+  ASSERT_TRUE(test::has_value(look));
+  EXPECT_EQ(look->transfer.name(), "mine");
+  EXPECT_EQ(look->shading.style, render::ShadingStyle::kGooch);
+  EXPECT_EQ(look->shading.emphasis, 0.25);
+  EXPECT_NEAR(look->cutaway->theta2_rad, 20 * kDeg, 1e-12);
+  EXPECT_TRUE(look->cutaway->around_needle);
+  said.style = "phong";
+  said.emphasis = 0.75;
+  said.shading = false;
+  said.cutaway.theta2_deg = 60;
+  said.cutaway.overlay_mm = std::numeric_limits<double>::infinity();
+  said.cutaway.around_needle = false;
+  said.importance = {{-100, 100, 1.0}};
+  said.projection = "maximum";
+  look = resolve_look(said, voxel());
+  ASSERT_TRUE(test::has_value(look));
+  EXPECT_EQ(look->shading.style, render::ShadingStyle::kPhong);
+  EXPECT_EQ(look->shading.emphasis, 0.75);
+  EXPECT_FALSE(look->shading.enabled);
+  EXPECT_NEAR(look->cutaway->theta1_rad, 10 * kDeg, 1e-12) << "the file's";
+  EXPECT_NEAR(look->cutaway->theta2_rad, 60 * kDeg, 1e-12);
+  EXPECT_TRUE(std::isinf(look->cutaway->overlay_mm));
+  EXPECT_FALSE(look->cutaway->around_needle);
+  EXPECT_EQ(look->transfer.at(5).importance, 1);
+  EXPECT_EQ(look->projection, render::Projection::kMaximum);
+}
+
+TEST_F(ResolveLookTest, RefusesWhatContradicts) {
+  SessionConfig::Look said;
+  said.file = look_file();
+  said.cutaway.theta1_deg = 45;
+  EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kUsage,
+                            {"look.cutaway.theta1_deg", "at most theta2_deg, 20", "45"}));
+  said = {};
+  said.preset = "x-ray";
+  EXPECT_TRUE(
+      test::refuses(resolve_look(said, voxel()), ErrorCode::kNotFound, {"x-ray", "ct-liver"}));
+  said = {};
+  said.file = folder_ / "nothing.vp";
+  EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kNotFound, {"nothing.vp"}));
+  said = {};
+  said.importance = {{0, 100, 2}};
+  EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kUsage, {"importance", "2"}));
+}
+
+TEST_F(ResolveLookTest, ChecksEveryValueOfASession) {
+  const auto refused = [](auto change, const std::string& key) {
+    SessionConfig::Look look;
+    change(look);
+    return test::refuses(validate(look), ErrorCode::kUsage, {"look." + key});
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(refused([](auto& l) { l.style = "flat"; }, "style"));
+  EXPECT_TRUE(refused([](auto& l) { l.emphasis = 1.5; }, "emphasis"));
+  EXPECT_TRUE(refused([&](auto& l) { l.emphasis = nan; }, "emphasis"));
+  EXPECT_TRUE(refused([](auto& l) { l.projection = "mip"; }, "projection"));
+  EXPECT_TRUE(refused([](auto& l) { l.grey_width_hu = 0; }, "grey_width_hu"));
+  EXPECT_TRUE(refused([](auto& l) { l.cutaway.theta1_deg = 0; }, "cutaway.theta1_deg"));
+  EXPECT_TRUE(refused([](auto& l) { l.cutaway.theta2_deg = 90; }, "cutaway.theta2_deg"));
+  EXPECT_TRUE(refused([](auto& l) { l.cutaway.overlay_mm = -1; }, "cutaway.overlay_mm"));
+  EXPECT_TRUE(refused([&](auto& l) { l.cutaway.overlay_mm = nan; }, "cutaway.overlay_mm"));
+  EXPECT_TRUE(refused(
+      [](auto& l) {
+        l.cutaway.theta1_deg = 40;
+        l.cutaway.theta2_deg = 30;
+      },
+      "cutaway.theta1_deg"));
+}
+
+}  // namespace
+}  // namespace nav::app

@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/slice.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+using V = Eigen::Vector3d;
+constexpr double kSingle = 2e-3;  // HU of some thousand, in single precision.
+
+/// HU = 3 x - 2 y + 5 z + 10, CT mm: trilinear interpolation is exact.
+double planted(const V& p) { return 3 * p.x() - 2 * p.y() + 5 * p.z() + 10; }
+
+std::shared_ptr<const Volume> ramp_volume(const Eigen::Matrix3d& directions) {
+  const VoxelGrid grid = test::centred_grid({41, 31, 21}, {1, 2, 3}, directions);
+  std::vector<std::int16_t> voxels;
+  for (int k = 0; k < 21; ++k) {
+    for (int j = 0; j < 31; ++j) {
+      for (int i = 0; i < 41; ++i) {
+        voxels.push_back(static_cast<std::int16_t>(
+            std::lround(planted(grid.at({1.0 * i, 1.0 * j, 1.0 * k}).mm))));
+      }
+    }
+  }
+  return std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "ramp"));
+}
+
+V place(const SlicePlane& plane, const SliceOptions& o, int column, int row) {
+  return plane.centre_ct.mm + (column - 0.5 * (o.width - 1)) * o.mm_per_pixel * plane.right.v +
+         (row - 0.5 * (o.height - 1)) * o.mm_per_pixel * plane.down.v;
+}
+
+SlicePlane oblique() {
+  const Eigen::Matrix3d turn =
+      Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized().toRotationMatrix();
+  return {{{2, -3, 1}}, {turn.col(0)}, {turn.col(1)}};
+}
+
+void expect_planted(const Volume& ct, const SlicePlane& plane, double tolerance) {
+  const SliceOptions o{91, 77, 0.7, 0, SlabMode::kMaximum, 2};
+  const auto values = slice_values(ct, plane, o);
+  ASSERT_TRUE(test::has_value(values));
+  int inside = 0;
+  for (int row = 0; row < o.height; ++row) {
+    for (int column = 0; column < o.width; ++column) {
+      const V p = place(plane, o, column, row);
+      const V index = ct.grid().index_of({p});
+      double edge = 1e9;  // Distance to the box, in voxels; negative outside.
+      for (int a = 0; a < 3; ++a) {
+        edge =
+            std::min({edge, index[a], ct.grid().size[static_cast<std::size_t>(a)] - 1 - index[a]});
+      }
+      if (std::abs(edge) < 1e-6) continue;
+      const float found = values->at(column, row);
+      ASSERT_EQ(std::isnan(found), edge < 0) << column << ' ' << row;
+      if (edge < 0) continue;
+      ++inside;
+      EXPECT_NEAR(found, planted(p), tolerance);
+    }
+  }
+  EXPECT_GT(inside, 500);
+}
+
+TEST(SliceTest, ShowsTheValueOfEveryPlaceInEveryDirection) {
+  const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
+  const Point<frames::Ct> centre{{1.25, 0.5, -0.75}};
+  for (const auto& plane :
+       {axial_slice(centre), coronal_slice(centre), sagittal_slice(centre), oblique()}) {
+    expect_planted(*ct, plane, kSingle);
+  }
+}
+
+TEST(SliceTest, TurnedAndLeftHandedVolumesAreTheSame) {
+  Eigen::Matrix3d turn = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized().toRotationMatrix();
+  constexpr double kRounded = 1.01;  // Planted values of turned voxels are rounded to whole HU.
+  expect_planted(*ramp_volume(turn), oblique(), kRounded);
+  turn.col(1) *= -1;
+  expect_planted(*ramp_volume(turn), oblique(), kRounded);
+}
+
+TEST(SliceTest, ASingleLayerIsHalfAVoxelThickEachSide) {
+  const auto ct = test::make_volume(test::centred_grid({9, 9, 1}, {1, 1, 4}),
+                                    [](int i, int, int) { return 100 * i; });
+  const SliceOptions o{5, 5, 1};
+  EXPECT_EQ(slice_values(*ct, axial_slice({{0, 0, 1.9}}), o)->at(2, 2), 400);
+  EXPECT_TRUE(std::isnan(slice_values(*ct, axial_slice({{0, 0, 2.1}}), o)->at(2, 2)));
+}
+
+TEST(SliceTest, SlabsCombineWhatLiesAcross) {
+  const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
+  const SlicePlane plane = axial_slice({{0, 0, 0}});
+  SliceOptions o{21, 21, 1, 12};
+  // Layers of 0.5 mm: the outermost middles lie 5.75 mm from the centre. Across z: 5 HU per mm.
+  const double reach = 5 * 5.75;
+  const auto middle = [&](SlabMode mode) {
+    o.slab = mode;
+    return slice_values(*ct, plane, o)->at(10, 10);
+  };
+  EXPECT_NEAR(middle(SlabMode::kMaximum), 10 + reach, kSingle);
+  EXPECT_NEAR(middle(SlabMode::kMinimum), 10 - reach, kSingle);
+  EXPECT_NEAR(middle(SlabMode::kMean), 10, kSingle);
+  // Half of the slab outside: only the rest counts. Box: |z| <= 30.
+  const SlicePlane edge = axial_slice({{0, 0, 30}});
+  o.slab = SlabMode::kMean;
+  EXPECT_NEAR(slice_values(*ct, edge, o)->at(10, 10), 10 + 5 * (30 - 3), kSingle);
+  EXPECT_TRUE(std::isnan(slice_values(*ct, axial_slice({{0, 0, 37}}), o)->at(10, 10)));
+}
+
+TEST(SliceTest, AThinVesselStandsOutOfAMaximumSlabAndNotOfAMean) {
+  const auto ct = test::make_volume(test::centred_grid({32, 32, 32}, {1, 1, 1}),
+                                    [](int i, int, int k) { return i == 16 && k == 20 ? 300 : 0; });
+  SliceOptions o{32, 32, 1, 20};
+  const SlicePlane plane = axial_slice({{0, 0, 0}});
+  const auto peak = [&](SlabMode mode) {
+    o.slab = mode;
+    const auto values = slice_values(*ct, plane, o);
+    return *std::max_element(values->pixels().begin(), values->pixels().end());
+  };
+  EXPECT_GT(peak(SlabMode::kMaximum), 200);
+  EXPECT_NEAR(peak(SlabMode::kMean), 300.0 / 20, 1);  // Its area over the thickness.
+  EXPECT_EQ(peak(SlabMode::kMinimum), 0);
+}
+
+TEST(SliceTest, HangsAsRadiologistsDo) {
+  const auto labels = [](const SlicePlane& plane) {
+    const SliceLabels l = labels_of(plane);
+    return l.left + "|" + l.right + "|" + l.top + "|" + l.bottom;
+  };
+  EXPECT_EQ(labels(axial_slice({{0, 0, 0}})), "R|L|A|P");
+  EXPECT_EQ(labels(coronal_slice({{0, 0, 0}})), "R|L|S|I");
+  EXPECT_EQ(labels(sagittal_slice({{0, 0, 0}})), "A|P|S|I");
+  SlicePlane turned = axial_slice({{0, 0, 0}});
+  turned.right.v = V(1, 0.5, 0).normalized();
+  turned.down.v = V(-0.5, 1, 0).normalized();
+  EXPECT_EQ(labels(turned), "RA|LP|AL|PR");
+}
+
+TEST(SliceTest, AlongTheNeedleTheShaftIsTheVerticalInTheMiddle) {
+  for (const V& hub : {V(30, -80, 40), V(0, -90, 0), V(0, 0, 100), V(-50, 1, 2)}) {
+    const V tip(1, 2, 3);
+    const auto planes = needle_slices({hub}, {tip});
+    for (const SlicePlane& plane : planes) {
+      EXPECT_TRUE(test::has_value(validate(plane, {})));
+      EXPECT_NEAR((plane.down.v - (tip - hub).normalized()).norm(), 0, 1e-12);
+      EXPECT_EQ(plane.centre_ct.mm, tip);
+    }
+    EXPECT_NEAR(planes[0].right.v.dot(planes[1].right.v), 0, 1e-12);
+  }
+  // A needle from the patient's head: the first slice hangs as a coronal one.
+  EXPECT_NEAR((needle_slices({{0, 0, 90}}, {{0, 0, 0}})[0].right.v - V::UnitX()).norm(), 0, 1e-12);
+}
+
+TEST(SliceTest, RefusesWhatCannotBe) {
+  const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
+  const SlicePlane good = axial_slice({{0, 0, 0}});
+  const auto refused = [&](auto change, const std::string& field) {
+    SlicePlane plane = good;
+    SliceOptions o{10, 10, 1};
+    change(plane, o);
+    return test::refuses(slice_values(*ct, plane, o), ErrorCode::kUsage, {"slice", field});
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(refused([](auto&, auto& o) { o.width = 0; }, "width"));
+  EXPECT_TRUE(refused([](auto&, auto& o) { o.height = 16385; }, "height"));
+  EXPECT_TRUE(refused([&](auto&, auto& o) { o.mm_per_pixel = nan; }, "mm_per_pixel"));
+  EXPECT_TRUE(refused([](auto&, auto& o) { o.slab_mm = -1; }, "slab_mm"));
+  EXPECT_TRUE(refused([&](auto& p, auto&) { p.centre_ct.mm.x() = nan; }, "centre_ct"));
+  EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v *= 2; }, "unit"));
+  EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v = p.down.v; }, "right angle"));
+}
+
+TEST(ToGreyTest, WindowsAndMarksTheOutside) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto grey = to_grey(Image2d<float>(5, 1, {-1000, -140, 60, 260, nan}), {60, 400});
+  EXPECT_EQ(grey.at(0, 0).r, 0);
+  EXPECT_EQ(grey.at(1, 0).r, 0);
+  EXPECT_EQ(grey.at(2, 0).r, 128);
+  EXPECT_EQ(grey.at(3, 0).r, 255);
+  EXPECT_EQ(grey.at(4, 0), kOutsideCt);
+  EXPECT_NE(kOutsideCt.r, kOutsideCt.b) << "no grey";
+}
+
+class FusionTest : public ::testing::Test {
+ protected:
+  FusionTest() : us_(test::upright_plane(test::grey_picture(40, 30, 200), 1, {0, 0, 15})) {
+    plane_ = ultrasound_slice(us_.ct_from_image, {0, 15});
+    options_ = {101, 81, 0.5};
+    ct_ = Image2d<Rgba8>(101, 81, std::vector<Rgba8>(101 * 81, Rgba8{40, 40, 40, 255}));
+  }
+  Rgba8 at(int column, int row, const Fusion& fusion) {
+    const auto fused = fuse(ct_, plane_, options_, us_, fusion);
+    EXPECT_TRUE(test::has_value(fused));
+    return fused->at(column, row);
+  }
+  UltrasoundPlane us_;
+  SlicePlane plane_;
+  SliceOptions options_;
+  Image2d<Rgba8> ct_;
+};
+
+TEST_F(FusionTest, BlendsInsideThePictureAlone) {
+  EXPECT_EQ(at(50, 40, {}), (Rgba8{120, 120, 120, 255}));
+  EXPECT_EQ(at(50, 40, {FusionMode::kBlend, 0.25}), (Rgba8{80, 80, 80, 255}));
+  EXPECT_EQ(at(50, 40, {FusionMode::kBlend, 0}), (Rgba8{40, 40, 40, 255}));
+  // The picture spans 40 mm × 30 mm about the middle of its rows, 14.5 mm below the first.
+  EXPECT_EQ(at(50 - 41, 40, {}), (Rgba8{40, 40, 40, 255})) << "left of it";
+  const Rgba8 border = at(50 - 39, 40, {});
+  EXPECT_GT(border.g, border.r + 50) << "green: live";
+}
+
+TEST_F(FusionTest, CheckerboardAndWipeShowOneOfTheTwo) {
+  const Fusion squares{FusionMode::kCheckerboard, 0.5, 5};
+  EXPECT_EQ(at(52, 42, squares).r, 200);
+  EXPECT_EQ(at(48, 42, squares).r, 40);
+  EXPECT_EQ(at(48, 38, squares).r, 200);
+  EXPECT_EQ(at(62, 42, squares).r, 40);
+  const Fusion wipe{FusionMode::kWipe, 0.5, 10, 0.5};
+  EXPECT_EQ(at(45, 40, wipe).r, 200);
+  EXPECT_EQ(at(55, 40, wipe).r, 40);
+}
+
+TEST_F(FusionTest, AStalePictureIsNeverDrawnAsLive) {
+  us_.safety.state = SafetyState::kStale;
+  EXPECT_EQ(at(50, 40, {}), (Rgba8{40, 40, 40, 255}));
+  const Rgba8 border = at(50 - 39, 40, {});
+  EXPECT_EQ(border.r, border.g) << "grey";
+  EXPECT_NE(border.r, 40);
+  us_.safety.state = SafetyState::kLost;
+  EXPECT_EQ(at(50 - 39, 40, {}), (Rgba8{40, 40, 40, 255}));
+  us_.safety.state = SafetyState::kDegraded;
+  EXPECT_EQ(at(50, 40, {}).r, 120);
+  EXPECT_GT(at(50 - 39, 40, {}).r, at(50 - 39, 40, {}).b) << "amber";
+}
+
+TEST_F(FusionTest, KeepsToTheTrueOutline) {
+  us_.frame.outline = SectorOutline{{0, -5}, 8, 30, 0.4};
+  EXPECT_EQ(at(50, 40, {}).r, 120);
+  EXPECT_EQ(at(50 - 36, 20, {}).r, 40) << "beside the sector, inside the rectangle";
+}
+
+TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundWhereItCrosses) {
+  plane_ = axial_slice(plane_.centre_ct);
+  EXPECT_EQ(at(50, 40, {}).r, 120) << "on the line of both";
+  EXPECT_EQ(at(50, 43, {}).r, 40) << "1.5 mm off the ultrasound plane";
+}
+
+TEST_F(FusionTest, RefusesWhatCannotBe) {
+  const auto refused = [&](const Fusion& fusion, const std::string& field) {
+    return test::refuses(fuse(ct_, plane_, options_, us_, fusion), ErrorCode::kUsage, {field});
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(refused({FusionMode::kBlend, 1.5}, "share"));
+  EXPECT_TRUE(refused({FusionMode::kBlend, nan}, "share"));
+  EXPECT_TRUE(refused({FusionMode::kCheckerboard, 0.5, 0}, "square_mm"));
+  EXPECT_TRUE(refused({FusionMode::kWipe, 0.5, 10, -1}, "wipe"));
+  EXPECT_TRUE(refused({FusionMode::kBlend, 0.5, 10, 0.5, -1}, "reach_mm"));
+}
+
+}  // namespace
+}  // namespace nav::render
