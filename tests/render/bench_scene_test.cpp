@@ -75,9 +75,8 @@ TEST(RenderCostsTest, NeitherNothingNewNorANewImageTakesASample) {
   const auto table = measure_costs(everything(), {2, 0});
   ASSERT_TRUE(test::has_value(table));
   for (const char* change : {"nothing", "new ultrasound image, same pose"}) {
-    const auto found =
-        std::find_if(table->changes.begin(), table->changes.end(),
-                     [&](const ChangeCost& cost) { return cost.change == change; });
+    const auto found = std::find_if(table->changes.begin(), table->changes.end(),
+                                    [&](const ChangeCost& cost) { return cost.change == change; });
     ASSERT_NE(found, table->changes.end()) << change;
     EXPECT_EQ(found->samples, 0U) << change;
     EXPECT_EQ(found->gradients, 0U) << change;
