@@ -144,6 +144,16 @@ std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& 
   return few.empty() ? scenes : few;
 }
 
+/// Samples are counted on pictures of 200 x 150 pixels.
+Result<void> add_skipping(bench::NamedScene named, BenchRenderReport& report) {
+  named.scene.width = 200;
+  named.scene.height = 150;
+  auto skip = bench::measure_skipping(named);
+  if (!skip) return skip.error();
+  report.skipping.push_back(std::move(*skip));
+  return {};
+}
+
 /// The camera moves about a cubic patient; the last scene's volume also sees an edit.
 Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& console) {
   const auto looks = [] {
@@ -166,6 +176,7 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& cons
       auto moved = bench::measure_interaction(named, {quick ? 3 : 7, 3});
       if (!moved) return moved.error();
       report.interaction.push_back(std::move(*moved));
+      if (auto ok = add_skipping(named, report); !ok) return ok;
     }
     auto edit = bench::measure_edit(scenes.front().scene, 5);
     if (!edit) return edit.error();
@@ -191,6 +202,10 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
   if (!overhead) return overhead.error();
   report.full_volume_overhead = *overhead;
   if (!options.costs) return {};
+  if (options.quick) {
+    large.width = 400;
+    large.height = 300;
+  }
   auto costs = bench::measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
@@ -204,12 +219,8 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   if (!scenes) return scenes.error();
   console.end();
   console.begin("skipping");
-  for (auto named : *scenes) {
-    named.scene.width = 200;
-    named.scene.height = 150;
-    auto skip = bench::measure_skipping(named);
-    if (!skip) return skip.error();
-    report.skipping.push_back(std::move(*skip));
+  for (const auto& named : *scenes) {
+    if (auto ok = add_skipping(named, report); !ok) return ok;
     console.progress(static_cast<double>(report.skipping.size()) /
                      static_cast<double>(scenes->size()));
   }

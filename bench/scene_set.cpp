@@ -26,7 +26,7 @@ struct Source {
 
 const std::vector<Source>& sources() {
   static const std::vector<Source> all{
-      {"head", "ct-headsq/dicom", "", {"ct-bone", "ct-soft-tissue"}},
+      {"head", "ct-headsq/dicom", "", {"raw-bone", "raw-soft-tissue"}},
       {"abdomen", "ct-abdomen-totalseg/example_ct.nii.gz", "", {"ct-bone", "ct-soft-tissue"}},
       {"aorta", "cta-aorta-totalseg/ct_cropped.nii.gz", "", {"cta-vessels", "vessels-only"}},
       {"lung", "ct-lung-elastix/3DCT_lung.mha", "", {"ct-bone", "ct-soft-tissue"}},
@@ -37,8 +37,21 @@ const std::vector<Source>& sources() {
   return all;
 }
 
+/// A preset for values that are HU + 1024, as the head's file has them without saying so.
+Result<render::TransferFunction> raw_look(const std::string& name, const std::string& preset) {
+  auto transfer = render::preset_transfer_function(preset);
+  if (!transfer) return transfer;
+  std::vector<render::TransferComponent> components = transfer->components();
+  for (auto& component : components) {
+    for (auto& node : component.nodes) node.hu += 1024;
+  }
+  return render::TransferFunction::blend(name, std::move(components));
+}
+
 Result<render::TransferFunction> look(const std::string& name) {
   if (name == "vessels-only") return vessels_only();
+  if (name == "raw-bone") return raw_look(name, "ct-bone");
+  if (name == "raw-soft-tissue") return raw_look(name, "ct-soft-tissue");
   return render::preset_transfer_function(name);
 }
 

@@ -20,7 +20,7 @@ import tempfile
 COLOURS = {"cpu": "#d95f02", "gl": "#7570b3", "vtk-gpu": "#1b9e77", "vtk-fixedpoint": "#666666"}
 
 
-def run(*command: str, check: bool = True) -> str:
+def run(*command: object, check: bool = True) -> str:
     return subprocess.run([str(c) for c in command], check=check, capture_output=True,
                           text=True).stdout
 
@@ -223,12 +223,15 @@ From one picture to the next:
 """
 
 
-def render_section(sonde: pathlib.Path, docs: pathlib.Path, quick: bool) -> str:
+def measured(sonde: pathlib.Path, *arguments: object) -> dict:
+    """The JSON of one verb of sonde."""
     with tempfile.TemporaryDirectory() as folder:
-        file = pathlib.Path(folder, "render.json")
-        size = ["--quick"] if quick else ["--width", 400, "--height", 300]
-        run(sonde, "bench", "render", "--costs", *size, "--json", file)
-        report = json.loads(file.read_text())
+        file = pathlib.Path(folder, "report.json")
+        run(sonde, *arguments, "--json", file)
+        return json.loads(file.read_text())
+
+
+def render_section(report: dict, docs: pathlib.Path) -> str:
     (docs / "benchmarks").mkdir(exist_ok=True)
     for old in (docs / "benchmarks").glob("render-*.svg"):
         old.unlink()
@@ -259,11 +262,7 @@ double-precision reference at the same step:
 """
 
 
-def scaling_section(sonde: pathlib.Path, docs: pathlib.Path, largest: int) -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        file = pathlib.Path(folder, "scaling.json")
-        run(sonde, "bench", "scaling", "--largest", largest, "--json", file)
-        points = json.loads(file.read_text())["points"]
+def scaling_section(points: list[dict], docs: pathlib.Path) -> str:
     labels = {"side": "voxels a side", "pixels": "pixels", "threads": "threads",
               "occupied": "share of bricks occupied"}
     palette = ["#d95f02", "#7570b3", "#1b9e77"]
@@ -308,6 +307,9 @@ def main() -> None:
     options = parser.parse_args()
     sonde = options.build / "app" / "sonde"
     docs = pathlib.Path(__file__).resolve().parent.parent / "docs"
+    size = ["--quick"] if options.quick else ["--width", 400, "--height", 300]
+    render = measured(sonde, "bench", "render", "--costs", *size)
+    scaling = measured(sonde, "bench", "scaling", "--largest", 384 if options.quick else 768)
     curve = run(options.build / "bench/registration/registration_curve", 4, 5)
     poses = run(options.build / "bench/tracking/tracking_bench", "--benchmark_format=console")
     pose_lines = "\n".join(line for line in poses.splitlines() if line.startswith("BM_"))
@@ -333,8 +335,8 @@ of simulated patients, where the truth is known; it says nothing about real ones
 {curve.strip()}
 ```
 
-{render_section(sonde, docs, options.quick)}
-{scaling_section(sonde, docs, 384 if options.quick else 768)}
+{render_section(render, docs)}
+{scaling_section(scaling["points"], docs)}
 ## Poses between samples: rate against error
 
 `tracking_bench`: a hand that sways 30 mm and 0.3 rad once a second, sampled at a rate in Hz.

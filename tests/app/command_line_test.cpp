@@ -129,8 +129,8 @@ class CommandLineTest : public ::testing::Test {
 TEST_F(CommandLineTest, HelpAndVersionSucceedEverywhere) {
   EXPECT_EQ(sonde("--version").code, 0);
   EXPECT_NE(sonde("--version").output.find("sonde "), std::string::npos);
-  for (const char* verb :
-       {"", "demo", "replay", "register", "info", "bench", "bench render", "devices"}) {
+  for (const char* verb : {"", "demo", "replay", "register", "info", "bench", "bench render",
+                           "bench scaling", "gallery", "devices"}) {
     const Outcome help = sonde(std::string(verb) + " --help");
     EXPECT_EQ(help.code, 0) << verb;
     EXPECT_NE(help.output.find("Usage"), std::string::npos) << verb;

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <set>
+
+#include "bench/render_costs.hpp"
+#include "bench/render_live.hpp"
+#include "bench/scene_set.hpp"
+#include "tests/render/scene_support.hpp"
+
+namespace nav::bench {
+namespace {
+
+/// A small patient with everything that a navigation picture can have.
+render::Scene everything() {
+  const auto ct = test::make_volume(
+      test::centred_grid({40, 40, 40}, {1, 1, 1}),
+      [](int i, int j, int k) { return 300 * std::sin(0.3 * i) * std::cos(0.2 * j + 0.1 * k); });
+  const auto transfer = render::TransferFunction::create(
+      "tissue", {{0, {0.9, 0.6, 0.5}, 0, 0.2}, {300, {1, 0.9, 0.8}, 0.3, 0.9}});
+  render::Scene scene = test::plain_scene(ct, *transfer, test::frontal(120, 50, false));
+  scene.shading.enabled = true;
+  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 8});
+  scene.needle = test::needle({0, 0, 0}, {20, -30, 20});
+  scene.spheres.push_back({{{0, 0, 0}}, 4});
+  scene.lines.push_back({{{0, 0, 0}}, {{20, -30, 20}}});
+  scene.cutaway = render::Cutaway{};
+  return scene;
+}
+
+TEST(SceneSetTest, HasEveryLookCameraAndShadingOfAVolumeUnderItsOwnName) {
+  const BenchVolume volume{"v", everything().ct, {vessels_only(), test::fog(0.1)}};
+  std::set<std::string> names;
+  for (const NamedScene& named : bench_scenes({volume}, "", 32, 24)) {
+    names.insert(named.name);
+    EXPECT_TRUE(test::has_value(render::validate(named.scene))) << named.name;
+  }
+  EXPECT_EQ(names.size(), 8U);
+  EXPECT_EQ(names.count("v/vessels-only/orthographic/shaded"), 1U);
+  EXPECT_EQ(bench_scenes({volume}, "fog/persp", 32, 24).size(), 2U);
+  EXPECT_TRUE(bench_scenes({volume}, "w/", 32, 24).empty());
+}
+
+TEST(SceneSetTest, SaysWhatIsMissing) {
+  CollectingDiagnostics diagnostics;
+  const auto volumes = bench_volumes("aorta", "/no such folder", diagnostics);
+  ASSERT_TRUE(test::has_value(volumes));
+  EXPECT_TRUE(volumes->empty());
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  EXPECT_NE(diagnostics.entries()[0].message.find("aorta skipped"), std::string::npos);
+  EXPECT_NE(diagnostics.entries()[0].message.find("SONDE_DATA_DIR"), std::string::npos);
+}
+
+TEST(RenderCostsTest, WhatHasNothingToDoTakesNoSampleAndNoGradient) {
+  render::Scene scene = everything();
+  // Visible everywhere: where the midpoints of a cell see nothing its importance counts as 1.
+  scene.transfer = *render::TransferFunction::create(
+      "tissue", {{-300, {0.9, 0.6, 0.5}, 0.01, 0.2}, {300, {1, 0.9, 0.8}, 0.3, 0.9}});
+  const auto table = measure_costs(scene, {1, 0});
+  ASSERT_TRUE(test::has_value(table));
+  int idle = 0;
+  for (const ElementCost& cost : table->elements) {
+    if (!cost.has_idle) continue;
+    ++idle;
+    EXPECT_EQ(cost.idle_samples, 0) << cost.element;
+    EXPECT_EQ(cost.idle_gradients, 0) << cost.element;
+  }
+  EXPECT_GE(idle, 6);
+  EXPECT_GT(table->frame_samples, 0U);
+  EXPECT_GT(table->elements.front().samples, 0) << "the volume itself";
+}
+
+TEST(RenderCostsTest, NeitherNothingNewNorANewImageTakesASample) {
+  const auto table = measure_costs(everything(), {2, 0});
+  ASSERT_TRUE(test::has_value(table));
+  for (const char* change : {"nothing", "new ultrasound image, same pose"}) {
+    const auto found = std::find_if(table->changes.begin(), table->changes.end(),
+                                    [&](const ChangeCost& cost) { return cost.change == change; });
+    ASSERT_NE(found, table->changes.end()) << change;
+    EXPECT_EQ(found->samples, 0U) << change;
+    EXPECT_EQ(found->gradients, 0U) << change;
+  }
+}
+
+TEST(RenderCostsTest, RefusesASceneWithoutAllElements) {
+  render::Scene scene = everything();
+  scene.lines.clear();
+  EXPECT_TRUE(test::refuses(measure_costs(scene, {}), ErrorCode::kUsage, {"lines"}));
+}
+
+TEST(RenderLiveTest, SkippingAndUpdatesAreIdentical) {
+  const auto skip = measure_skipping({"everything", everything()});
+  ASSERT_TRUE(test::has_value(skip));
+  EXPECT_TRUE(skip->identical);
+  EXPECT_LT(skip->on, skip->off);
+  const auto update = measure_image_update(everything(), 2);
+  ASSERT_TRUE(test::has_value(update));
+  EXPECT_TRUE(update->identical);
+  EXPECT_EQ(update->samples, 0U);
+}
+
+}  // namespace
+}  // namespace nav::bench
