@@ -37,7 +37,7 @@ Result<void> complete_framebuffer() {
 void unbind_all() {
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D}) glBindTexture(target, 0);
+    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_BUFFER}) glBindTexture(target, 0);
   }
 }
 
@@ -97,9 +97,9 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
-  bind(kTransfer, GL_TEXTURE_2D, textures_.transfer.id());
-  bind(kImportances, GL_TEXTURE_2D, textures_.importances.id());
-  bind(kIntegrals, GL_TEXTURE_2D, textures_.integrals.id());
+  bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
+  bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
+  bind(kIntegrals, GL_TEXTURE_BUFFER, textures_.integrals.texture.id());
   bind(kBricks, GL_TEXTURE_3D, textures_.bricks.id());
   bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());

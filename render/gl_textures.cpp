@@ -3,8 +3,8 @@
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
-#include <cmath>
 
+#include "render/gl_bricks.hpp"
 #include "render/gl_textures.hpp"
 #include "render/ray_spec.hpp"
 
@@ -34,20 +34,15 @@ class PackedRows {
   GLint before_ = 4;
 };
 
-/// Entries of the transfer table in lines of a fixed length, as the shader expects.
-constexpr int kLine = 4096;
-
+/// Entries of the transfer table, as a texture without filter or edges.
 template <class T>
-void send_table(GlTexture& texture, GLint internal, GLenum format, GLenum type, int channels,
-                std::vector<T> entries) {
-  const auto per_entry = static_cast<std::size_t>(channels);
-  const int count = static_cast<int>(entries.size() / per_entry);
-  const int width = std::min(count, kLine);
-  const int height = (count + kLine - 1) / kLine;
-  entries.resize(per_entry * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  glBindTexture(GL_TEXTURE_2D, texture.id());
-  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format, type, entries.data());
+void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) {
+  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(entries.size() * sizeof(T)),
+               entries.data(), GL_STATIC_DRAW);
+  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, internal, table.buffer_id());
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
 }
 
 /// Sends rows that differ from those on the device.
@@ -75,6 +70,17 @@ unsigned GlTexture::id() {
 void GlTexture::release() {
   if (id_ != 0) glDeleteTextures(1, &id_);
   id_ = 0;
+}
+
+unsigned GlTable::buffer_id() {
+  if (buffer_ == 0) glGenBuffers(1, &buffer_);
+  return buffer_;
+}
+
+void GlTable::release() {
+  texture.release();
+  if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
+  buffer_ = 0;
 }
 
 Result<void> GlTextures::update(const Scene& scene) {
@@ -145,9 +151,9 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
-  send_table(transfer, GL_RGBA32F, GL_RGBA, GL_FLOAT, 4, table_->rgbat());
-  send_table(importances, GL_R32F, GL_RED, GL_FLOAT, 1, table_->importance());
-  send_table(integrals, GL_RGBA32I, GL_RGBA_INTEGER, GL_INT, 4, table_->integrals());
+  send_table(transfer, GL_RGBA32F, table_->rgbat());
+  send_table(importances, GL_R32F, table_->importance());
+  send_table(integrals, GL_RGBA32I, table_->integrals());
   ++uploads_.transfers;
 }
 
@@ -160,17 +166,9 @@ void GlTextures::update_bricks() {
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  // Distance, and an upper bound of importance in 1/254; 255: full, never hidden.
-  std::vector<std::uint8_t> texels;
-  texels.reserve(2 * distances.distance.size());
-  for (std::size_t b = 0; b < distances.distance.size(); ++b) {
-    texels.push_back(distances.distance[b]);
-    const double importance = table_->max_importance(ranges_.low[b], ranges_.high[b]);
-    texels.push_back(importance >= 1 ? 255
-                                     : static_cast<std::uint8_t>(std::ceil(254 * importance)));
-  }
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
-               0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
+  const auto texels = brick_texels(ranges_, *table_, distances);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(),
+               ranges_.count.z(), 0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
   bricks_valid_ = true;
   ++uploads_.bricks;
 }
@@ -192,10 +190,8 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 }
 
 void GlTextures::release() {
-  for (GlTexture* texture :
-       {&ct, &transfer, &importances, &integrals, &bricks, &picture, &solids, &cut_objects}) {
-    texture->release();
-  }
+  for (GlTexture* texture : {&ct, &bricks, &picture, &solids, &cut_objects}) texture->release();
+  for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
   volume_ = nullptr;
   function_.reset();
   bricks_valid_ = false;

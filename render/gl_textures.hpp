@@ -32,6 +32,22 @@ class GlTexture {
   unsigned id_ = 0;
 };
 
+/// A buffer texture with its buffer; needs the context current, as GlTexture. Internal to render/.
+class GlTable {
+ public:
+  GlTable() = default;
+  ~GlTable() { release(); }
+  GlTable(const GlTable&) = delete;
+  GlTable& operator=(const GlTable&) = delete;
+  unsigned buffer_id();
+  void release();
+
+  GlTexture texture;
+
+ private:
+  unsigned buffer_ = 0;
+};
+
 /// How often each kind of texture was sent to the device.
 struct GlUploads {
   int volumes = 0;
@@ -59,7 +75,8 @@ class GlTextures {
 
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
-  GlTexture ct, transfer, importances, integrals, bricks, picture, solids, cut_objects;
+  GlTable transfer, importances, integrals;
+  GlTexture ct, bricks, picture, solids, cut_objects;
 
  private:
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
