@@ -9,7 +9,8 @@
 
 namespace nav::render {
 
-/// What the shader knows of every brick, two bytes each; order as in BrickGrid. Internal to render/.
+/// What the shader knows of every brick, two bytes each; order as in BrickGrid. Internal to
+/// render/.
 ///   0: distance to the nearest occupied brick, as brick_distances().
 ///   1: an upper bound of the importance of what may be visible, in 1/254; 255: 1.
 std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTable& table,

@@ -37,7 +37,8 @@ Result<void> complete_framebuffer() {
 void unbind_all() {
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_BUFFER}) glBindTexture(target, 0);
+    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_BUFFER})
+      glBindTexture(target, 0);
   }
 }
 

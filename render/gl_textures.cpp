@@ -167,8 +167,8 @@ void GlTextures::update_bricks() {
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   set_sampling(GL_TEXTURE_3D, GL_NEAREST);
   const auto texels = brick_texels(ranges_, *table_, distances);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(),
-               ranges_.count.z(), 0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
+               0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
   bricks_valid_ = true;
   ++uploads_.bricks;
 }

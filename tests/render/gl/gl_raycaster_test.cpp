@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <limits>
 #include <vtkActor.h>
 #include <vtkNew.h>
 #include <vtkOpenGLRenderWindow.h>
@@ -43,19 +44,51 @@ class GlRaycasterTest : public testing::Test {
 TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   scene_.needle = test::test_needle(scene_.ct->grid(), SafetyState::kValid);
+  scene_.shading.style = ShadingStyle::kGooch;
+  scene_.shading.emphasis = 0.2;
+  scene_.cutaway.emplace();
   draw();
   ASSERT_EQ(caster().compiled(), 1);
   scene_.transfer = *preset_transfer_function("ct-bone");
   scene_.shading.ambient = 0.1;
+  scene_.shading.emphasis = 1;
+  scene_.shading.silhouette = 0;
+  scene_.shading.full_gradient_per_mm = 50;
   scene_.quality.step_voxels = 1;
   scene_.quality.opaque_at = 1;
   scene_.camera.orthographic = true;
   scene_.plane->opacity = 0.5;
   scene_.plane->safety = {SafetyState::kStale, "test"};
   scene_.needle->safety = {SafetyState::kStale, "test"};
+  scene_.lines = {{{{0, 0, 0}}, {{20, 0, 0}}}};
+  scene_.cutaway->theta1_rad = scene_.cutaway->theta2_rad = 0.3;
+  scene_.cutaway->overlay_mm = std::numeric_limits<double>::infinity();
+  scene_.cutaway->around_needle = scene_.cutaway->around_spheres = true;
   scene_.background_rgb.setConstant(0.5);
   draw();
   EXPECT_EQ(caster().compiled(), 1);
+}
+
+TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {
+  scene_.transfer = *TransferFunction::create(
+      "unimportant",
+      {{-300, {1, 0.5, 0.3}, 0.0, 0.0}, {50, {1, 0.5, 0.3}, 0.1, 0.0}, {900, {1, 1, 1}, 0.5, 0.0}});
+  scene_.shading.emphasis = 1;
+  scene_.quality.classification = Classification::kPostClassified;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, 0U);
+  EXPECT_EQ(caster().statistics().gradient_samples, 0U);
+}
+
+TEST_F(GlRaycasterTest, CutawayTakesFewerSamplesThanItClears) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  scene_.shading.enabled = false;
+  draw();
+  const std::uint64_t without = caster().statistics().volume_samples;
+  scene_.cutaway.emplace();
+  scene_.cutaway->overlay_mm = 2;
+  draw();
+  EXPECT_LT(caster().statistics().volume_samples, without);
 }
 
 TEST_F(GlRaycasterTest, EachSetOfFeaturesCompilesOnce) {
