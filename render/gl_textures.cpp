@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "render/gl_bricks.hpp"
+#include "render/gl_gradients.hpp"
 #include "render/gl_textures.hpp"
 #include "render/ray_spec.hpp"
 
@@ -106,12 +107,57 @@ Result<void> GlTextures::update(const Scene& scene) {
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
   update_transfer(scene.transfer);
+  const bool needs_gradients = scene.projection == Projection::kComposite &&
+                               (scene.shading.enabled || scene.transfer.uses_gradient());
+  if (needs_gradients && gradient_texture_) update_gradients();
   if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   if (plane) update_picture(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
   send(std::move(solids_now), solids, solid_rows_);
   send(std::move(cut_now), cut_objects, cut_rows_);
   return {};
+}
+
+bool GlTextures::accepts(const std::array<int, 3>& size) const {
+  glTexImage3D(GL_PROXY_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
+               nullptr);
+  GLint accepted = 0;
+  glGetTexLevelParameteriv(GL_PROXY_TEXTURE_3D, 0, GL_TEXTURE_WIDTH, &accepted);
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  return accepted != 0;
+}
+
+std::shared_ptr<const Volume> GlTextures::fitting(const std::shared_ptr<const Volume>& volume) {
+  if (volume == full_) return fitted_;
+  note_.clear();
+  full_ = fitted_ = volume;
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
+  const auto& size = volume->grid().size;
+  std::size_t most = std::min(volume->grid().voxel_count(), most_voxels_);
+  const auto size_by = [&](const std::array<int, 3>& f) {
+    return std::array<int, 3>{(size[0] + f[0] - 1) / f[0], (size[1] + f[1] - 1) / f[1],
+                              (size[2] + f[2] - 1) / f[2]};
+  };
+  auto factors = factors_to_fit(size, std::min<int>(largest, largest_edge_), most);
+  while (!accepts(size_by(factors)) && most > 1) {
+    most /= 2;
+    factors = factors_to_fit(size, std::min<int>(largest, largest_edge_), most);
+  }
+  if (factors == std::array<int, 3>{1, 1, 1}) return fitted_;
+  const ReducedVolume smaller = reduced(*volume, factors);
+  note_ = note_of(smaller, *volume);
+  fitted_ = smaller.volume;
+  return fitted_;
+}
+
+bool GlTextures::ask_for_less() {
+  if (!out_of_memory_) return false;
+  out_of_memory_ = false;
+  most_voxels_ = fitted_->grid().voxel_count() / 2;
+  full_ = fitted_ = nullptr;
+  return most_voxels_ > 0;
 }
 
 Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volume) {
@@ -129,18 +175,15 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
     return refused("this OpenGL device's limit of " + std::to_string(largest) +
                    " voxels along an edge");
   }
-  glTexImage3D(GL_PROXY_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
-               nullptr);
-  GLint accepted = 0;
-  glGetTexLevelParameteriv(GL_PROXY_TEXTURE_3D, 0, GL_TEXTURE_WIDTH, &accepted);
-  while (glGetError() != GL_NO_ERROR) {
-  }
-  if (accepted == 0) return refused("the memory of this OpenGL device's 3D textures");
+  if (!accepts(size)) return refused("the memory of this OpenGL device's 3D textures");
   glBindTexture(GL_TEXTURE_3D, ct.id());
   set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                volume->hu().data());
-  if (glGetError() != GL_NO_ERROR) return refused("the free memory of this OpenGL device");
+  if (glGetError() != GL_NO_ERROR) {
+    out_of_memory_ = true;
+    return refused("the free memory of this OpenGL device");
+  }
   volume_ = volume;
   ++uploads_.volumes;
   return {};
@@ -155,6 +198,22 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   send_table(importances, GL_R32F, table_->importance());
   send_table(integrals, GL_RGBA32I, table_->integrals());
   ++uploads_.transfers;
+}
+
+void GlTextures::update_gradients() {
+  if (gradients_tried_ == volume_) return;
+  gradients_tried_ = volume_;
+  gradients_of_ = nullptr;
+  if (volume_->grid().voxel_count() > kMostGradientVoxels) return;
+  const std::vector<std::int16_t> differences = neighbour_differences(*volume_);
+  if (differences.empty()) return;
+  const auto& size = volume_->grid().size;
+  glBindTexture(GL_TEXTURE_3D, gradients.id());
+  set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
+               differences.data());
+  // Not enough memory is no reason not to draw: six fetches do as well.
+  if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
 }
 
 void GlTextures::update_bricks() {
@@ -190,9 +249,10 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 }
 
 void GlTextures::release() {
-  for (GlTexture* texture : {&ct, &bricks, &picture, &solids, &cut_objects}) texture->release();
+  for (GlTexture* texture : {&ct, &gradients, &bricks, &picture, &solids, &cut_objects})
+    texture->release();
   for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
-  volume_ = nullptr;
+  volume_ = full_ = fitted_ = gradients_of_ = gradients_tried_ = nullptr;
   function_.reset();
   bricks_valid_ = false;
   pixels_ = {};

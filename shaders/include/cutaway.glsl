@@ -5,9 +5,6 @@
 // texels 1 and 2 the axes of the plane; texel 3 a ball around the object, or the ball itself; then
 // the vertices. Space: local mm; t is counted like the ray's, from close to the volume.
 
-uniform sampler2D cut_objects;
-uniform int cut_count;
-uniform vec2 cut_cot;       // Cotangents of theta1, theta2.
 uniform float overlay_mm;   // Along the ray; very large: no clear region.
 
 const int kFirstVertex = 4;
@@ -19,6 +16,20 @@ struct CutawaySpan {
 };
 
 CutawaySpan cut_span;  // Of the ray.
+
+#ifdef CUT_FIELD
+uniform sampler2D cut_field;  // theta2, theta1: t from the eye, row 0 at the top.
+uniform int cut_field_height;
+
+CutawaySpan meet_cutaway(Ray ray, float begin) {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec2 t = texelFetch(cut_field, ivec2(pixel.x, cut_field_height - 1 - pixel.y), 0).rg - t_base_mm;
+  return CutawaySpan(t.y, t.x);
+}
+#else
+uniform sampler2D cut_objects;
+uniform int cut_count;
+uniform vec2 cut_cot;       // Cotangents of theta1, theta2.
 
 vec2 cone_point(vec3 q, Ray ray) {
   vec3 m = q - ray.origin;
@@ -100,6 +111,7 @@ CutawaySpan meet_cutaway(Ray ray, float begin) {
   }
   return CutawaySpan(best.x, max(best.x, best.y));
 }
+#endif
 
 // Omega.
 float occlusion(CutawaySpan span, float t) {

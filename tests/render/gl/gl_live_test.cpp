@@ -95,18 +95,22 @@ TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
       [](Scene& s) { s.camera.eye_ct.mm.x() += 1; },
       [](Scene& s) { s.plane->opacity = 0.4; },
       [](Scene& s) {
-        s.plane->ct_from_image = {s.plane->ct_from_image.rotation(),
-                                  s.plane->ct_from_image.translation_mm() +
-                                      Eigen::Vector3d(1, 0, 0)};
+        s.plane->ct_from_image = {
+            s.plane->ct_from_image.rotation(),
+            s.plane->ct_from_image.translation_mm() + Eigen::Vector3d(1, 0, 0)};
       },
       [](Scene& s) { s.plane->safety.state = SafetyState::kDegraded; },
       [](Scene& s) { s.transfer = *preset_transfer_function("ct-bone"); },
       [](Scene& s) { s.shading.ambient = 0.2; },
       [](Scene& s) { s.quality.step_voxels = 1; },
       [](Scene& s) { s.cutaway->overlay_mm = 3; },
-      [](Scene& s) { s.cutaway->polygons.push_back({{{{0, 0, 0}}, {{5, 0, 0}}, {{0, 5, 0}}}}); },
+      [](Scene& s) {
+        s.cutaway->polygons.push_back({{{{0, 0, 0}}, {{5, 0, 0}}, {{0, 5, 0}}}});
+      },
       [](Scene& s) { s.needle = test::test_needle(s.ct->grid(), SafetyState::kValid); },
-      [](Scene& s) { s.lines.push_back({{{0, 0, 0}}, {{9, 9, 9}}}); },
+      [](Scene& s) {
+        s.lines.push_back({{{0, 0, 0}}, {{9, 9, 9}}});
+      },
       [](Scene& s) { s.ct = test::ball_phantom(test::cube_grid(25, 1.0)); }};
   for (std::size_t i = 0; i < changes.size(); ++i) {
     changes[i](scene);

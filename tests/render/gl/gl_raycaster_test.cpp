@@ -10,6 +10,7 @@
 #include <vtkRenderer.h>
 #include <vtkSphereSource.h>
 
+#include "render/gl_volume_fit.hpp"
 #include "render/gl_volume_prop.hpp"
 #include "render/vtk_convert.hpp"
 #include "render/vtk_offscreen.hpp"
@@ -125,12 +126,53 @@ TEST_F(GlRaycasterTest, SendsOnlyWhatChanged) {
   EXPECT_EQ(caster().uploads().volumes, 1);
   EXPECT_EQ(caster().uploads().transfers, 2);
   EXPECT_EQ(caster().uploads().bricks, 2);
-  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  scene_.plane->frame.pixels = {40, 30, std::vector<std::uint8_t>(40 * 30, 99)};
   draw();
   EXPECT_EQ(caster().uploads().pictures, 2);
   scene_.ct = test::ball_phantom(test::cube_grid(40, 1.0));
   draw();
   EXPECT_EQ(caster().uploads().volumes, 2);
+}
+
+TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
+  scene_ = test::ball_scene(test::oblique_grid());
+  draw();
+  const Image2d<RgbaF> kept(96, 72, caster().read());
+  const std::uint64_t taken = caster().statistics().gradient_samples;
+  caster().set_gradient_texture(false);
+  draw();
+  EXPECT_EQ(caster().compiled(), 2);
+  EXPECT_EQ(caster().statistics().gradient_samples, taken);
+  EXPECT_TRUE(test::agree(kept, Image2d<RgbaF>(96, 72, caster().read()), 0.05));
+}
+
+TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
+  scene_.quality.opaque_at = 1;
+  scene_.background_rgb.setZero();
+  caster().set_largest_edge(24);  // The phantom has 48.
+  draw();
+  EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
+      << caster().statistics().note;
+  const Image2d<RgbaF> found(96, 72, caster().read());
+  const ReducedVolume expected_ct = reduced(*scene_.ct, {2, 2, 2});
+  EXPECT_GT(expected_ct.rms_error_hu, 0);
+  scene_.ct = expected_ct.volume;
+  const auto expected = make_reference_engine()->render(scene_);
+  ASSERT_TRUE(test::has_value(expected));
+  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+}
+
+TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  const Image2d<Rgba8> whole = picture();
+  ASSERT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene_), 2)));
+  EXPECT_EQ(caster().statistics().rays, 48U * 36U);
+  const Image2d<Rgba8> coarse = read_pixels(window_->window());
+  // Edges blur; a picture that were moved by a pixel would differ in most of the ball.
+  constexpr int kBlur255 = 24;
+  EXPECT_LT(test::difference(coarse, whole, kBlur255).fraction_above, 0.15);
+  EXPECT_GT(test::difference(coarse, whole, 0).fraction_above, 0.1);
+  EXPECT_EQ(test::difference(picture(), whole, 0).max, 0);
 }
 
 TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {
