@@ -25,6 +25,7 @@ struct RenderStatistics {
   std::uint64_t bricks_occupied = 0;
   double prepare_s = 0;  ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
   double cast_s = 0;     ///< Wall time of the ray casting itself.
+  std::string note{};    ///< What was given up to draw at all, one sentence; empty: nothing.
 };
 
 /// A finished picture, composited over the background, top row first.

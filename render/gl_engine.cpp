@@ -27,23 +27,57 @@ class CurrentContext {
 
 class GlEngine final : public Engine {
  public:
-  explicit GlEngine(std::unique_ptr<OffscreenWindow> window)
-      : window_(std::move(window)), view_(window_->window()) {
-    window_->release_thread();
+  explicit GlEngine(std::unique_ptr<OffscreenWindow> window) : device_(window->device()) {
+    use(std::move(window));
   }
+  ~GlEngine() override { close(); }
+  GlEngine(const GlEngine&) = delete;
+  GlEngine& operator=(const GlEngine&) = delete;
 
   [[nodiscard]] std::string name() const override { return "gl"; }
-  [[nodiscard]] std::string device() const override { return window_->device(); }
+  [[nodiscard]] std::string device() const override { return device_; }
 
   Result<RenderedImage> render(const Scene& scene) override {
     if (auto ok = validate(scene); !ok) return ok.error();
+    if (!window_) {
+      auto opened = OffscreenWindow::create(16, 16);
+      if (!opened) return opened.error();
+      use(std::move(opened).value());
+    }
+    auto image = draw(scene);
+    // A context that is lost, or that failed half way, is not worth keeping: the next picture gets
+    // a new one.
+    if (!image) close();
+    return image;
+  }
+
+ private:
+  void use(std::unique_ptr<OffscreenWindow> window) {
+    window_ = std::move(window);
+    device_ = window_->device();
+    view_ = std::make_unique<SceneView>(window_->window());
+    window_->release_thread();
+  }
+
+  void close() {
+    view_.reset();
+    if (window_) window_->release_thread();
+    window_.reset();
+  }
+
+  Result<RenderedImage> draw(const Scene& scene) {
     const CurrentContext current(*window_);
+    if (!window_->window().IsCurrent()) {
+      return Error{ErrorCode::kUnavailable,
+                   "OpenGL: expected the context of " + device_ +
+                       ", found it lost; the next picture is drawn with a new one"};
+    }
     window_->window().SetSize(scene.width, scene.height);
     // The view keeps no share of the scene beyond this call.
-    if (auto ok = view_.draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
+    if (auto ok = view_->draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
       return ok.error();
     }
-    std::vector<RgbaF> pixels = view_.raycaster().read();
+    std::vector<RgbaF> pixels = view_->raycaster().read();
     const Eigen::Vector3f background = scene.background_rgb.cast<float>();
     for (RgbaF& p : pixels) {
       const float rest = 1.0F - p.a;
@@ -55,12 +89,12 @@ class GlEngine final : public Engine {
       }
     }
     return RenderedImage{{scene.width, scene.height, std::move(pixels)},
-                         view_.raycaster().statistics()};
+                         view_->raycaster().statistics()};
   }
 
- private:
+  std::string device_;
   std::unique_ptr<OffscreenWindow> window_;
-  SceneView view_;
+  std::unique_ptr<SceneView> view_;
 };
 
 }  // namespace

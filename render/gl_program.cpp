@@ -81,8 +81,10 @@ std::string raycast_fragment_source(const GlFeatures& features) {
   add(shading && features.shaded == Shaded::kPhong, "PHONG");
   add(shading && features.shaded == Shaded::kGooch, "GOOCH");
   add(shading || (composite && features.classified == Classified::kByGradientToo), "GRADIENTS");
+  add(features.gradient_texture, "GRADIENT_TEXTURE");
   add(shading && features.emphasis, "EMPHASIS");
   add(composite && features.cutaway, "CUTAWAY");
+  add(composite && features.cutaway && features.cut_field, "CUT_FIELD");
   add(composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   add(composite && features.skipping, "SKIPPING");
   add(features.jitter, "JITTER");

@@ -21,10 +21,12 @@ struct GlFeatures {
 
   Projection projection = Projection::kComposite;
   Classified classified = Classified::kPreIntegrated;
-  Shaded shaded = Shaded::kNot;  ///< Needs gradients.
-  bool emphasis = false;         ///< Shading by importance.
+  Shaded shaded = Shaded::kNot;   ///< Needs gradients.
+  bool emphasis = false;          ///< Shading by importance.
+  bool gradient_texture = false;  ///< Gradients take one fetch instead of six.
   bool cutaway = false;
-  bool skipping = false;  ///< Leaps over empty bricks.
+  bool cut_field = false;  ///< Of the cutaway: its surfaces come as a picture.
+  bool skipping = false;   ///< Leaps over empty bricks.
   bool jitter = false;
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.

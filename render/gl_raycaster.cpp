@@ -37,7 +37,8 @@ Result<void> complete_framebuffer() {
 void unbind_all() {
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D}) glBindTexture(target, 0);
+    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_BUFFER})
+      glBindTexture(target, 0);
   }
 }
 
@@ -58,7 +59,9 @@ double seconds_between(std::chrono::steady_clock::time_point a,
 }  // namespace
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
-  const SceneChange change = last_ && !depth ? change_between(*last_, scene) : SceneChange::kView;
+  Scene keyed = scene;
+  keyed.background_rgb.setZero();  // Not in the layers.
+  const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
   statistics_.rays =
       static_cast<std::uint64_t>(scene.width) * static_cast<std::uint64_t>(scene.height);
@@ -67,8 +70,14 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   last_.reset();
   const GlStateGuard guard;
   glActiveTexture(GL_TEXTURE0 + kTarget);
-  auto drawn = cast_ ? cast(scene, depth) : textures_.update(scene);
-  if (drawn && layers_) drawn = resolve(scene);
+  Scene fitted = keyed;
+  Result<void> drawn;
+  do {
+    fitted.ct = textures_.fitting(scene.ct);
+    drawn = cast_ ? cast(fitted, depth) : textures_.update(fitted);
+  } while (!drawn && textures_.ask_for_less());
+  if (drawn && layers_) drawn = resolve(fitted);
+  statistics_.note = textures_.note();
   unbind_all();
   if (!drawn) return drawn;
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
@@ -77,7 +86,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
                  "error " +
                      std::to_string(error)};
   }
-  if (!depth) last_ = scene;
+  if (!depth) last_ = std::move(keyed);
   return {};
 }
 
@@ -90,6 +99,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     manual_filter_ = *coarse;
   }
   if (auto sent = textures_.update(scene); !sent) return sent;
+  send_field(scene);
   const GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
   if (auto ok = prepare_targets(scene.width, scene.height, features.plane); !ok) return ok;
   auto program = programs_.get(features);
@@ -97,12 +107,14 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
-  bind(kTransfer, GL_TEXTURE_2D, textures_.transfer.id());
-  bind(kImportances, GL_TEXTURE_2D, textures_.importances.id());
-  bind(kIntegrals, GL_TEXTURE_2D, textures_.integrals.id());
+  bind(kGradients, GL_TEXTURE_3D, textures_.gradients.id());
+  bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
+  bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
+  bind(kIntegrals, GL_TEXTURE_BUFFER, textures_.integrals.texture.id());
   bind(kBricks, GL_TEXTURE_3D, textures_.bricks.id());
   bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
+  bind(kCutField, GL_TEXTURE_2D, field_spans_.id());
   bind(kDepth, GL_TEXTURE_2D, depth ? depth->texture : 0);
   glFinish();
   const auto prepared = Clock::now();
@@ -118,6 +130,26 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   statistics_.prepare_s = seconds_between(start, prepared);
   statistics_.cast_s = seconds_between(prepared, Clock::now());
   return {};
+}
+
+void GlRaycaster::send_field(const Scene& scene) {
+  if (!CutawayField::needed(scene)) {
+    field_.reset();
+    return;
+  }
+  const std::optional<CutawayField> before = std::exchange(field_, std::nullopt);
+  field_.emplace(scene, before ? &*before : nullptr);
+  const auto view =
+      spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid());
+  const auto spans = field_->meet_all(view, 0);
+  static_assert(sizeof(spec::CutawaySpan<float>) == 2 * sizeof(float));
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  glBindTexture(GL_TEXTURE_2D, field_spans_.id());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, scene.width, scene.height, 0, GL_RG, GL_FLOAT,
+               spans.data());
+  glBindTexture(GL_TEXTURE_2D, 0);
 }
 
 Result<void> GlRaycaster::resolve(const Scene& scene) {
@@ -139,16 +171,22 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   return {};
 }
 
-Result<void> GlRaycaster::composite(int x, int y) {
+Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
   if (auto ok = prepare(composite_program_, "composite.frag"); !ok) return ok;
   const GlStateGuard guard;
   write_everything();
-  glViewport(x, y, width_, height_);
+  glViewport(at[0], at[1], at[2], at[3]);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   composite_program_->use();
   composite_program_->set("picture", kTarget);
-  composite_program_->set("viewport_origin", Eigen::Vector2i(x, y));
+  // Square pixels: heights decide, and both pictures have the same middle.
+  const double scale = static_cast<double>(height_) / at[3];
+  const Eigen::Vector2d corner(at[0], at[1]);
+  const Eigen::Vector2d middle(0.5 * at[2], 0.5 * at[3]);
+  composite_program_->set("scale", scale);
+  composite_program_->set("offset", Eigen::Vector2d(Eigen::Vector2d(0.5 * width_, 0.5 * height_) -
+                                                    scale * (corner + middle)));
   bind(kTarget, GL_TEXTURE_2D, picture().id());
   draw_triangle();
   glBindTexture(GL_TEXTURE_2D, 0);
@@ -238,6 +276,8 @@ void GlRaycaster::draw_triangle() {
 void GlRaycaster::release() {
   last_.reset();
   textures_.release();
+  field_.reset();
+  field_spans_.release();
   release_targets();
   programs_.clear();
   resolve_program_.reset();

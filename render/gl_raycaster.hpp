@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
+#include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
@@ -28,8 +30,9 @@ class GlRaycaster {
   /// picture would be the last one, and only puts in the ultrasound picture when nothing but that
   /// has changed; geometry of others (depth) may always have changed.
   Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
-  /// Blends the last picture over the framebuffer that is bound, its lower left corner at (x, y).
-  Result<void> composite(int x, int y);
+  /// Blends the last picture over a part of the framebuffer that is bound: x, y of its lower left
+  /// corner, width, height. A picture of fewer pixels is enlarged, bilinear between its rays.
+  Result<void> composite(const std::array<int, 4>& at);
   /// The last picture, premultiplied, top row first. Waits for the device.
   [[nodiscard]] std::vector<RgbaF> read() const;
   /// What the last picture cost; reads the number of samples back from the device.
@@ -47,6 +50,13 @@ class GlRaycaster {
     manual_filter_ = manual;
     last_.reset();
   }
+  /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
+  void set_largest_edge(int voxels) { textures_.set_largest_edge(voxels); }
+  /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
+  void set_gradient_texture(bool allowed) {
+    textures_.set_gradient_texture(allowed);
+    last_.reset();
+  }
   /// Frees everything on the device.
   void release();
 
@@ -54,6 +64,8 @@ class GlRaycaster {
   Result<void> prepare_targets(int width, int height, bool layers);
   Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth);
   Result<void> resolve(const Scene& scene);
+  /// The surfaces of a cutaway around large meshes, which are searched for every ray beforehand.
+  void send_field(const Scene& scene);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
   void release_targets();
   void draw_triangle();
@@ -62,6 +74,8 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
+  std::optional<CutawayField> field_;
+  GlTexture field_spans_;
   GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.
   GlTexture cost_, behind_, live_at_, resolved_;
   unsigned framebuffer_ = 0;

@@ -3,8 +3,9 @@
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
-#include <cmath>
 
+#include "render/gl_bricks.hpp"
+#include "render/gl_gradients.hpp"
 #include "render/gl_textures.hpp"
 #include "render/ray_spec.hpp"
 
@@ -34,20 +35,15 @@ class PackedRows {
   GLint before_ = 4;
 };
 
-/// Entries of the transfer table in lines of a fixed length, as the shader expects.
-constexpr int kLine = 4096;
-
+/// Entries of the transfer table, as a texture without filter or edges.
 template <class T>
-void send_table(GlTexture& texture, GLint internal, GLenum format, GLenum type, int channels,
-                std::vector<T> entries) {
-  const auto per_entry = static_cast<std::size_t>(channels);
-  const int count = static_cast<int>(entries.size() / per_entry);
-  const int width = std::min(count, kLine);
-  const int height = (count + kLine - 1) / kLine;
-  entries.resize(per_entry * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  glBindTexture(GL_TEXTURE_2D, texture.id());
-  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format, type, entries.data());
+void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) {
+  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(entries.size() * sizeof(T)),
+               entries.data(), GL_STATIC_DRAW);
+  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, internal, table.buffer_id());
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
 }
 
 /// Sends rows that differ from those on the device.
@@ -77,6 +73,17 @@ void GlTexture::release() {
   id_ = 0;
 }
 
+unsigned GlTable::buffer_id() {
+  if (buffer_ == 0) glGenBuffers(1, &buffer_);
+  return buffer_;
+}
+
+void GlTable::release() {
+  texture.release();
+  if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
+  buffer_ = 0;
+}
+
 Result<void> GlTextures::update(const Scene& scene) {
   const PackedRows packed;
   GLint largest = 0;
@@ -100,12 +107,57 @@ Result<void> GlTextures::update(const Scene& scene) {
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
   update_transfer(scene.transfer);
+  const bool needs_gradients = scene.projection == Projection::kComposite &&
+                               (scene.shading.enabled || scene.transfer.uses_gradient());
+  if (needs_gradients && gradient_texture_) update_gradients();
   if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   if (plane) update_picture(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
   send(std::move(solids_now), solids, solid_rows_);
   send(std::move(cut_now), cut_objects, cut_rows_);
   return {};
+}
+
+bool GlTextures::accepts(const std::array<int, 3>& size) const {
+  glTexImage3D(GL_PROXY_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
+               nullptr);
+  GLint accepted = 0;
+  glGetTexLevelParameteriv(GL_PROXY_TEXTURE_3D, 0, GL_TEXTURE_WIDTH, &accepted);
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  return accepted != 0;
+}
+
+std::shared_ptr<const Volume> GlTextures::fitting(const std::shared_ptr<const Volume>& volume) {
+  if (volume == full_) return fitted_;
+  note_.clear();
+  full_ = fitted_ = volume;
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
+  const auto& size = volume->grid().size;
+  std::size_t most = std::min(volume->grid().voxel_count(), most_voxels_);
+  const auto size_by = [&](const std::array<int, 3>& f) {
+    return std::array<int, 3>{(size[0] + f[0] - 1) / f[0], (size[1] + f[1] - 1) / f[1],
+                              (size[2] + f[2] - 1) / f[2]};
+  };
+  auto factors = factors_to_fit(size, std::min<int>(largest, largest_edge_), most);
+  while (!accepts(size_by(factors)) && most > 1) {
+    most /= 2;
+    factors = factors_to_fit(size, std::min<int>(largest, largest_edge_), most);
+  }
+  if (factors == std::array<int, 3>{1, 1, 1}) return fitted_;
+  const ReducedVolume smaller = reduced(*volume, factors);
+  note_ = note_of(smaller, *volume);
+  fitted_ = smaller.volume;
+  return fitted_;
+}
+
+bool GlTextures::ask_for_less() {
+  if (!out_of_memory_) return false;
+  out_of_memory_ = false;
+  most_voxels_ = fitted_->grid().voxel_count() / 2;
+  full_ = fitted_ = nullptr;
+  return most_voxels_ > 0;
 }
 
 Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volume) {
@@ -123,18 +175,15 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
     return refused("this OpenGL device's limit of " + std::to_string(largest) +
                    " voxels along an edge");
   }
-  glTexImage3D(GL_PROXY_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
-               nullptr);
-  GLint accepted = 0;
-  glGetTexLevelParameteriv(GL_PROXY_TEXTURE_3D, 0, GL_TEXTURE_WIDTH, &accepted);
-  while (glGetError() != GL_NO_ERROR) {
-  }
-  if (accepted == 0) return refused("the memory of this OpenGL device's 3D textures");
+  if (!accepts(size)) return refused("the memory of this OpenGL device's 3D textures");
   glBindTexture(GL_TEXTURE_3D, ct.id());
   set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                volume->hu().data());
-  if (glGetError() != GL_NO_ERROR) return refused("the free memory of this OpenGL device");
+  if (glGetError() != GL_NO_ERROR) {
+    out_of_memory_ = true;
+    return refused("the free memory of this OpenGL device");
+  }
   volume_ = volume;
   ++uploads_.volumes;
   return {};
@@ -145,10 +194,26 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
-  send_table(transfer, GL_RGBA32F, GL_RGBA, GL_FLOAT, 4, table_->rgbat());
-  send_table(importances, GL_R32F, GL_RED, GL_FLOAT, 1, table_->importance());
-  send_table(integrals, GL_RGBA32I, GL_RGBA_INTEGER, GL_INT, 4, table_->integrals());
+  send_table(transfer, GL_RGBA32F, table_->rgbat());
+  send_table(importances, GL_R32F, table_->importance());
+  send_table(integrals, GL_RGBA32I, table_->integrals());
   ++uploads_.transfers;
+}
+
+void GlTextures::update_gradients() {
+  if (gradients_tried_ == volume_) return;
+  gradients_tried_ = volume_;
+  gradients_of_ = nullptr;
+  if (volume_->grid().voxel_count() > kMostGradientVoxels) return;
+  const std::vector<std::int16_t> differences = neighbour_differences(*volume_);
+  if (differences.empty()) return;
+  const auto& size = volume_->grid().size;
+  glBindTexture(GL_TEXTURE_3D, gradients.id());
+  set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
+               differences.data());
+  // Not enough memory is no reason not to draw: six fetches do as well.
+  if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
 }
 
 void GlTextures::update_bricks() {
@@ -160,15 +225,7 @@ void GlTextures::update_bricks() {
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  // Distance, and an upper bound of importance in 1/254; 255: full, never hidden.
-  std::vector<std::uint8_t> texels;
-  texels.reserve(2 * distances.distance.size());
-  for (std::size_t b = 0; b < distances.distance.size(); ++b) {
-    texels.push_back(distances.distance[b]);
-    const double importance = table_->max_importance(ranges_.low[b], ranges_.high[b]);
-    texels.push_back(importance >= 1 ? 255
-                                     : static_cast<std::uint8_t>(std::ceil(254 * importance)));
-  }
+  const auto texels = brick_texels(ranges_, *table_, distances);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
                0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
   bricks_valid_ = true;
@@ -192,11 +249,10 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 }
 
 void GlTextures::release() {
-  for (GlTexture* texture :
-       {&ct, &transfer, &importances, &integrals, &bricks, &picture, &solids, &cut_objects}) {
+  for (GlTexture* texture : {&ct, &gradients, &bricks, &picture, &solids, &cut_objects})
     texture->release();
-  }
-  volume_ = nullptr;
+  for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
+  volume_ = full_ = fitted_ = gradients_of_ = gradients_tried_ = nullptr;
   function_.reset();
   bricks_valid_ = false;
   pixels_ = {};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "nav/result.hpp"
 #include "render/brick_grid.hpp"
 #include "render/gl_shape_rows.hpp"
+#include "render/gl_volume_fit.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_table.hpp"
 
@@ -30,6 +32,22 @@ class GlTexture {
 
  private:
   unsigned id_ = 0;
+};
+
+/// A buffer texture with its buffer; needs the context current, as GlTexture. Internal to render/.
+class GlTable {
+ public:
+  GlTable() = default;
+  ~GlTable() { release(); }
+  GlTable(const GlTable&) = delete;
+  GlTable& operator=(const GlTable&) = delete;
+  unsigned buffer_id();
+  void release();
+
+  GlTexture texture;
+
+ private:
+  unsigned buffer_ = 0;
 };
 
 /// How often each kind of texture was sent to the device.
@@ -54,21 +72,46 @@ class GlTextures {
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
 
+  /// The volume to draw in place of one that the device does not hold: the same, or one of fewer
+  /// voxels, made once. Leaves the bindings of the active texture unit changed.
+  std::shared_ptr<const Volume> fitting(const std::shared_ptr<const Volume>& volume);
+  /// How the volume of the last fitting() was reduced; empty: not at all.
+  [[nodiscard]] const std::string& note() const { return note_; }
+  /// After a refused update(): whether fewer voxels are worth another fitting().
+  bool ask_for_less();
+  /// An artificial limit of the device, for tests.
+  void set_largest_edge(int voxels) { largest_edge_ = voxels; }
   /// Objects of the cutaway of the last scene.
   [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
 
+  /// Gradients of the last scene's volume are on the device.
+  [[nodiscard]] bool has_gradients() const { return gradient_texture_ && gradients_of_ == volume_; }
+  void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
-  GlTexture ct, transfer, importances, integrals, bricks, picture, solids, cut_objects;
+  GlTable transfer, importances, integrals;
+  GlTexture ct, gradients, bricks, picture, solids, cut_objects;
 
  private:
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void update_transfer(const TransferFunction& function);
+  void update_gradients();
   void update_bricks();
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
+  [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
+
+  int largest_edge_ = std::numeric_limits<int>::max();
+  std::shared_ptr<const Volume> full_;  ///< Of the last fitting().
+  std::shared_ptr<const Volume> fitted_;
+  std::string note_;
+  std::size_t most_voxels_ = std::numeric_limits<std::size_t>::max();
+  bool out_of_memory_ = false;
   GlUploads uploads_;
   std::shared_ptr<const Volume> volume_;
+  bool gradient_texture_ = true;
+  std::shared_ptr<const Volume> gradients_of_;  ///< Of the texture; absent: it is not worth one.
+  std::shared_ptr<const Volume> gradients_tried_;
   std::optional<TransferFunction> function_;
   std::optional<TransferTable> table_;
   std::shared_ptr<const Volume> ranges_volume_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
 
 namespace nav::render {
@@ -92,11 +93,17 @@ void set_shading(GlProgram& program, const GlFeatures& features, const Scene& sc
               Eigen::Vector3d(shading.cool_share, shading.warm_share, shading.silhouette));
 }
 
-void set_cutaway(GlProgram& program, const spec::CutawayObjects<double>& objects) {
+void set_cutaway(GlProgram& program, const GlFeatures& features, const Scene& scene,
+                 const spec::CutawayObjects<double>& objects) {
   constexpr double kEndless = 1e30;  // No region is clear; infinity would meet zeros.
-  program.set("cut_objects", kCutObjects);
-  program.set("cut_count", static_cast<int>(objects.polygons.size() + objects.balls.size()));
-  program.set("cut_cot", Eigen::Vector2d(objects.cot1, objects.cot2));
+  if (features.cut_field) {
+    program.set("cut_field", kCutField);
+    program.set("cut_field_height", scene.height);
+  } else {
+    program.set("cut_objects", kCutObjects);
+    program.set("cut_count", static_cast<int>(objects.polygons.size() + objects.balls.size()));
+    program.set("cut_cot", Eigen::Vector2d(objects.cot1, objects.cot2));
+  }
   program.set("overlay_mm", std::min(objects.overlay_mm, kEndless));
 }
 
@@ -119,9 +126,10 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (shading || by_gradient) {
     const Eigen::Vector3d per_mm = scene.ct->grid().spacing_mm.cwiseInverse();
     program.set("half_per_spacing", Eigen::Vector3d(0.5 * per_mm));
+    if (features.gradient_texture) program.set("gradients", kGradients);
   }
   if (shading) set_shading(program, features, scene);
-  if (features.cutaway) set_cutaway(program, textures.cut());
+  if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
   if (features.skipping) set_skipping(program, scene, textures);
 }
 
@@ -148,7 +156,11 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
                                                                   : GlFeatures::Shaded::kGooch;
     features.emphasis = scene.shading.emphasis > 0;
   }
-  features.cutaway = !textures.cut().empty();
+  const bool gradients = features.shaded != GlFeatures::Shaded::kNot ||
+                         features.classified == GlFeatures::Classified::kByGradientToo;
+  features.gradient_texture = gradients && textures.has_gradients();
+  features.cut_field = CutawayField::needed(scene);
+  features.cutaway = features.cut_field || !textures.cut().empty();
   // Leaps over cells longer than a brick would not be exact, nor worth it.
   features.skipping = scene.quality.skip_empty_bricks && scene.quality.step_voxels <= kBrickVoxels;
   return features;

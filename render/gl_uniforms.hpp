@@ -20,6 +20,7 @@ struct SharedDepth {
 /// Texture units, above those that VTK hands out itself.
 enum GlUnit {
   kCt = 20,
+  kGradients,
   kTransfer,
   kImportances,
   kIntegrals,
@@ -27,6 +28,7 @@ enum GlUnit {
   kPicture,
   kSolids,
   kCutObjects,
+  kCutField,
   kDepth,
   kFront,
   kBehind,

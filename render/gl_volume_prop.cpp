@@ -33,8 +33,9 @@ bool has_other_props(vtkRenderer& renderer, const vtkProp* own) {
 
 vtkStandardNewMacro(GlVolumeProp)
 
-    void GlVolumeProp::set_scene(std::shared_ptr<const Scene> scene) {
+    void GlVolumeProp::set_scene(std::shared_ptr<const Scene> scene, int coarse_factor) {
   scene_ = std::move(scene);
+  coarse_factor_ = coarse_factor;
   this->Modified();
 }
 
@@ -92,10 +93,12 @@ int GlVolumeProp::RenderVolumetricGeometry(vtkViewport* viewport) {
   renderer->GetTiledSizeAndOrigin(&at[2], &at[3], &at[0], &at[1]);
   if (at[2] < 1 || at[3] < 1) return 0;
   Scene scene = *scene_;
-  scene.width = at[2];
-  scene.height = at[3];
-  outcome_ = raycaster_.draw(scene, depth_of_others(*renderer, at));
-  if (outcome_) outcome_ = raycaster_.composite(at[0], at[1]);
+  const auto depth = depth_of_others(*renderer, at);
+  const int factor = depth ? 1 : coarse_factor_;
+  scene.width = (at[2] + factor - 1) / factor;
+  scene.height = (at[3] + factor - 1) / factor;
+  outcome_ = raycaster_.draw(scene, depth);
+  if (outcome_) outcome_ = raycaster_.composite(at);
   return outcome_ ? 1 : 0;
 }
 
@@ -121,11 +124,11 @@ SceneView::~SceneView() {
   window_.RemoveRenderer(renderer_);
 }
 
-Result<void> SceneView::draw(std::shared_ptr<const Scene> scene) {
+Result<void> SceneView::draw(std::shared_ptr<const Scene> scene, int coarse_factor) {
   apply(scene->camera, *renderer_->GetActiveCamera());
   const Eigen::Vector3d& background = scene->background_rgb;
   renderer_->SetBackground(background.x(), background.y(), background.z());
-  prop_->set_scene(std::move(scene));
+  prop_->set_scene(std::move(scene), coarse_factor);
   renderer_->ResetCameraClippingRange();
   window_.Render();
   return prop_->outcome();

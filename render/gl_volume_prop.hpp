@@ -26,8 +26,9 @@ class GlVolumeProp final : public vtkProp3D {
   static GlVolumeProp* New();
   vtkTypeMacro(GlVolumeProp, vtkProp3D)
 
-      /// Precondition: a validated scene.
-      void set_scene(std::shared_ptr<const Scene> scene);
+      /// Precondition: a validated scene. coarse_factor: 1 / this of the pixels per side are drawn
+      /// and enlarged, unless there is other geometry, whose depth has every pixel; >= 1.
+      void set_scene(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
   /// Outcome of the last drawing.
   [[nodiscard]] const Result<void>& outcome() const { return outcome_; }
   [[nodiscard]] GlRaycaster& raycaster() { return raycaster_; }
@@ -44,6 +45,7 @@ class GlVolumeProp final : public vtkProp3D {
   std::optional<SharedDepth> depth_of_others(vtkRenderer& renderer, const std::array<int, 4>& at);
 
   std::shared_ptr<const Scene> scene_;
+  int coarse_factor_ = 1;
   GlRaycaster raycaster_;
   GlTexture depth_;
   Result<void> outcome_;
@@ -60,7 +62,8 @@ class SceneView {
   SceneView(const SceneView&) = delete;
   SceneView& operator=(const SceneView&) = delete;
   /// Draws a validated scene with its own camera and background; other props may be in renderer().
-  Result<void> draw(std::shared_ptr<const Scene> scene);
+  /// coarse_factor: see GlVolumeProp.
+  Result<void> draw(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
   [[nodiscard]] vtkRenderer& renderer() { return *renderer_; }
   [[nodiscard]] GlRaycaster& raycaster() { return prop_->raycaster(); }
 

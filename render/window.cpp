@@ -14,6 +14,7 @@
 
 #include "render/gl_volume_prop.hpp"
 #include "render/vtk_convert.hpp"
+#include "render/window_refinement.hpp"
 // Last: X11 defines macros with everyday names.
 #include <X11/Xlib.h>
 
@@ -46,6 +47,7 @@ class SceneStyle final : public vtkInteractorStyle {
       void start(SceneView& view, const SceneSource& source, const WindowOptions& options) {
     view_ = &view;
     source_ = source;
+    refinement_ = WindowRefinement(options.progressive);
     if (options.close_after_s > 0) {
       const std::chrono::duration<double> open_for(options.close_after_s);
       close_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(open_for);
@@ -62,6 +64,7 @@ class SceneStyle final : public vtkInteractorStyle {
       if (!camera_) camera_ = scene_->camera;
       changed_ = true;
     }
+    if (refinement_.wants_refinement(now_s())) changed_ = true;
     draw();
   }
   void OnExpose() override {
@@ -112,6 +115,7 @@ class SceneStyle final : public vtkInteractorStyle {
   void change(const Move& move) {
     if (!camera_) return;
     camera_ = move(*camera_);
+    refinement_.camera_moved(now_s());
     changed_ = true;
     draw();
   }
@@ -121,8 +125,16 @@ class SceneStyle final : public vtkInteractorStyle {
     auto scene = std::make_shared<Scene>(*scene_);
     scene->camera = *camera_;
     outcome_ = validate(*scene);
-    if (outcome_) outcome_ = view_->draw(std::move(scene));
+    if (outcome_) {
+      const double start_s = now_s();
+      const int factor = refinement_.factor(start_s);
+      outcome_ = view_->draw(std::move(scene), factor);
+      refinement_.drawn(factor, now_s() - start_s);
+    }
     if (!outcome_) close();
+  }
+  static double now_s() {
+    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   }
   void close() {
     if (this->Interactor) this->Interactor->TerminateApp();
@@ -133,6 +145,7 @@ class SceneStyle final : public vtkInteractorStyle {
   std::shared_ptr<const Scene> scene_;
   std::optional<Camera> camera_;
   std::optional<Clock::time_point> close_at_;
+  WindowRefinement refinement_{false};
   Drag drag_ = Drag::kNone;
   bool changed_ = false;
   Result<void> outcome_;

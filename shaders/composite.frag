@@ -2,10 +2,25 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Puts the finished picture over what VTK has drawn. Premultiplied colour in [0, 1], blended with
-// (one, one minus source alpha). viewport_origin: pixels of the target.
+// (one, one minus source alpha). A picture of fewer pixels is bilinear between their centres.
 
 uniform sampler2D picture;
-uniform ivec2 viewport_origin;
+uniform float scale;  // Pixels of the picture per pixel of the target; 1: one to one.
+uniform vec2 offset;  // Pixels of the picture.
 layout(location = 0) out vec4 colour;
 
-void main() { colour = texelFetch(picture, ivec2(gl_FragCoord.xy) - viewport_origin, 0); }
+void main() {
+  vec2 at = scale * gl_FragCoord.xy + offset;
+  if (scale == 1.0) {
+    colour = texelFetch(picture, ivec2(floor(at)), 0);
+    return;
+  }
+  ivec2 last = textureSize(picture, 0) - 1;
+  vec2 place = clamp(at - 0.5, vec2(0.0), vec2(last));
+  ivec2 a = ivec2(place);
+  ivec2 b = min(a + 1, last);
+  vec2 f = place - vec2(a);
+  vec4 low = mix(texelFetch(picture, a, 0), texelFetch(picture, ivec2(b.x, a.y), 0), f.x);
+  vec4 high = mix(texelFetch(picture, ivec2(a.x, b.y), 0), texelFetch(picture, b, 0), f.x);
+  colour = mix(low, high, f.y);
+}

@@ -8,28 +8,30 @@ uniform mat3 index_from_local;   // Per mm.
 
 const float kHuPerTexel = 32767.0;
 
-// Trilinear HU; the index is clamped to the outermost voxel centres.
-float ct_hu(vec3 index) {
+// Trilinear; the index is clamped to the outermost voxel centres.
+vec3 trilinear(sampler3D volume, vec3 index) {
   vec3 inside = clamp(index, vec3(0.0), vec3(ct_size - 1));
 #ifdef MANUAL_FILTER
   ivec3 a = min(ivec3(inside), max(ct_size - 2, 0));
   ivec3 b = min(a + 1, ct_size - 1);
   vec3 f = inside - vec3(a);
-  float v000 = texelFetch(ct, a, 0).r;
-  float v100 = texelFetch(ct, ivec3(b.x, a.yz), 0).r;
-  float v010 = texelFetch(ct, ivec3(a.x, b.y, a.z), 0).r;
-  float v110 = texelFetch(ct, ivec3(b.xy, a.z), 0).r;
-  float v001 = texelFetch(ct, ivec3(a.xy, b.z), 0).r;
-  float v101 = texelFetch(ct, ivec3(b.x, a.y, b.z), 0).r;
-  float v011 = texelFetch(ct, ivec3(a.x, b.yz), 0).r;
-  float v111 = texelFetch(ct, b, 0).r;
-  float front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
-  float back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
+  vec3 v000 = texelFetch(volume, a, 0).rgb;
+  vec3 v100 = texelFetch(volume, ivec3(b.x, a.yz), 0).rgb;
+  vec3 v010 = texelFetch(volume, ivec3(a.x, b.y, a.z), 0).rgb;
+  vec3 v110 = texelFetch(volume, ivec3(b.xy, a.z), 0).rgb;
+  vec3 v001 = texelFetch(volume, ivec3(a.xy, b.z), 0).rgb;
+  vec3 v101 = texelFetch(volume, ivec3(b.x, a.y, b.z), 0).rgb;
+  vec3 v011 = texelFetch(volume, ivec3(a.x, b.yz), 0).rgb;
+  vec3 v111 = texelFetch(volume, b, 0).rgb;
+  vec3 front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
+  vec3 back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
   return mix(front, back, f.z) * kHuPerTexel;
 #else
-  return textureLod(ct, (inside + 0.5) / vec3(ct_size), 0.0).r * kHuPerTexel;
+  return textureLod(volume, (inside + 0.5) / vec3(ct_size), 0.0).rgb * kHuPerTexel;
 #endif
 }
+
+float ct_hu(vec3 index) { return trilinear(ct, index).r; }
 
 // Part of an index ray inside the box of voxel centres and in front of the eye; mm, empty when
 // y <= x. A single voxel fills half a voxel either side.

@@ -5,9 +5,6 @@
 // texels 1 and 2 the axes of the plane; texel 3 a ball around the object, or the ball itself; then
 // the vertices. Space: local mm; t is counted like the ray's, from close to the volume.
 
-uniform sampler2D cut_objects;
-uniform int cut_count;
-uniform vec2 cut_cot;       // Cotangents of theta1, theta2.
 uniform float overlay_mm;   // Along the ray; very large: no clear region.
 
 const int kFirstVertex = 4;
@@ -19,6 +16,20 @@ struct CutawaySpan {
 };
 
 CutawaySpan cut_span;  // Of the ray.
+
+#ifdef CUT_FIELD
+uniform sampler2D cut_field;  // theta2, theta1: t from the eye, row 0 at the top.
+uniform int cut_field_height;
+
+CutawaySpan meet_cutaway(Ray ray, float begin) {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec2 t = texelFetch(cut_field, ivec2(pixel.x, cut_field_height - 1 - pixel.y), 0).rg - t_base_mm;
+  return CutawaySpan(t.y, t.x);
+}
+#else
+uniform sampler2D cut_objects;
+uniform int cut_count;
+uniform vec2 cut_cot;       // Cotangents of theta1, theta2.
 
 vec2 cone_point(vec3 q, Ray ray) {
   vec3 m = q - ray.origin;
@@ -63,7 +74,7 @@ vec2 cone_polygon(int row, int count, vec3 normal, Ray ray) {
   float t = facing != 0.0 ? dot(normal, first - ray.origin) / facing : 0.0;
   vec3 p = ray.origin + t * ray.direction - first;
   vec2 at = vec2(dot(p, axis_u), dot(p, axis_v));
-  vec3 from = texelFetch(cut_objects, ivec2(kFirstVertex + count - 1, row), 0).xyz;
+  vec3 from = texelFetch(cut_objects, ivec2(kFirstVertex + max(count, 1) - 1, row), 0).xyz;
   vec2 before = vec2(dot(from - first, axis_u), dot(from - first, axis_v));
   bool inside = false;
   vec2 best = vec2(kNowhere);
@@ -77,25 +88,30 @@ vec2 cone_polygon(int row, int count, vec3 normal, Ray ray) {
     from = to;
     before = now;
   }
+  if (count == 0) return best;
   float steep = length(normal - facing * ray.direction);
   bvec2 shallow = lessThanEqual(vec2(steep), cut_cot * abs(facing));
   return mix(best, vec2(t), bvec2(inside && facing != 0.0 && shallow.x,
                                   inside && facing != 0.0 && shallow.y));
 }
 
-// Where both surfaces meet a ray; kNowhere when that is not behind begin.
+// Where both surfaces meet a ray; kNowhere when they cannot lie behind begin. One object's theta1
+// shapes the fade of another's theta2, so it is all objects or none.
 CutawaySpan meet_cutaway(Ray ray, float begin) {
+  float farthest = kNowhere;
+  for (int row = 0; row < cut_count; ++row)
+    farthest = max(farthest, cone_ball(texelFetch(cut_objects, ivec2(3, row), 0), ray).y);
+  int count = farthest > begin ? cut_count : 0;
   vec2 best = vec2(kNowhere);
-  for (int row = 0; row < cut_count; ++row) {
-    vec4 head = texelFetch(cut_objects, ivec2(0, row), 0);
+  for (int row = 0; row < count; ++row) {
     vec2 bound = cone_ball(texelFetch(cut_objects, ivec2(3, row), 0), ray);
-    if (bound.y > begin) {
-      int count = int(head.w);
-      best = max(best, count > 0 ? cone_polygon(row, count, head.xyz, ray) : bound);
-    }
+    vec4 head = texelFetch(cut_objects, ivec2(0, row), 0);
+    int vertices = any(greaterThan(bound, best)) ? int(head.w) : 0;
+    best = max(best, head.w > 0.0 ? cone_polygon(row, vertices, head.xyz, ray) : bound);
   }
   return CutawaySpan(best.x, max(best.x, best.y));
 }
+#endif
 
 // Omega.
 float occlusion(CutawaySpan span, float t) {

@@ -3,7 +3,7 @@
 // Mean of the transfer function over the values between two points of a ray, from its integrals
 // over HU as whole numbers: their differences are exact, where those of floats cancel.
 
-uniform isampler2D integrals;  // Of colour times extinction, and of extinction, in quanta.
+uniform isamplerBuffer integrals;  // Of colour times extinction, and of extinction, in quanta.
 uniform float quantum;         // HU/mm.
 
 // A value, looked up.
@@ -25,7 +25,7 @@ Point point_at(float hu) {
   float w = p.x - float(i);
   vec4 low = premultiplied(transfer_entry(i));
   vec4 slope = premultiplied(transfer_entry(min(p.entry + 1, transfer_size - 1))) - low;
-  p.integral = texelFetch(integrals, texel_of(i), 0);
+  p.integral = texelFetch(integrals, i);
   p.rest = w * (low + 0.5 * w * slope);
   p.here = low + w * slope;
   return p;

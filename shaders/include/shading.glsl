@@ -6,13 +6,21 @@
 #ifdef GRADIENTS
 uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
 
+#ifdef GRADIENT_TEXTURE
+uniform sampler3D gradients;  // Differences of the neighbours of every voxel, as the CT.
+#endif
+
 // Central difference one voxel either way, HU/mm.
 vec3 gradient_at(vec3 index) {
+#ifdef GRADIENT_TEXTURE
+  return trilinear(gradients, index) * half_per_spacing;
+#else
   vec3 i = clamp(index, vec3(0.0), vec3(ct_size - 1));
   return vec3(ct_hu(i + vec3(1, 0, 0)) - ct_hu(i - vec3(1, 0, 0)),
               ct_hu(i + vec3(0, 1, 0)) - ct_hu(i - vec3(0, 1, 0)),
               ct_hu(i + vec3(0, 0, 1)) - ct_hu(i - vec3(0, 0, 1))) *
          half_per_spacing;
+#endif
 }
 #endif
 

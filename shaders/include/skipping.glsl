@@ -5,7 +5,8 @@
 // bricks that touch share voxels, so their ranges of values overlap, and the values between the
 // ends are in one range or the other. (Steps are at most a brick long where this is compiled.)
 
-uniform usampler3D bricks;  // Chebyshev distance to the nearest occupied brick; greatest importance.
+// Distance to the nearest occupied brick, in bricks along the longest axis; greatest importance.
+uniform usampler3D bricks;
 uniform ivec3 brick_count;
 uniform float bricks_per_voxel;
 uniform float brick_margin;  // More than the rounding of an index, voxels.
@@ -16,41 +17,53 @@ const float kPlace = 0.0;  // Of a sample in its cell.
 const float kPlace = 0.5;
 #endif
 
+// In an occupied brick a ray looks again after this many samples, wherever it leaves the brick: rays
+// that run in step would wait for the one that leaves last, and may as well sample.
+const int kRun = 8;
+
 // What a ray meets at one of its samples.
 struct Brick {
   bool empty;  // Nothing can be seen here.
-  int until;   // Empty: the last sample that is surely so. Else the first one surely outside.
+  int until;   // Empty: the last sample that is surely so. Else the first one to look at again.
 };
 
-Brick brick_at(int n) {
+ivec3 brick_of(int n) {
   vec3 index = index_at(float(n) + kPlace);
-  ivec3 at = clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
-  int d = int(texelFetch(bricks, at, 0).r);
+  return clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
+}
+
+// Where a ray leaves the cube of bricks less than reach away from one; margin: voxels farther out.
+float leaves_cube(ivec3 brick, int reach, float margin) {
   bvec3 ahead = greaterThan(lattice_step, vec3(0.0));
-  int reach = max(d, 1);
-  // An empty brick is left before the face of its cube, an occupied one behind its own.
-  float margin = d > 0 ? -brick_margin : brick_margin;
-  vec3 faces = (vec3(at) + mix(vec3(1 - reach), vec3(reach), ahead)) / bricks_per_voxel +
+  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) / bricks_per_voxel +
                mix(vec3(-margin), vec3(margin), ahead);
   vec3 exits = mix((faces - lattice_origin) / lattice_step, vec3(1.0e9),
                    equal(lattice_step, vec3(0.0)));
-  float leaves = clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
-  int inside = int(floor(leaves));
-  return Brick(d > 0, d > 0 ? max(inside, n) : max(inside, n) + 1);
+  return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
+}
+
+Brick brick_at(int n) {
+  ivec3 at = brick_of(n);
+  uvec2 known = texelFetch(bricks, at, 0).rg;
+  bool empty = known.r > 0u;
+  // An empty region is left a little early.
+  int inside = int(floor(leaves_cube(at, int(known.r), -brick_margin)));
+  return Brick(empty, empty ? max(inside, n) : n + kRun);
 }
 
 #ifdef CUTAWAY
 // The same in the part of a ray that fades: what is occupied counts as empty where its greatest
 // importance cannot be visible yet. A cell is leapt over when it ends before that place.
 Brick fading_brick_at(int n) {
-  Brick brick = brick_at(n);
-  vec3 index = index_at(float(n) + kPlace);
-  ivec3 at = clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
-  int code = int(texelFetch(bricks, at, 0).g);
-  if (brick.empty || code == 255) return brick;
-  float until = cells_of(hidden_until(cut_span, float(code) / 254.0));
+  ivec3 at = brick_of(n);
+  uvec2 known = texelFetch(bricks, at, 0).rg;
+  bool empty = known.r > 0u;
+  float leaves = leaves_cube(at, int(max(known.r, 1u)), empty ? -brick_margin : brick_margin);
+  int inside = max(int(floor(leaves)), n);
+  if (empty) return Brick(true, inside);
+  float until = cells_of(hidden_until(cut_span, float(known.g) / 254.0));
   int hidden = int(floor(clamp(until, -1.0e9, 1.0e9))) - 1;
-  if (hidden < n) return brick;
-  return Brick(true, min(hidden, max(n, brick.until - 2)));
+  if (known.g == 255u || hidden < n) return Brick(false, n + kRun);
+  return Brick(true, min(hidden, max(n, inside - 1)));
 }
 #endif

@@ -2,24 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The transfer function as a table with an entry per whole HU: colour in [0, 1], not premultiplied,
 // and extinction per mm, linear between entries and held outside; importance of the nearest entry.
-// Entry i of row r is texel r * transfer_size + i, in lines of 4096 texels.
+// Entry i of row r is texel r * transfer_size + i.
 
-uniform sampler2D transfer;  // rgb, extinction per mm.
+uniform samplerBuffer transfer;  // rgb, extinction per mm.
 uniform float transfer_first_hu;
 uniform int transfer_size;  // Entries of a row.
 #ifdef IMPORTANCE
-uniform sampler2D importances;
+uniform samplerBuffer importances;
 #endif
 #ifdef GRADIENT_WINDOWS
 uniform int transfer_rows;
 uniform float rows_per_gradient;  // Per HU/mm.
 #endif
 
-const int kLineBits = 12;
-
-ivec2 texel_of(int entry) { return ivec2(entry & ((1 << kLineBits) - 1), entry >> kLineBits); }
-
-vec4 transfer_entry(int entry) { return texelFetch(transfer, texel_of(entry), 0); }
+vec4 transfer_entry(int entry) { return texelFetch(transfer, entry); }
 
 // rgb and extinction; importance is written only where it is compiled in.
 vec4 transfer_at(float hu, float gradient, out float importance) {
@@ -40,7 +36,7 @@ vec4 transfer_at(float hu, float gradient, out float importance) {
   vec4 value = mix(transfer_entry(i), transfer_entry(i + 1), w);
 #endif
 #ifdef IMPORTANCE
-  importance = texelFetch(importances, texel_of(nearest), 0).r;
+  importance = texelFetch(importances, nearest).r;
 #else
   importance = 1.0;
 #endif

@@ -206,17 +206,43 @@ TEST(GlEngineTest, RefusesAnInvalidSceneByName) {
   EXPECT_FALSE((*gl)->render(scene).has_value());
 }
 
-TEST(GlEngineTest, RefusesAVolumeBeyondTheDevice) {
+TEST(GlEngineTest, DrawsAVolumeBeyondTheDeviceReducedAndSaysSo) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
   Scene scene = plain();
-  VoxelGrid grid = test::cube_grid(2, 1.0);
-  grid.size = {40000, 1, 1};  // No device of today has 3D textures of this length.
+  VoxelGrid grid = test::cube_grid(2, 0.001);
+  grid.size = {40000, 2, 2};  // No device of today has 3D textures of this length.
   scene.ct = std::make_shared<const Volume>(
-      *Volume::create(grid, std::vector<std::int16_t>(40000, 0), "long.nrrd"));
-  EXPECT_TRUE(test::refuses((*gl)->render(scene), ErrorCode::kUnsupportedData,
-                            {"long.nrrd", "40000 x 1 x 1"}));
+      *Volume::create(grid, std::vector<std::int16_t>(160000, 300), "long.nrrd"));
+  const auto image = (*gl)->render(scene);
+  ASSERT_TRUE(test::has_value(image));
+  EXPECT_NE(image->statistics.note.find("long.nrrd: 40000 x 2 x 2"), std::string::npos)
+      << image->statistics.note;
+  EXPECT_NE(image->statistics.note.find("at most 0 HU"), std::string::npos);
+  EXPECT_EQ((*gl)->render(plain())->statistics.note, "");
+}
+
+TEST(GlEngineTest, CutsAroundALargeMeshAsTheReference) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  for (const bool orthographic : {false, true}) {
+    Scene scene = oblique();
+    scene.camera.orthographic = orthographic;
+    scene.quality.opaque_at = 1;
+    scene.cutaway.emplace();
+    scene.cutaway->overlay_mm = 6;
+    scene.cutaway->meshes = {test::ball_mesh(scene.ct->grid().centre().mm, 7)};
+    ASSERT_GT(scene.cutaway->meshes[0]->triangles.size(), std::size_t{64});
+    const auto actual = (*gl)->render(scene);
+    const auto expected = make_reference_engine()->render(scene);
+    ASSERT_TRUE(test::has_value(actual));
+    ASSERT_TRUE(test::has_value(expected));
+    EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, kAgreement255));
+    scene.cutaway.reset();
+    EXPECT_FALSE(test::agree(*&(*gl)->render(scene)->pixels, expected->pixels, kAgreement255));
+  }
 }
 
 }  // namespace

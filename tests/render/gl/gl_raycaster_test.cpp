@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <limits>
 #include <vtkActor.h>
 #include <vtkNew.h>
 #include <vtkOpenGLRenderWindow.h>
@@ -9,6 +10,7 @@
 #include <vtkRenderer.h>
 #include <vtkSphereSource.h>
 
+#include "render/gl_volume_fit.hpp"
 #include "render/gl_volume_prop.hpp"
 #include "render/vtk_convert.hpp"
 #include "render/vtk_offscreen.hpp"
@@ -43,19 +45,51 @@ class GlRaycasterTest : public testing::Test {
 TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   scene_.needle = test::test_needle(scene_.ct->grid(), SafetyState::kValid);
+  scene_.shading.style = ShadingStyle::kGooch;
+  scene_.shading.emphasis = 0.2;
+  scene_.cutaway.emplace();
   draw();
   ASSERT_EQ(caster().compiled(), 1);
   scene_.transfer = *preset_transfer_function("ct-bone");
   scene_.shading.ambient = 0.1;
+  scene_.shading.emphasis = 1;
+  scene_.shading.silhouette = 0;
+  scene_.shading.full_gradient_per_mm = 50;
   scene_.quality.step_voxels = 1;
   scene_.quality.opaque_at = 1;
   scene_.camera.orthographic = true;
   scene_.plane->opacity = 0.5;
   scene_.plane->safety = {SafetyState::kStale, "test"};
   scene_.needle->safety = {SafetyState::kStale, "test"};
+  scene_.lines = {{{{0, 0, 0}}, {{20, 0, 0}}}};
+  scene_.cutaway->theta1_rad = scene_.cutaway->theta2_rad = 0.3;
+  scene_.cutaway->overlay_mm = std::numeric_limits<double>::infinity();
+  scene_.cutaway->around_needle = scene_.cutaway->around_spheres = true;
   scene_.background_rgb.setConstant(0.5);
   draw();
   EXPECT_EQ(caster().compiled(), 1);
+}
+
+TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {
+  scene_.transfer = *TransferFunction::create(
+      "unimportant",
+      {{-300, {1, 0.5, 0.3}, 0.0, 0.0}, {50, {1, 0.5, 0.3}, 0.1, 0.0}, {900, {1, 1, 1}, 0.5, 0.0}});
+  scene_.shading.emphasis = 1;
+  scene_.quality.classification = Classification::kPostClassified;
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, 0U);
+  EXPECT_EQ(caster().statistics().gradient_samples, 0U);
+}
+
+TEST_F(GlRaycasterTest, CutawayTakesFewerSamplesThanItClears) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  scene_.shading.enabled = false;
+  draw();
+  const std::uint64_t without = caster().statistics().volume_samples;
+  scene_.cutaway.emplace();
+  scene_.cutaway->overlay_mm = 2;
+  draw();
+  EXPECT_LT(caster().statistics().volume_samples, without);
 }
 
 TEST_F(GlRaycasterTest, EachSetOfFeaturesCompilesOnce) {
@@ -92,12 +126,53 @@ TEST_F(GlRaycasterTest, SendsOnlyWhatChanged) {
   EXPECT_EQ(caster().uploads().volumes, 1);
   EXPECT_EQ(caster().uploads().transfers, 2);
   EXPECT_EQ(caster().uploads().bricks, 2);
-  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  scene_.plane->frame.pixels = {40, 30, std::vector<std::uint8_t>(40 * 30, 99)};
   draw();
   EXPECT_EQ(caster().uploads().pictures, 2);
   scene_.ct = test::ball_phantom(test::cube_grid(40, 1.0));
   draw();
   EXPECT_EQ(caster().uploads().volumes, 2);
+}
+
+TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
+  scene_ = test::ball_scene(test::oblique_grid());
+  draw();
+  const Image2d<RgbaF> kept(96, 72, caster().read());
+  const std::uint64_t taken = caster().statistics().gradient_samples;
+  caster().set_gradient_texture(false);
+  draw();
+  EXPECT_EQ(caster().compiled(), 2);
+  EXPECT_EQ(caster().statistics().gradient_samples, taken);
+  EXPECT_TRUE(test::agree(kept, Image2d<RgbaF>(96, 72, caster().read()), 0.05));
+}
+
+TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
+  scene_.quality.opaque_at = 1;
+  scene_.background_rgb.setZero();
+  caster().set_largest_edge(24);  // The phantom has 48.
+  draw();
+  EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
+      << caster().statistics().note;
+  const Image2d<RgbaF> found(96, 72, caster().read());
+  const ReducedVolume expected_ct = reduced(*scene_.ct, {2, 2, 2});
+  EXPECT_GT(expected_ct.rms_error_hu, 0);
+  scene_.ct = expected_ct.volume;
+  const auto expected = make_reference_engine()->render(scene_);
+  ASSERT_TRUE(test::has_value(expected));
+  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+}
+
+TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
+  const Image2d<Rgba8> whole = picture();
+  ASSERT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene_), 2)));
+  EXPECT_EQ(caster().statistics().rays, 48U * 36U);
+  const Image2d<Rgba8> coarse = read_pixels(window_->window());
+  // Edges blur; a picture that were moved by a pixel would differ in most of the ball.
+  constexpr int kBlur255 = 24;
+  EXPECT_LT(test::difference(coarse, whole, kBlur255).fraction_above, 0.15);
+  EXPECT_GT(test::difference(coarse, whole, 0).fraction_above, 0.1);
+  EXPECT_EQ(test::difference(picture(), whole, 0).max, 0);
 }
 
 TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {

@@ -132,6 +132,31 @@ inline render::NeedleShape test_needle(const VoxelGrid& grid, SafetyState state)
           .safety = {state, state == SafetyState::kValid ? "" : "test"}};
 }
 
+/// A ball of triangles: 12 around, 8 from pole to pole.
+inline std::shared_ptr<const render::MeshObject> ball_mesh(const Eigen::Vector3d& centre_ct,
+                                                           double radius_mm) {
+  constexpr int kAround = 12;
+  constexpr int kDown = 8;
+  auto mesh = std::make_shared<render::MeshObject>();
+  for (int j = 0; j <= kDown; ++j) {
+    for (int i = 0; i < kAround; ++i) {
+      const double a = 2 * M_PI * i / kAround;
+      const double b = M_PI * j / kDown;
+      const Eigen::Vector3d out(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
+      mesh->vertices_ct.push_back({centre_ct + radius_mm * out});
+    }
+  }
+  for (int j = 0; j < kDown; ++j) {
+    for (int i = 0; i < kAround; ++i) {
+      const int a = j * kAround + i;
+      const int b = j * kAround + (i + 1) % kAround;
+      mesh->triangles.push_back({a, b, a + kAround});
+      mesh->triangles.push_back({b, b + kAround, a + kAround});
+    }
+  }
+  return mesh;
+}
+
 inline std::vector<render::SphereShape> test_spheres(const VoxelGrid& grid) {
   const double size_mm = grid.extent_mm().minCoeff();
   const Eigen::Vector3d centre = grid.centre().mm;

@@ -22,7 +22,9 @@ std::vector<GlFeatures> many_features() {
     f.classified = static_cast<GlFeatures::Classified>(i % 3);
     f.shaded = static_cast<GlFeatures::Shaded>(i / 3 % 3);
     f.emphasis = bit(0);
+    f.gradient_texture = bit(10);
     f.cutaway = bit(1);
+    f.cut_field = f.cutaway && bit(9);
     f.skipping = bit(2);
     f.jitter = bit(3);
     f.plane = bit(4);
@@ -44,9 +46,10 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
   // The feature's code is there in the text but no #define switches it on.
   const std::string none = raycast_fragment_source({});
   for (const char* feature :
-       {"PROJECTION", "MAXIMUM", "MINIMUM", "GRADIENT_WINDOWS", "SHADING", "PHONG", "GOOCH",
-        "GRADIENTS", "EMPHASIS", "CUTAWAY", "IMPORTANCE", "SKIPPING", "JITTER", "PLANE", "SOLIDS",
-        "CAPSULES", "SHARED_DEPTH", "MANUAL_FILTER"}) {
+       {"PROJECTION", "MAXIMUM",   "MINIMUM",    "GRADIENT_WINDOWS", "SHADING",
+        "PHONG",      "GOOCH",     "GRADIENTS",  "GRADIENT_TEXTURE", "EMPHASIS",
+        "CUTAWAY",    "CUT_FIELD", "IMPORTANCE", "SKIPPING",         "JITTER",
+        "PLANE",      "SOLIDS",    "CAPSULES",   "SHARED_DEPTH",     "MANUAL_FILTER"}) {
     EXPECT_EQ(none.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
   }
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/gl_bricks.hpp"
+
+#include <cmath>
+
+namespace nav::render {
+std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTable& table,
+                                       const BrickDistances& distances) {
+  std::vector<std::uint8_t> texels;
+  texels.reserve(2 * distances.distance.size());
+  for (std::size_t b = 0; b < distances.distance.size(); ++b) {
+    texels.push_back(distances.distance[b]);
+    const double importance = table.max_importance(bricks.low[b], bricks.high[b]);
+    texels.push_back(importance >= 1 ? 255
+                                     : static_cast<std::uint8_t>(std::ceil(254 * importance)));
+  }
+  return texels;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/brick_grid.hpp"
+
+namespace nav::render {
+
+/// What the shader knows of every brick, two bytes each; order as in BrickGrid. Internal to
+/// render/.
+///   0: distance to the nearest occupied brick, as brick_distances().
+///   1: an upper bound of the importance of what may be visible, in 1/254; 255: 1.
+std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTable& table,
+                                       const BrickDistances& distances);
+
+}  // namespace nav::render
