@@ -163,6 +163,7 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
       start_packet(x, y, p);
       for (auto& hits : p.hits) hits.clear();
+      std::fill_n(p.seen, kPacketLanes, PixelRecord{});
       if (tile.solids) meet_surfaces(x, y, p);
       if (cut && p.starts.any) cut_packet(x, y, tile.block.choice(), p);
       if (field_ != nullptr && p.starts.any) cut_by_field(x, y, p);
@@ -221,7 +222,6 @@ void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
 }
 
 void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
-  std::fill_n(p.seen, kPacketLanes, PixelRecord{});
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
                    p.hits[lane]);

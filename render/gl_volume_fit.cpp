@@ -111,9 +111,8 @@ ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors) {
   NAV_CHECK(volume.has_value(), full.name());
   ReducedVolume out{std::make_shared<const Volume>(std::move(volume).value()), factors, 0, 0};
   std::vector<ErrorSum> errors(size_of(full.grid().size[2]));
-  for_each_index(full.grid().size[2], 0, [&](int k) {
-    errors[size_of(k)] = slice_error(full, *out.volume, factors, k);
-  });
+  for_each_index(full.grid().size[2], 0,
+                 [&](int k) { errors[size_of(k)] = slice_error(full, *out.volume, factors, k); });
   double squares = 0;
   for (const ErrorSum& error : errors) {
     out.max_error_hu = std::max(out.max_error_hu, error.max);
