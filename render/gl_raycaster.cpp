@@ -66,6 +66,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   statistics_.rays =
       static_cast<std::uint64_t>(scene.width) * static_cast<std::uint64_t>(scene.height);
   cast_ = change >= SceneChange::kGeometry;
+  statistics_.note = textures_.note();
   if (change == SceneChange::kNothing) return {};
   last_.reset();
   const GlStateGuard guard;

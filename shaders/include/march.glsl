@@ -64,6 +64,8 @@ void shade_and_composite(Cell cell, bool fading) {
 }
 #endif
 
+// Loops are tested at their ends: a device that runs many rays in step goes through the body of a
+// loop once more after the last ray has left it at its head.
 // begin, end: cells. fading: in front of the surface of theta2.
 void march(float begin, float end, bool fading) {
   int first = int(floor(begin));
@@ -87,9 +89,9 @@ void march(float begin, float end, bool fading) {
   bool has_a = false;     // a is what lies at the begin of the part of the cell after it.
 #endif
   bool marching = last > first;
-  while (marching) {
+  if (marching) do {
 #ifdef SKIPPING
-    while (j > run_end && marching) {
+    if (j > run_end) do {
       if (pending ? next > last : next >= last) {
         marching = false;
       } else {
@@ -116,12 +118,10 @@ void march(float begin, float end, bool fading) {
 #endif
         }
       }
-    }
-#else
-    marching = j <= run_end;
+    } while (j > run_end && marching);
 #endif
     bool found = false;
-    while (j <= run_end && !found) {
+    if (j <= run_end) do {
 #ifdef PREINTEGRATED
       float v1 = value_at(float(j));
       int k = j - 1;
@@ -179,10 +179,13 @@ void march(float begin, float end, bool fading) {
       if (found) composite(cell);
       found = picture.a >= enough;
 #endif
-    }
+    } while (j <= run_end && !found);
 #ifdef SHADING
     if (found) shade_and_composite(cell, fading);
 #endif
     if (picture.a >= enough) marching = false;
-  }
+#ifndef SKIPPING
+    if (j > run_end) marching = false;
+#endif
+  } while (marching);
 }
