@@ -290,7 +290,7 @@ def scaling_section(points: list[dict], docs: pathlib.Path) -> str:
 `sonde bench scaling --json FILE`: the simulated patient in a cube of 300 mm, CPU engine, shaded,
 800 × 600, half a voxel a step, unless the axis says otherwise. `prepare` is what a new volume needs
 once; bytes per voxel are what the process grew by when it first drew the volume, besides the
-volume's own 2.
+volume's own 2 and 16 a pixel; what else the engine keeps of each pixel weighs on small volumes.
 
 ![scaling](benchmarks/scaling.svg)
 
