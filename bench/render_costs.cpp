@@ -87,10 +87,6 @@ void add_optics(const render::Scene& all, std::vector<Element>& elements) {
                       {}});
   elements.push_back(
       {"early termination", [](render::Scene& s) { s.quality.opaque_at = 1; }, kNothing, {}});
-  elements.push_back({"adaptive cells, 0.001",
-                      kNothing,
-                      [](render::Scene& s) { s.quality.adaptive_error = 1e-3; },
-                      {}});
 }
 
 void add_surfaces(const render::Scene& all, std::vector<Element>& elements) {

@@ -59,5 +59,6 @@
 /// between entry and exit, as grey = clamp((v - level) / width + 1/2), lies under the surfaces,
 /// which are composited in their order; rays past the volume see the background.
 ///
-/// The reference ignores opaque_at, skip_empty_bricks and adaptive_error: they may only cost error.
+/// The reference ignores opaque_at, which may only cost error, and skip_empty_bricks, which may
+/// not.
 namespace nav::render::spec {}

@@ -146,9 +146,7 @@ struct Quality {
   Classification classification = Classification::kPreIntegrated;
   double opaque_at = 0.996;       ///< Early ray termination when opacity reaches it; 1: never.
   bool skip_empty_bricks = true;  ///< Bit-identical on and off.
-  /// Error that cells may be lengthened for, of opacity per brick; 0: every cell has one length.
-  double adaptive_error = 0;
-  bool jitter = false;  ///< Shifts each ray's cells by a fixed pseudo-random part of one.
+  bool jitter = false;            ///< Shifts each ray's cells by a fixed pseudo-random part of one.
 };
 
 /// Everything that a picture shows, and nothing of how. A plain value.

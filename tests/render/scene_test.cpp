@@ -85,7 +85,6 @@ TEST(ValidateSceneTest, NamesTheField) {
   expect_refused([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
   expect_refused([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
   expect_refused([](Scene& s) { s.shading.full_gradient_per_mm = 0; }, "full_gradient_per_mm");
-  expect_refused([](Scene& s) { s.quality.adaptive_error = kNan; }, "quality.adaptive_error");
   expect_refused([](Scene& s) { s.grey.width_hu = 0; }, "grey.width_hu");
   expect_refused([](Scene& s) { s.grey.level_hu = kNan; }, "grey.level_hu");
 }
