@@ -107,7 +107,9 @@ TEST(NaiveOpacityTest, FadingAfterTheStepDependsOnTheStep) {
     const double faded_first = 1 - std::pow(1 - 0.6 * 0.5, h);
     const double faded_last = (1 - std::pow(1 - 0.6, h)) * 0.5;
     EXPECT_NEAR(1 - std::pow(1 - faded_first, steps), 0.3, 1e-12);
-    if (steps > 1) EXPECT_GT(1 - std::pow(1 - faded_last, steps), 0.34);
+    if (steps > 1) {
+      EXPECT_GT(1 - std::pow(1 - faded_last, steps), 0.34);
+    }
   }
 }
 
