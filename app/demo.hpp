@@ -15,7 +15,7 @@ namespace nav::app {
 /// The simulated procedure: sweep, registration from a planted start error, needle approach.
 struct DemoOptions {
   SessionConfig::Output output;  ///< frames: pictures of the approach; 0: the default of 30.
-  SessionConfig::Look look{.preset = "cta-vessels", .nodes = {}};
+  SessionConfig::Look look{.preset = "cta-liver-vessels", .nodes = {}};
   SessionConfig::View view{.distance_mm = 560};
   std::uint64_t seed = 1;
   double start_error_mm = 10;

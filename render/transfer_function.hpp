@@ -85,7 +85,7 @@ class TransferFunction {
 bool operator==(const TransferNode& a, const TransferNode& b);
 bool same_classification(const TransferFunction& a, const TransferFunction& b);
 
-/// Built-in functions: "ct-bone", "ct-soft-tissue", "cta-vessels". kNotFound lists them.
+/// Built-in functions, e.g. "ct-bone", "cta-vessels"; kNotFound lists them.
 Result<TransferFunction> preset_transfer_function(const std::string& name);
 
 }  // namespace nav::render

@@ -107,6 +107,16 @@ Components vessels() {
            {}}};
 }
 
+/// The same for the liver's veins in front of an ultrasound plane: blurred rims of bone have the
+/// values of blood but lie on steeper slopes (300 HU/mm and more) than the rims of veins (below
+/// 60 HU/mm), so the window on the gradient keeps ribs from wearing a coat of blood. Thin arteries,
+/// which are all rim, go with it.
+Components liver_vessels() {
+  Components components = vessels();
+  components[1].gradient = GradientWindow{0, 0, 60, 110};
+  return components;
+}
+
 /// MR, in shares of the volume's value range: dark tissue a haze, what is bright (fat and vessels
 /// with contrast, by the sequence) solid.
 Components mr() {
@@ -134,10 +144,11 @@ struct Preset {
   Components (*components)();
   bool relative;  ///< In shares of the value range.
 };
-constexpr std::array<Preset, 5> kPresets{{{"ct-bone", bone, false},
+constexpr std::array<Preset, 6> kPresets{{{"ct-bone", bone, false},
                                           {"ct-soft-tissue", soft_tissue, false},
                                           {"ct-liver", liver, false},
                                           {"cta-vessels", vessels, false},
+                                          {"cta-liver-vessels", liver_vessels, false},
                                           {"mr-default", mr, true}}};
 
 Result<TransferFunction> preset_over(const std::string& name, const ValueRange& range) {

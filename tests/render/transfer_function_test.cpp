@@ -271,9 +271,9 @@ TEST(PresetTransferFunctionTest, ShowsWhatItsNamePromises) {
 }
 
 TEST(PresetTransferFunctionTest, ListsTheKnownOnes) {
-  EXPECT_TRUE(
-      test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
-                    {"mri", "ct-bone", "ct-soft-tissue", "ct-liver", "cta-vessels", "mr-default"}));
+  EXPECT_TRUE(test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
+                            {"mri", "ct-bone", "ct-soft-tissue", "ct-liver", "cta-vessels",
+                             "cta-liver-vessels", "mr-default"}));
 }
 
 }  // namespace
