@@ -22,7 +22,7 @@ std::shared_ptr<const Volume> head_like(double scale) {
 
 TEST(PresetTest, EveryNameGivesAFunctionWithOrderedImportance) {
   const auto ct = head_like(1);
-  EXPECT_EQ(preset_names().size(), 5U);
+  EXPECT_EQ(preset_names().size(), 6U);
   for (const std::string& name : preset_names()) {
     const auto f = preset_for(name, *ct);
     ASSERT_TRUE(test::has_value(f));
