@@ -63,16 +63,20 @@ function(nav_add_test name)
     PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
-# nav_add_benchmark(<name> SOURCES a_bench.cpp… [USES targets…]): a Google Benchmark program that
-# `ctest -L bench` runs once as a smoke test.
+# nav_add_benchmark(<name> SOURCES a_bench.cpp… [USES targets…] [SMOKE regex]): a Google Benchmark
+# program that `ctest -L bench` runs once as a smoke test, all of it or what the regex names.
 function(nav_add_benchmark name)
   if(NOT SONDE_BUILD_BENCH)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "SMOKE" "SOURCES;USES")
+  if(NOT arg_SMOKE)
+    set(arg_SMOKE ".")
+  endif()
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES}
                                         benchmark::benchmark_main)
-  add_test(NAME ${name}_smoke COMMAND ${name} --benchmark_min_time=0.001)
+  add_test(NAME ${name}_smoke COMMAND ${name} --benchmark_min_time=0.001
+                                               "--benchmark_filter=${arg_SMOKE}")
   set_tests_properties(${name}_smoke PROPERTIES LABELS bench TIMEOUT 600)
 endfunction()
