@@ -3,6 +3,7 @@
 #include "render/cpu_painter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -240,10 +241,14 @@ void CpuPainter::cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) 
 }
 
 void CpuPainter::cut_by_field(int x0, int y0, Packet& p) const {
+  std::array<spec::CutawaySpan<float>, kPacketLanes> spans{};
+  // By rows, so that a ray starts its search where its neighbour's ended.
+  for (int row = 0; row < kPacketHeight; ++row) {
+    field_->meet_row(view_, x0, y0 + row, kPacketWidth, spans.data() + row * kPacketWidth);
+  }
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
-    spec::CutawaySpan<float> span{};
-    field_->meet_row(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth, 1, &span);
+    const spec::CutawaySpan<float>& span = spans[static_cast<std::size_t>(lane)];
     cut_lane(span.t1, span.t2, lane, p);
   }
 }
