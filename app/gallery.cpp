@@ -11,7 +11,7 @@
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
 #include "render/engine.hpp"
-#include "render/reslice.hpp"
+#include "render/slice.hpp"
 #include "sim/ct_scanner.hpp"
 #include "sim/ultrasound.hpp"
 
@@ -46,8 +46,8 @@ render::UltrasoundPlane coronal_slice(const Volume& ct, const Vec& centre) {
   const Pose pose(Eigen::Quaterniond(axes), centre + Vec(0, 0, 0.5 * kHeight * kPixelMm));
   UltrasoundFrame frame;
   frame.grid = PixelGrid::centred(kWidth, kPixelMm, kPixelMm);
-  const auto slice =
-      render::reslice(ct, pose, frame.grid.origin_mm, kPixelMm, kWidth, kHeight, {100, 250});
+  const auto slice = render::slice_along_image(ct, pose, frame.grid.origin_mm, kPixelMm, kWidth,
+                                               kHeight, {100, 250});
   std::vector<std::uint8_t> grey;
   for (const Rgba8& p : slice.pixels()) grey.push_back(p.r);
   frame.pixels = {kWidth, kHeight, std::move(grey)};

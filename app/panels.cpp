@@ -118,8 +118,8 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
   const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
   if (placed) {
     const PlaneView view = fit(epoch.frame->frame, x, half, width, height - half);
-    canvas.copy(render::reslice(context.ct, *epoch.ct_from_image, view.origin_mm, view.mm_per_px,
-                                view.width, view.height, context.window),
+    canvas.copy(render::slice_along_image(context.ct, *epoch.ct_from_image, view.origin_mm,
+                                          view.mm_per_px, view.width, view.height, context.window),
                 view.x, view.y);
     draw_guidance(canvas, view, context);
   }
@@ -206,6 +206,10 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   constexpr int kSmallestWidth = 400;
   if (view_3d.height() >= kSmallestHeight && canvas.width() >= kSmallestWidth) {
     draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
+    if (!context.note.empty()) {
+      draw_label(canvas, 0, 44, view_3d.width(), context.note, colour_of(SafetyState::kDegraded),
+                 13);
+    }
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   }

@@ -7,8 +7,8 @@
 
 #include "app/navigator.hpp"
 #include "render/canvas.hpp"
-#include "render/reslice.hpp"
 #include "render/scene.hpp"
+#include "render/slice.hpp"
 
 namespace nav::app {
 
@@ -20,6 +20,7 @@ struct PanelContext {
   render::HuWindow window;
   const std::string& banner;
   render::Camera camera;  ///< Of the 3D view, for its orientation letters.
+  std::string note;  ///< What the engine says of the 3D view ("down-sampled …"); may be empty.
 };
 
 /// Where a direction of the CT (LPS) points in the patient: letters of R, L, A, P, S, I, the

@@ -112,9 +112,10 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     view = render::to_8bit(rendered->pixels);
     ++views_cast_;
     cast_seconds_ += rendered->statistics.cast_s;
+    note_ = rendered->statistics.note;
     if (empty) empty_view_ = view;
   }
-  PanelContext context{epoch, *ct_, plan_, options_.window, banner_, wanted.camera};
+  PanelContext context{epoch, *ct_, plan_, options_.window, banner_, wanted.camera, note_};
   return compose_panels(view, context);
 }
 

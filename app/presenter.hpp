@@ -11,7 +11,7 @@
 #include "app/session_config.hpp"
 #include "render/canvas.hpp"
 #include "render/engine.hpp"
-#include "render/reslice.hpp"
+#include "render/slice.hpp"
 
 namespace nav::app {
 
@@ -75,6 +75,7 @@ class Presenter {
   double typical_extent_mm_ = 0;
   std::string banner_;
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
+  std::string note_;                          ///< Of the engine about its last picture.
   int views_cast_ = 0;
   int views_reused_ = 0;
   double cast_seconds_ = 0;

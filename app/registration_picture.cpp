@@ -17,8 +17,8 @@ void draw_checkerboard(render::Canvas& canvas, const PlaneView& view, const Volu
                        const Transform<frames::Ct, frames::Reference>& ct_from_reference,
                        const render::HuWindow& window) {
   const auto slice =
-      render::reslice(ct, ct_from_reference * frame.reference_from_image, view.origin_mm,
-                      view.mm_per_px, view.width, view.height, window);
+      render::slice_along_image(ct, ct_from_reference * frame.reference_from_image, view.origin_mm,
+                                view.mm_per_px, view.width, view.height, window);
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.width; ++x) {
       const Eigen::Vector2d p = view.point_of(x, y);

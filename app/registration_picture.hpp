@@ -5,7 +5,7 @@
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
 #include "render/canvas.hpp"
-#include "render/reslice.hpp"
+#include "render/slice.hpp"
 
 namespace nav::app {
 

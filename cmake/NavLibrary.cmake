@@ -25,6 +25,28 @@ if(SONDE_SANITIZER)
   target_link_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER})
 endif()
 
+# Precompiled headers hide a missing include, so they are for builds that only test: the release
+# build, which has none, is the one that has to find every header named.
+option(SONDE_PRECOMPILE "Precompile the headers that most files include" OFF)
+function(nav_precompile target)
+  if(SONDE_PRECOMPILE)
+    target_precompile_headers(
+      ${target}
+      PRIVATE
+      <Eigen/Core>
+      <Eigen/Geometry>
+      <algorithm>
+      <array>
+      <filesystem>
+      <functional>
+      <memory>
+      <optional>
+      <string>
+      <vector>
+      ${ARGN})
+  endif()
+endfunction()
+
 set(CMAKE_CXX_EXTENSIONS OFF)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)
@@ -41,6 +63,7 @@ function(nav_add_library name)
     nav_${name}
     PUBLIC nav::common ${arg_USES}
     PRIVATE nav::warnings ${arg_PRIVATE_USES})
+  nav_precompile(nav_${name})
 endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s])
@@ -56,6 +79,7 @@ function(nav_add_test name)
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES} GTest::gmock
                                         GTest::gtest_main)
+  nav_precompile(${name} <gmock/gmock.h> <gtest/gtest.h>)
   include(GoogleTest)
   gtest_discover_tests(
     ${name}

@@ -206,6 +206,18 @@ Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
   return Image2d<float>(options.width, options.height, std::move(values));
 }
 
+Image2d<Rgba8> slice_along_image(const Volume& ct,
+                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
+                                 const Eigen::Vector2d& origin_mm, double mm_per_pixel, int width,
+                                 int height, const HuWindow& window) {
+  const SliceOptions options{.width = width, .height = height, .mm_per_pixel = mm_per_pixel};
+  const Eigen::Vector2d centre_mm =
+      origin_mm + 0.5 * mm_per_pixel * Eigen::Vector2d(width - 1, height - 1);
+  const auto values = slice_values(ct, ultrasound_slice(ct_from_image, centre_mm), options);
+  NAV_CHECK(values.has_value(), width, height, mm_per_pixel);
+  return to_grey(*values, window);
+}
+
 Image2d<Rgba8> to_grey(const Image2d<float>& values, const HuWindow& window) {
   NAV_CHECK(window.width > 0, window.width);
   const auto scale = static_cast<float>(255 / window.width);

@@ -7,10 +7,15 @@
 
 #include "nav/image.hpp"
 #include "nav/volume.hpp"
-#include "render/reslice.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
+
+/// Grey window of a CT slice: black at level − width/2, white at level + width/2, HU.
+struct HuWindow {
+  double level = 60;
+  double width = 400;
+};
 
 /// Where a flat picture of the CT lies. right, down: unit, at right angles, CT axes (LPS).
 struct SlicePlane {
@@ -71,6 +76,14 @@ inline constexpr Rgba8 kOutsideCt{24, 28, 48, 255};
 
 /// Values as grey, outside as kOutsideCt. Grey = round(255 · clamp((HU − level) / width + ½)).
 Image2d<Rgba8> to_grey(const Image2d<float>& values, const HuWindow& window);
+
+/// CT along the plane of an ultrasound picture, thin. Pixel (column, row) shows the point of the
+/// Image frame origin_mm + mm_per_pixel · (column, row). Preconditions: those of validate(), else a
+/// Bug.
+Image2d<Rgba8> slice_along_image(const Volume& ct,
+                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
+                                 const Eigen::Vector2d& origin_mm, double mm_per_pixel, int width,
+                                 int height, const HuWindow& window);
 
 enum class FusionMode {
   kBlend,         ///< Share of the ultrasound.

@@ -262,5 +262,31 @@ TEST_F(FusionTest, RefusesWhatCannotBe) {
   EXPECT_TRUE(refused({FusionMode::kBlend, 0.5, 10, 0.5, -1}, "reach_mm"));
 }
 
+TEST(SliceTest, AlongAnImagePixelsLieWhereThePictureHasThem) {
+  const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
+  const Transform<frames::Ct, frames::Image> ct_from_image =
+      Pose(Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized(), V(1, -2, 3));
+  const Eigen::Vector2d origin_mm(-6, -4);
+  const HuWindow window{10, 255};
+  const auto picture = slice_along_image(*ct, ct_from_image, origin_mm, 0.5, 25, 17, window);
+  int inside = 0;
+  for (int row = 0; row < 17; ++row) {
+    for (int column = 0; column < 25; ++column) {
+      const Eigen::Vector2d p = origin_mm + 0.5 * Eigen::Vector2d(column, row);
+      const auto place = ct_from_image * Point<frames::Image>{{p.x(), p.y(), 0}};
+      const auto hu = ct->sample(place);
+      const Rgba8& found = picture.at(column, row);
+      if (!hu) {
+        EXPECT_EQ(found.b, kOutsideCt.b);
+        continue;
+      }
+      const double grey = 255 * std::clamp((*hu - window.level) / window.width + 0.5, 0.0, 1.0);
+      EXPECT_NEAR(found.r, grey, 0.51) << column << ", " << row;
+      ++inside;
+    }
+  }
+  EXPECT_GT(inside, 200);
+}
+
 }  // namespace
 }  // namespace nav::render
