@@ -12,7 +12,9 @@ constexpr int kWidth = 500;
 constexpr int kHeight = 400;
 
 Image2d<Rgba8> composed(const std::string& note) {
-  const auto ct = Volume::create({}, {0}, "one voxel");
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
   const Image2d<Rgba8> view(kWidth, kHeight,
                             std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
   const Epoch epoch;
