@@ -264,8 +264,8 @@ TEST_F(FusionTest, RefusesWhatCannotBe) {
 
 TEST(SliceTest, AlongAnImagePixelsLieWhereThePictureHasThem) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
-  const Transform<frames::Ct, frames::Image> ct_from_image =
-      Pose(Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized(), V(1, -2, 3));
+  const Transform<frames::Ct, frames::Image> ct_from_image{
+      Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized(), V(1, -2, 3)};
   const Eigen::Vector2d origin_mm(-6, -4);
   const HuWindow window{10, 255};
   const auto picture = slice_along_image(*ct, ct_from_image, origin_mm, 0.5, 25, 17, window);
