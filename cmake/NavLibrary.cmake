@@ -67,7 +67,8 @@ function(nav_add_library name)
 endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s])
-# One GoogleTest program; each TEST becomes one CTest test. Default label: unit.
+# One GoogleTest program; each TEST becomes one CTest test. Default label: unit. Programs labelled
+# gpu, hardware or slow are not run under a sanitizer, so they are not built there either.
 function(nav_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;USES;LABELS")
   if(NOT arg_LABELS)
@@ -77,9 +78,16 @@ function(nav_add_test name)
     set(arg_TIMEOUT 300)
   endif()
   add_executable(${name} ${arg_SOURCES})
+  if(SONDE_SANITIZER AND arg_LABELS MATCHES "gpu|hardware|slow")
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+    set(not_run ON)
+  endif()
   target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES} GTest::gmock
                                         GTest::gtest_main)
   nav_precompile(${name} <gmock/gmock.h> <gtest/gtest.h>)
+  if(not_run)
+    return()
+  endif()
   include(GoogleTest)
   gtest_discover_tests(
     ${name}
