@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "app/bench.hpp"
+#include "app/bench_registration.hpp"
 #include "app/demo.hpp"
 #include "app/devices.hpp"
 #include "app/exit_code.hpp"
@@ -133,6 +134,7 @@ class CommandLine {
   void add_info();
   void add_slices();
   void add_bench();
+  void add_bench_registration(CLI::App& bench);
   void add_gallery();
   void add_devices();
   void add_json(CLI::App& verb) {
@@ -164,6 +166,7 @@ class CommandLine {
   std::vector<double> target_;
   BenchRenderOptions bench_;
   BenchScalingOptions scaling_;
+  BenchRegistrationOptions bench_registration_;
   GalleryOptions gallery_;
   bool accept_unknown_orientation_ = false;
   bool print_session_ = false;
@@ -338,6 +341,22 @@ void CommandLine::add_bench() {
     verb_ = [this](Console& console) {
       scaling_.json = json();
       return run_bench_scaling(scaling_, console);
+    };
+  });
+  add_bench_registration(*bench);
+}
+
+void CommandLine::add_bench_registration(CLI::App& bench) {
+  CLI::App* verb = bench.add_subcommand(
+      "registration", "Registration on simulated patients: error, success, refusals, time");
+  verb->add_flag("--quick", bench_registration_.quick, "part of the cohort: about two minutes");
+  verb->add_flag("!--no-evaluation", bench_registration_.evaluate,
+                 "leave the evaluation seeds alone: for tuning");
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](Console& console) {
+      bench_registration_.json = json();
+      return run_bench_registration(bench_registration_, console);
     };
   });
 }

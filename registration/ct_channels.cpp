@@ -139,6 +139,18 @@ std::array<float, 4> texel_at(const Scalars& f, int i, int j, int k, const Eigen
 
 }  // namespace
 
+CtBox box_of(const VoxelGrid& grid) {
+  CtBox box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d index((corner & 1) != 0 ? grid.size[0] - 1 : 0,
+                                (corner & 2) != 0 ? grid.size[1] - 1 : 0,
+                                (corner & 4) != 0 ? grid.size[2] - 1 : 0);
+    box.low = box.low.cwiseMin(grid.at(index).mm);
+    box.high = box.high.cwiseMax(grid.at(index).mm);
+  }
+  return box;
+}
+
 Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double sigma_mm) {
   const VoxelGrid& grid = ct.grid();
   double texel_mm = std::max(sigma_mm / kTexelsPerSigma, kFinestTexelMm);

@@ -32,6 +32,9 @@ struct CtBox {
   Eigen::Vector3d low, high;
 };
 
+/// The box of all voxel centres.
+CtBox box_of(const VoxelGrid& grid);
+
 /// Crops the CT to the box (whole voxels, at least 2 along each axis), smooths with a Gaussian of
 /// sigma_mm and keeps about every 0.7 sigma_mm one texel, but none finer than 1 mm or the CT.
 /// An axis with one voxel is repeated. Refuses a box that does not touch the CT (kRefused).

@@ -10,6 +10,7 @@
 
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
+#include "registration/prepared.hpp"
 #include "registration/sandwich.hpp"
 #include "registration/starts.hpp"
 #include "registration/sweep_points.hpp"
@@ -17,9 +18,6 @@
 namespace nav::registration {
 namespace {
 
-constexpr const char* kSource = "registration";
-// c.4: scale space of both pictures for samples one step apart.
-constexpr double kSigmaPerStep = 0.75;
 // The funnel: starts that are solved on the first level, and distinct poses that go on.
 constexpr std::size_t kSolvedStarts = 8;
 constexpr int kStartIterations = 12;
@@ -28,8 +26,6 @@ constexpr std::size_t kKeptOnFinest = 2;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// Room around the sweep on finer levels, where poses move little.
-constexpr double kFineMarginMm = 12;
 constexpr double kSolveProgress = 0.9;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -38,11 +34,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 /// One rung of the ladder, ready to be evaluated.
 struct Level {
-  LevelOptions options;
-  PatchSet patches;
-  CtChannels channels;
-  std::unique_ptr<Lc2Cost> cost;
-  double preparation_s = 0;
+  const PreparedLevel& prepared;
+  const CtChannels& channels;
+  Lc2Cost cost;
+  [[nodiscard]] const PatchSet& patches() const { return prepared.patches; }
 };
 
 struct LevelSolve {
@@ -59,23 +54,25 @@ struct Candidate {
 
 class Registrar {
  public:
-  Registrar(const Volume& ct, const Sweep& sweep, const Pose& initial,
-            const ImageRegistrationOptions& options, Diagnostics& diagnostics,
-            const std::function<bool(double)>& progress)
+  Registrar(const PreparedCt& ct, const PreparedSweep& sweep, const Pose& initial,
+            const ImageRegistrationOptions& options, const std::function<bool(double)>& progress)
       : ct_(ct),
-        sweep_(sweep),
         initial_(initial),
         options_(options),
-        diagnostics_(diagnostics),
-        progress_(progress) {}
+        progress_(progress),
+        points_(sweep.points()) {
+    for (const PreparedLevel& level : sweep.levels()) {
+      const CtChannels& channels = *ct.levels()[level.index];
+      levels_.push_back(
+          {level, channels, Lc2Cost(channels, level.patches, options.ridge, options.threads)});
+    }
+  }
 
   Result<ImageRegistrationResult> run();
 
  private:
-  Result<void> find_patches();
-  Result<void> prepare(std::size_t level);
-  void solve_starts(Level& level);
-  void solve_candidates(Level& level, std::size_t keep);
+  void solve_starts(const Level& level);
+  void solve_candidates(const Level& level, std::size_t keep);
   void drop_duplicates(std::size_t keep);
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
@@ -84,15 +81,13 @@ class Registrar {
     return {ErrorCode::kCancelled, "image registration: cancelled by the caller"};
   }
 
-  const Volume& ct_;
-  const Sweep& sweep_;
+  const PreparedCt& ct_;
   const Pose& initial_;
   const ImageRegistrationOptions& options_;
-  Diagnostics& diagnostics_;
   const std::function<bool(double)>& progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  SweepPoints points_;
-  std::vector<std::unique_ptr<Level>> levels_;
+  const SweepPoints& points_;
+  std::vector<Level> levels_;
   std::vector<Candidate> candidates_;
   double fraction_ = 0;
   bool cancelled_ = false;
@@ -104,61 +99,8 @@ bool Registrar::keep_going() {
   return !cancelled_;
 }
 
-/// Masks and the patches of all levels; neither depends on the pose.
-Result<void> Registrar::find_patches() {
-  const auto masks = shadow_masks(sweep_, options_.mask);
-  if (!masks) return masks.error();
-  points_ = sweep_points(sweep_, *masks);
-  for (std::size_t i = 0; i < options_.levels.size(); ++i) {
-    if (!keep_going()) return cancelled();
-    auto level = std::make_unique<Level>();
-    const auto start = std::chrono::steady_clock::now();
-    level->options = options_.levels[i];
-    level->patches =
-        make_patches(sweep_, *masks, level->options, kSigmaPerStep * level->options.sample_step_mm);
-    level->preparation_s = seconds_since(start);
-    const std::size_t found = level->patches.patches.size();
-    if (found >= kMinPatches && !points_.points.empty()) {
-      levels_.push_back(std::move(level));
-      continue;
-    }
-    std::ostringstream text;
-    text << "level " << i << " (" << level->options.sample_step_mm << " mm): expected at least "
-         << kMinPatches << " patches outside shadows, found " << found;
-    if (i + 1 == options_.levels.size()) {
-      return Error{ErrorCode::kRefused, "image registration: " + text.str()};
-    }
-    diagnostics_.report(Severity::kInfo, kSource, text.str() + "; the level is left out");
-  }
-  return {};
-}
-
-/// CT channels around all poses that the level will see.
-Result<void> Registrar::prepare(std::size_t index) {
-  Level& level = *levels_[index];
-  const auto start = std::chrono::steady_clock::now();
-  std::vector<Pose> poses{initial_};
-  for (const Candidate& candidate : candidates_) poses.push_back(candidate.solution.pose);
-  double margin = kFineMarginMm;
-  if (index == 0) {
-    margin += options_.start_range_mm + options_.start_range_rad * points_.radius_mm;
-  }
-  // The second level also judges the random poses.
-  if (index == std::min<std::size_t>(1, levels_.size() - 1)) {
-    margin = std::max(margin, kRandomPoseMm);
-  }
-  auto channels = make_ct_channels(ct_, box_around(points_, poses, margin),
-                                   kSigmaPerStep * level.options.sample_step_mm);
-  if (!channels) return channels.error();
-  level.channels = std::move(*channels);
-  level.cost =
-      std::make_unique<Lc2Cost>(level.channels, level.patches, options_.ridge, options_.threads);
-  level.preparation_s += seconds_since(start);
-  return {};
-}
-
 /// First level: rank the seeded starts by cost alone, solve the best and the initial pose.
-void Registrar::solve_starts(Level& level) {
+void Registrar::solve_starts(const Level& level) {
   const auto start = std::chrono::steady_clock::now();
   const auto go_on = [this] { return keep_going(); };
   const Eigen::Vector3d centre = (initial_ * points_.centroid).mm;
@@ -166,7 +108,7 @@ void Registrar::solve_starts(Level& level) {
   for (const Vector6d& twist : spread_twists(options_.starts, options_.start_range_rad,
                                              options_.start_range_mm, options_.seed)) {
     const Pose pose = moved(initial_, centre, twist);
-    const CostTerms terms = level.cost->cost(pose);
+    const CostTerms terms = level.cost.cost(pose);
     non_finite_ = std::max(non_finite_, terms.non_finite);
     ranked.emplace_back(terms.cost, pose);
   }
@@ -174,7 +116,7 @@ void Registrar::solve_starts(Level& level) {
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto add = [&](const Pose& pose, int iterations, bool plain) {
     if (!keep_going()) return;
-    PoseSolution solution = solve_pose(*level.cost, pose, points_.centroid, iterations, go_on);
+    PoseSolution solution = solve_pose(level.cost, pose, points_.centroid, iterations, go_on);
     non_finite_ = std::max(non_finite_, solution.non_finite);
     const LevelSolve solve{solution.initial_cost, solution.final_cost, 0, solution.iterations, 0};
     candidates_.push_back({std::move(solution), plain, {solve}});
@@ -190,12 +132,12 @@ void Registrar::solve_starts(Level& level) {
   drop_duplicates(kKeptCandidates);
 }
 
-void Registrar::solve_candidates(Level& level, std::size_t keep) {
+void Registrar::solve_candidates(const Level& level, std::size_t keep) {
   const auto start = std::chrono::steady_clock::now();
   const auto go_on = [this] { return keep_going(); };
   for (Candidate& candidate : candidates_) {
     if (cancelled_) return;
-    candidate.solution = solve_pose(*level.cost, candidate.solution.pose, points_.centroid,
+    candidate.solution = solve_pose(level.cost, candidate.solution.pose, points_.centroid,
                                     options_.max_iterations, go_on);
     const PoseSolution& solution = candidate.solution;
     non_finite_ = std::max(non_finite_, solution.non_finite);
@@ -241,57 +183,55 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
 }
 
 ImageRegistrationResult Registrar::report(const Candidate& best) {
-  const Level& finest = *levels_.back();
-  const Level& second = *levels_[std::min<std::size_t>(1, levels_.size() - 1)];
+  const Level& finest = levels_.back();
+  const Level& second = levels_[std::min<std::size_t>(1, levels_.size() - 1)];
   const Pose& pose = best.solution.pose;
   const SandwichCovariance covariance =
-      sandwich_covariance(*finest.cost, pose, pose * points_.centroid,
-                          0.25 * finest.options.sample_step_mm, options_.bias_floor_mm);
+      sandwich_covariance(finest.cost, pose, pose * points_.centroid,
+                          0.25 * finest.prepared.options.sample_step_mm, options_.bias_floor_mm);
   ImageRegistrationResult result{
       pose,
       best.solution.termination,
       best.solution.message,
       0,
-      finest.cost->cost(initial_).cost,
+      finest.cost.cost(initial_).cost,
       best.solution.final_cost,
       overlap(ct_.grid(), points_, pose),
-      static_cast<int>(finest.patches.patches.size()),
+      static_cast<int>(finest.patches().patches.size()),
       covariance.uncertainty,
       covariance.valid,
       covariance.fault,
-      z_score(*second.cost, points_, pose, options_.z_score_poses, options_.seed + 1),
+      z_score(second.cost, points_, pose, options_.z_score_poses, options_.seed + 1),
       margin(best),
       0,
       0,
       {},
       0};
-  const HalvesProblem problem{finest.channels, finest.patches,   points_,
+  const HalvesProblem problem{finest.channels, finest.patches(), points_,
                               options_.ridge,  options_.threads, options_.max_iterations};
   result.split_disagreement_mm = disagreement_mm(problem, pose, Halves::kOddEven);
   result.halves_disagreement_mm = disagreement_mm(problem, pose, Halves::kFirstSecond);
   for (std::size_t i = 0; i < levels_.size(); ++i) {
-    const Level& level = *levels_[i];
+    const Level& level = levels_[i];
     const LevelSolve& solve = best.history[i];
     result.iterations += solve.iterations;
-    result.levels.push_back({level.options.sample_step_mm,
-                             static_cast<int>(level.patches.patches.size()), level.patches.frames,
-                             solve.candidates, solve.iterations, solve.initial_cost,
-                             solve.final_cost, level.preparation_s, solve.seconds});
+    result.levels.push_back(
+        {level.prepared.options.sample_step_mm, static_cast<int>(level.patches().patches.size()),
+         level.patches().frames, solve.candidates, solve.iterations, solve.initial_cost,
+         solve.final_cost, level.prepared.seconds, solve.seconds});
   }
   result.total_s = seconds_since(start_);
   return result;
 }
 
 Result<ImageRegistrationResult> Registrar::run() {
-  if (const auto ok = find_patches(); !ok) return ok.error();
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     if (!keep_going()) return cancelled();
-    if (const auto ok = prepare(i); !ok) return ok.error();
     if (i == 0) {
-      solve_starts(*levels_[i]);
+      solve_starts(levels_[i]);
     } else {
       const bool before_finest = i + 2 == levels_.size();
-      solve_candidates(*levels_[i], before_finest ? kKeptOnFinest : kKeptCandidates);
+      solve_candidates(levels_[i], before_finest ? kKeptOnFinest : kKeptCandidates);
     }
     if (cancelled_) return cancelled();
     fraction_ = kSolveProgress * static_cast<double>(i + 1) / static_cast<double>(levels_.size());
@@ -315,12 +255,29 @@ Result<ImageRegistrationResult> Registrar::run() {
 
 }  // namespace
 
+Result<ImageRegistrationResult> register_prepared(
+    const PreparedCt& ct, const PreparedSweep& sweep,
+    const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options, const std::function<bool(double fraction)>& progress) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  NAV_CHECK(ct.sample_steps_mm() == sweep.sample_steps_mm(), ct.name());
+  NAV_CHECK(ct.levels().size() == options.levels.size(), options.levels.size());
+  return Registrar(ct, sweep, initial, options, progress).run();
+}
+
 Result<ImageRegistrationResult> register_sweep(
     const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options, Diagnostics& diagnostics,
     const std::function<bool(double fraction)>& progress) {
-  if (const auto ok = validate(options); !ok) return ok.error();
-  return Registrar(ct, sweep, initial, options, diagnostics, progress).run();
+  const auto start = std::chrono::steady_clock::now();
+  const auto prepared =
+      PreparedSweep::create(sweep, options, diagnostics, [&] { return !progress || progress(0); });
+  if (!prepared) return prepared.error();
+  const auto channels = PreparedCt::create(ct, options, reachable_box(*prepared, initial, options));
+  if (!channels) return channels.error();
+  auto result = register_prepared(*channels, *prepared, initial, options, progress);
+  if (result) result->total_s = seconds_since(start);
+  return result;
 }
 
 }  // namespace nav::registration

@@ -299,6 +299,52 @@ volume's own 2 and 16 a pixel; what else the engine keeps of each pixel weighs o
 """
 
 
+def success_lines(peer: list[dict]) -> str:
+    names = list(dict.fromkeys(row["name"] for row in peer))
+    starts = sorted({row["start_mm"] for row in peer})
+    cell = {(row["name"], row["start_mm"]): row for row in peer}
+    return table(["right / trials (median mm, processor s)"] + [f"{s:g} mm" for s in starts],
+                 [[name] + [f"{c['right']}/{c['trials']} ({number(c['error_median_mm'], 2)}, "
+                            f"{number(c['cpu_s'], 2)})"
+                            for c in (cell[name, s] for s in starts)] for name in names])
+
+
+def registration_section(report: dict, docs: pathlib.Path) -> str:
+    """Cohort, curve and peer; draws the curve."""
+    panels = []
+    for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
+                        ("levels", "levels, coarse to fine")]:
+        rows = [p for p in report["curve"] if p["axis"] == axis and p["error_median_mm"]]
+        if not rows:
+            continue
+        lines = {name: (colour, [(p[key], p["error_median_mm"]) for p in rows])
+                 for name, colour, key in [("solve", "#d95f02", "solve_cpu_s"),
+                                           ("with the sweep's preparation", "#7570b3", "cpu_s")]}
+        panels.append(panel(lines, label + ": " + ", ".join(f"{p['x']:g}" for p in rows),
+                            "process seconds", "median target error, mm"))
+    (docs / "benchmarks" / "registration.svg").write_text(sheet(panels))
+    keys = ["trials", "tre_median_mm", "tre_p95_mm", "success_local_10mm", "success_from_40mm",
+            "false_accepts", "false_accept_bound", "false_refusals", "right", "hopeless_refused",
+            "coverage_95", "local_cpu_s", "global_cpu_s", "ct_cpu_s"]
+    summary = table(["", "development", "evaluation"],
+                    [[key, number(report["development"][key], 3), number(report["summary"][key], 3)]
+                     for key in keys])
+    return f"""## Registration: accuracy, success, refusals, time
+
+`sonde bench registration --json FILE` (keys: docs/json.md), simulated patients, one thread:
+
+{summary}
+
+![registration](benchmarks/registration.svg)
+
+Beside elastix (mutual information, rigid), same images and starts; its time over ours at the
+nearest start: {number(report["summary"]["cpu_ratio_elastix"])} with everything,
+{number(report["summary"]["solve_cpu_ratio_elastix"])} without reading and preparation.
+
+{success_lines(report["peer"])}
+"""
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/release"))
@@ -310,7 +356,8 @@ def main() -> None:
     size = ["--quick"] if options.quick else ["--width", 400, "--height", 300]
     render = measured(sonde, "bench", "render", "--costs", *size)
     scaling = measured(sonde, "bench", "scaling", "--largest", 384 if options.quick else 768)
-    curve = run(options.build / "bench/registration/registration_curve", 4, 5)
+    registration = measured(sonde, "bench", "registration",
+                            *(["--quick"] if options.quick else []))
     poses = run(options.build / "bench/tracking/tracking_bench", "--benchmark_format=console")
     pose_lines = "\n".join(line for line in poses.splitlines() if line.startswith("BM_"))
     page = f"""# Figures, and how to repeat them
@@ -327,14 +374,7 @@ of simulated patients, where the truth is known; it says nothing about real ones
 {table(["patient", "start error mm", "accepted", "target error mm", "predicted rms mm", "s"],
        demo_rows(sonde, options.seeds))}
 
-## Registration: run time against error
-
-`registration_curve 4 5` (four simulated patients, five starts each)
-
-```
-{curve.strip()}
-```
-
+{registration_section(registration, docs)}
 {render_section(render, docs)}
 {scaling_section(scaling["points"], docs)}
 ## Poses between samples: rate against error

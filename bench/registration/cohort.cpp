@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/registration/cohort.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "nav/check.hpp"
+#include "sim/ct_scanner.hpp"
+#include "sim/random.hpp"
+#include "sim/ultrasound.hpp"
+
+namespace nav::bench {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using ImagePose = Transform<frames::Ct, frames::Image>;
+
+constexpr double kPressMm = 8;  // A curved face is pushed into the soft skin.
+constexpr double kFramesPerSecond = 20;
+constexpr double kSeenMm = 8;
+constexpr double kRadPerMm = 0.8 * std::numbers::pi / 180;
+constexpr double kMaxStartRad = 30 * std::numbers::pi / 180;
+
+/// Where the probe stands on the skin and how it is held, rad and mm.
+struct Hand {
+  double around;  ///< About the body, as of AbdomenPhantom::skin_point().
+  double z_mm;
+  double tilt, turn, rock;  ///< About the picture's x, y (the beam) and z.
+};
+
+double ease(double t) { return t * t * (3 - 2 * t); }
+
+/// share: 0 to 1 of the sweep.
+Hand hand_at(SweepPath path, double share) {
+  const double way = ease(share);
+  const double wave = std::sin(2 * std::numbers::pi * share);
+  switch (path) {
+    case SweepPath::kSubcostal:
+      return {4.50 - 0.70 * way, 14 - 26 * way, 0.18 + 0.38 * wave, 0.35 * wave, 0.1 * wave};
+    case SweepPath::kFan:
+      return {4.25, 4, -0.30 + 0.95 * way, 0.1 * wave, 0.05 * wave};
+    case SweepPath::kSlide:
+      return {4.55 - 0.75 * way, 12 - 22 * way, 0.30 + 0.04 * wave, 0.08 * wave, 0.04 * wave};
+    case SweepPath::kSagittal:
+      return {4.55 - 0.60 * way, 8 - 16 * way, 0.06 * wave, 1.45 + 0.1 * wave, -0.25 - 0.2 * wave};
+    case SweepPath::kCross:
+      return {4.20, 4, 0.35 * std::sin(3 * std::numbers::pi * share) + 0.1, 1.5 * way, 0.05 * wave};
+  }
+  return {};
+}
+
+/// Into the patient, across the skin.
+Vec inward_normal(const sim::AbdomenPhantom& phantom, const Vec& skin) {
+  Vec slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec step = 0.5 * Vec::Unit(axis);
+    slope[axis] = phantom.skin_distance_mm({skin + step}) - phantom.skin_distance_mm({skin - step});
+  }
+  return -slope.normalized();
+}
+
+ImagePose view_of(const sim::AbdomenPhantom& phantom, const Hand& hand) {
+  const Vec skin = phantom.skin_point(hand.around, hand.z_mm).mm;
+  const Vec into = inward_normal(phantom, skin);
+  Eigen::Matrix3d axes;
+  axes.col(1) = into;
+  axes.col(0) = into.cross(Vec::UnitZ()).normalized();
+  axes.col(2) = axes.col(0).cross(into);
+  const Eigen::Quaterniond turned =
+      Eigen::Quaterniond(axes) * Eigen::AngleAxisd(hand.turn, Vec::UnitY()) *
+      Eigen::AngleAxisd(hand.tilt, Vec::UnitX()) * Eigen::AngleAxisd(hand.rock, Vec::UnitZ());
+  return {turned.normalized(), skin + kPressMm * into};
+}
+
+/// The path as this hand does it: displaced and wobbling.
+std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request) {
+  sim::Random random(request.seed, 0x68616e64);
+  const Hand off{random.uniform(-0.06, 0.06), random.uniform(-5, 5), random.uniform(-0.06, 0.06),
+                 random.uniform(-0.1, 0.1), random.uniform(-0.05, 0.05)};
+  const double phase = random.uniform(0, 2 * std::numbers::pi);
+  std::vector<ImagePose> all;
+  for (int i = 0; i < request.frames; ++i) {
+    Hand hand = hand_at(request.path, static_cast<double>(i) / (request.frames - 1));
+    const double wobble = std::sin(0.9 * i + phase);
+    hand.around += off.around;
+    hand.z_mm += off.z_mm + 0.3 * wobble;
+    hand.tilt += off.tilt + 0.004 * wobble;
+    hand.turn += off.turn;
+    hand.rock += off.rock + 0.004 * std::cos(1.3 * i + phase);
+    all.push_back(view_of(patient.phantom, hand));
+  }
+  return all;
+}
+
+/// The tracker's error of one pose.
+Transform<frames::Reference, frames::Image> measured(
+    const Transform<frames::Reference, frames::Image>& exact, sim::Random& random) {
+  const Vec turn = random.offset(std::sqrt(3.0) * kTrackerRad);
+  const Vec shift = random.offset(std::sqrt(3.0) * kTrackerMm);
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  return {(q * exact.rotation()).normalized(), exact.translation_mm() + shift};
+}
+
+bool seen(const Point<frames::Ct>& p, const std::vector<ImagePose>& poses,
+          const sim::UltrasoundSimulator& probe) {
+  const auto outline = probe.outline();
+  return std::any_of(poses.begin(), poses.end(), [&](const ImagePose& pose) {
+    const Vec q = (pose.inverse() * p).mm;
+    return std::abs(q.z()) < kSeenMm && outline && outline->contains(q.head<2>());
+  });
+}
+
+}  // namespace
+
+const char* to_string(SweepPath path) {
+  constexpr std::array<const char*, kSweepPaths> kNames{"subcostal", "fan", "slide", "sagittal",
+                                                        "cross"};
+  return kNames[static_cast<std::size_t>(path)];
+}
+
+Patient make_patient(std::uint64_t seed) {
+  const sim::AbdomenPhantom phantom({.seed = seed});
+  sim::CtOptions options;
+  options.seed = seed;
+  auto ct = sim::scan_ct(phantom, options);
+  NAV_CHECK(ct.has_value(), seed);
+  sim::Random random(seed, 0x706f7365);
+  const double angle = random.uniform(0.8, 2.6);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, random.direction()));
+  return {seed, phantom, std::make_shared<const Volume>(std::move(*ct)),
+          CtPose(turn, Vec(20, -125, 70) + random.offset(15))};
+}
+
+RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) {
+  NAV_CHECK(request.frames >= 2, request.frames);
+  const sim::UltrasoundSimulator probe(patient.phantom, sim::convex_abdominal(), request.seed);
+  const auto poses = views(patient, request);
+  const auto reference_from_ct = patient.truth.inverse();
+  sim::Random errors(request.seed, 0x747261636b);
+  std::vector<TrackedFrame> frames;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Timestamp time(from_seconds(static_cast<double>(i) / kFramesPerSecond));
+    frames.push_back({probe.simulate(poses[i], time, i),
+                      measured(reference_from_ct * poses[i], errors), Duration{0}});
+  }
+  auto sweep = Sweep::create(std::move(frames), "simulated");
+  NAV_CHECK(sweep.has_value());
+  RecordedSweep recorded{request.path, std::move(*sweep), {}};
+  for (const auto& target : patient.phantom.targets()) {
+    if (seen(target, poses, probe)) recorded.targets.push_back(target);
+  }
+  NAV_CHECK(!recorded.targets.empty(), request.seed);
+  return recorded;
+}
+
+double target_error_mm(const CtPose& found, const CtPose& truth,
+                       const std::vector<Point<frames::Ct>>& targets) {
+  NAV_CHECK(!targets.empty());
+  const auto back = truth.inverse();
+  double sum = 0;
+  for (const auto& target : targets) sum += (found * (back * target) - target).v.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(targets.size()));
+}
+
+CtPose start_at(double error_mm, const CtPose& truth, const RecordedSweep& recorded,
+                std::uint64_t seed) {
+  sim::Random random(seed, 0x7374617274);
+  const Vec axis = random.direction();
+  const Vec direction = random.direction();
+  const Vec centre = (truth * recorded.sweep.centroid()).mm;
+  const auto off = [&](double rad, double mm) {
+    const Eigen::Quaterniond q(Eigen::AngleAxisd(rad, axis));
+    return CtPose((q * truth.rotation()).normalized(),
+                  centre + q * (truth.translation_mm() - centre) + mm * direction);
+  };
+  const auto error = [&](double rad, double mm) {
+    return target_error_mm(off(rad, mm), truth, recorded.targets);
+  };
+  double rad = std::min(kRadPerMm * error_mm, kMaxStartRad);
+  while (error(rad, 0) > 0.9 * error_mm) rad *= 0.9;
+  // The error grows with the way once it is longer than twice what the rotation does.
+  double low = 0;
+  double high = 3 * error_mm;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (error(rad, middle) < error_mm ? low : high) = middle;
+  }
+  return off(rad, high);
+}
+
+}  // namespace nav::bench

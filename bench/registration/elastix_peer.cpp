@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/registration/elastix_peer.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <spawn.h>
+#include <sstream>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char** environ;  // NOLINT: POSIX names it so.
+
+namespace nav::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kVoxelMm = 1.0;
+
+/// Axes and voxels of a volume; MetaImage lists the axes one after the other.
+void write_header(const fs::path& file, const std::array<int, 3>& size,
+                  const Eigen::Vector3d& spacing, const Eigen::Vector3d& origin,
+                  const Eigen::Matrix3d& axes, const std::string& type, const std::string& raw) {
+  std::ofstream out(file);
+  out.precision(17);
+  out << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+      << "TransformMatrix =";
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int row = 0; row < 3; ++row) out << ' ' << axes(row, axis);
+  }
+  out << "\nOffset = " << origin.x() << ' ' << origin.y() << ' ' << origin.z()
+      << "\nElementSpacing = " << spacing.x() << ' ' << spacing.y() << ' ' << spacing.z()
+      << "\nDimSize = " << size[0] << ' ' << size[1] << ' ' << size[2] << "\nElementType = " << type
+      << "\nElementDataFile = " << raw << '\n';
+}
+
+template <class T>
+void write_raw(const fs::path& file, const T* values, std::size_t count) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(values),  // NOLINT: bytes of a file.
+            static_cast<std::streamsize>(count * sizeof(T)));
+}
+
+/// Mean grey of each voxel of a box in Reference.
+struct Compound {
+  std::array<int, 3> size{};
+  Eigen::Vector3d origin;  ///< Reference, mm.
+  std::vector<std::uint8_t> grey, mask;
+};
+
+Compound compound(const Sweep& sweep) {
+  std::vector<std::pair<Eigen::Vector3d, std::uint8_t>> pixels;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector3d high = -low;
+  for (const TrackedFrame& tracked : sweep.frames()) {
+    const UltrasoundFrame& frame = tracked.frame;
+    for (int row = 0; row < frame.pixels.height(); ++row) {
+      for (int column = 0; column < frame.pixels.width(); ++column) {
+        const auto p = frame.grid.at(column, row);
+        if (frame.outline && !frame.outline->contains(p.mm.head<2>())) continue;
+        pixels.emplace_back((tracked.reference_from_image * p).mm, frame.pixels.at(column, row));
+        low = low.cwiseMin(pixels.back().first);
+        high = high.cwiseMax(pixels.back().first);
+      }
+    }
+  }
+  Compound out{{}, low, {}, {}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    out.size[axis] = static_cast<int>((high[a] - low[a]) / kVoxelMm) + 1;
+  }
+  const auto index = [&](const Eigen::Vector3d& p) {
+    const Eigen::Array3i at =
+        ((p - low) / kVoxelMm)
+            .array()
+            .round()
+            .cast<int>()
+            .min(Eigen::Array3i(out.size[0] - 1, out.size[1] - 1, out.size[2] - 1));
+    return (static_cast<std::size_t>(at[2]) * static_cast<std::size_t>(out.size[1]) +
+            static_cast<std::size_t>(at[1])) *
+               static_cast<std::size_t>(out.size[0]) +
+           static_cast<std::size_t>(at[0]);
+  };
+  const std::size_t voxels = static_cast<std::size_t>(out.size[0]) *
+                             static_cast<std::size_t>(out.size[1]) *
+                             static_cast<std::size_t>(out.size[2]);
+  std::vector<std::uint32_t> sum(voxels, 0), count(voxels, 0);
+  for (const auto& [p, grey] : pixels) {
+    sum[index(p)] += grey;
+    ++count[index(p)];
+  }
+  out.grey.resize(voxels);
+  out.mask.resize(voxels);
+  for (std::size_t i = 0; i < voxels; ++i) {
+    out.mask[i] = count[i] > 0 ? 1 : 0;
+    out.grey[i] = count[i] > 0 ? static_cast<std::uint8_t>(sum[i] / count[i]) : 0;
+  }
+  return out;
+}
+
+void write_parameters(const fs::path& file, const ElastixEffort& effort) {
+  std::ofstream(file) << R"((FixedInternalImagePixelType "float")
+(MovingInternalImagePixelType "float")
+(FixedImageDimension 3)
+(MovingImageDimension 3)
+(UseDirectionCosines "true")
+(Registration "MultiResolutionRegistration")
+(Interpolator "LinearInterpolator")
+(ResampleInterpolator "FinalLinearInterpolator")
+(Resampler "DefaultResampler")
+(FixedImagePyramid "FixedRecursiveImagePyramid")
+(MovingImagePyramid "MovingRecursiveImagePyramid")
+(Optimizer "AdaptiveStochasticGradientDescent")
+(Transform "EulerTransform")
+(Metric "AdvancedMattesMutualInformation")
+(AutomaticScalesEstimation "true")
+(AutomaticTransformInitialization "false")
+(HowToCombineTransforms "Compose")
+(NumberOfHistogramBins 32)
+(ErodeMask "false")
+(NumberOfResolutions 4)
+(ImageSampler "RandomCoordinate")
+(NewSamplesEveryIteration "true")
+(DefaultPixelValue -1000)
+(WriteResultImage "false")
+)"
+                      << "(MaximumNumberOfIterations " << effort.iterations
+                      << ")\n(NumberOfSpatialSamples " << effort.samples << ")\n";
+}
+
+/// Processor time of a finished child program, s; absent when it could not be run or failed.
+std::optional<double> run_program(const std::vector<std::string>& words) {
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));  // NOLINT
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t child = 0;
+  const int failed = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) return {};
+  int status = 0;
+  rusage usage{};
+  if (wait4(child, &status, 0, &usage) != child) return {};
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return {};
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// Numbers behind "(name " in a transform file.
+std::vector<double> numbers_of(const fs::path& file, const std::string& name) {
+  std::ifstream in(file);
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.rfind("(" + name + " ", 0) != 0) continue;
+    std::istringstream text(line.substr(name.size() + 2));
+    std::vector<double> numbers;
+    for (double number = 0; text >> number;) numbers.push_back(number);
+    return numbers;
+  }
+  return {};
+}
+
+/// ITK's Euler transform: R = Rz Rx Ry about a centre.
+std::optional<Transform<frames::Ct, frames::Ct>> read_transform(const fs::path& file) {
+  const auto p = numbers_of(file, "TransformParameters");
+  const auto c = numbers_of(file, "CenterOfRotationPoint");
+  if (p.size() != 6 || c.size() != 3) return {};
+  const Eigen::Quaterniond q = Eigen::AngleAxisd(p[2], Eigen::Vector3d::UnitZ()) *
+                               Eigen::AngleAxisd(p[0], Eigen::Vector3d::UnitX()) *
+                               Eigen::AngleAxisd(p[1], Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d centre(c[0], c[1], c[2]);
+  const Eigen::Vector3d shift(p[3], p[4], p[5]);
+  if (!q.coeffs().allFinite() || !shift.allFinite() || !centre.allFinite()) return {};
+  return Transform<frames::Ct, frames::Ct>(q.normalized(), centre - q * centre + shift);
+}
+
+}  // namespace
+
+std::optional<fs::path> find_elastix() {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path file = fs::path(folder) / "elastix";
+    if (!folder.empty() && access(file.c_str(), X_OK) == 0) return file;
+  }
+  return {};
+}
+
+Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
+                                const fs::path& folder) {
+  const VoxelGrid& grid = patient.ct->grid();
+  write_raw(folder / "ct.raw", patient.ct->hu().data(), patient.ct->hu().size());
+  write_header(folder / "ct.mhd", grid.size, grid.spacing_mm, grid.origin_mm, grid.directions,
+               "MET_SHORT", "ct.raw");
+  const Compound us = compound(recorded.sweep);
+  write_raw(folder / "us.raw", us.grey.data(), us.grey.size());
+  write_raw(folder / "mask.raw", us.mask.data(), us.mask.size());
+  std::ofstream layout(folder / "layout");
+  layout.precision(17);
+  layout << us.size[0] << ' ' << us.size[1] << ' ' << us.size[2] << ' ' << us.origin.transpose();
+  if (layout.flush()) return {};
+  return Error{ErrorCode::kIo, folder.string() + ": expected to write the case for elastix"};
+}
+
+Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, const CtPose& start,
+                               const ElastixEffort& effort) {
+  std::ifstream layout(folder / "layout");
+  std::array<int, 3> size{};
+  Eigen::Vector3d origin;
+  layout >> size[0] >> size[1] >> size[2] >> origin.x() >> origin.y() >> origin.z();
+  if (!layout) return Error{ErrorCode::kIo, folder.string() + ": expected a case, found none"};
+  // The start goes into where the sweep's voxels lie: elastix then starts from identity.
+  const Eigen::Matrix3d axes = start.rotation().toRotationMatrix();
+  const Eigen::Vector3d at = (start * Point<frames::Reference>{origin}).mm;
+  const Eigen::Vector3d spacing = Eigen::Vector3d::Constant(kVoxelMm);
+  for (const std::string name : {"us", "mask"}) {
+    write_header(folder / (name + ".mhd"), size, spacing, at, axes, "MET_UCHAR", name + ".raw");
+  }
+  write_parameters(folder / "rigid.txt", effort);
+  const auto cpu_s =
+      run_program({elastix.string(), "-f", (folder / "us.mhd").string(), "-fMask",
+                   (folder / "mask.mhd").string(), "-m", (folder / "ct.mhd").string(), "-p",
+                   (folder / "rigid.txt").string(), "-out", folder.string(), "-threads", "1"});
+  const auto moved = cpu_s ? read_transform(folder / "TransformParameters.0.txt") : std::nullopt;
+  if (!moved) {
+    return Error{ErrorCode::kRefused, "elastix: expected a transform, found none; its log: " +
+                                          (folder / "elastix.log").string()};
+  }
+  return ElastixRun{*moved * start, *cpu_s};
+}
+
+}  // namespace nav::bench

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/registration/cohort.hpp"
+#include "nav/result.hpp"
+
+/// elastix (Klein et al. 2010) as a peer: Mattes mutual information, rigid, on the compounded
+/// sweep.
+namespace nav::bench {
+
+/// elastix in PATH, or nothing.
+std::optional<std::filesystem::path> find_elastix();
+
+/// One way to run it.
+struct ElastixEffort {
+  int iterations;  ///< Of each of four resolutions.
+  int samples;     ///< Spatial samples of an iteration.
+};
+
+struct ElastixRun {
+  CtPose found;
+  double cpu_s;  ///< User and system time of the whole process, its reading and pyramids included.
+};
+
+/// Sweep and CT as files that elastix reads: the sweep compounded to 1 mm voxels (mean of the
+/// pixels that fall into one) with a mask of the voxels that a picture passed. The folder's owner
+/// removes it.
+Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
+                                const std::filesystem::path& folder);
+
+/// Registers the case in a folder, one thread. kRefused: elastix gave up; the message says where
+/// its log lies.
+Result<ElastixRun> run_elastix(const std::filesystem::path& elastix,
+                               const std::filesystem::path& folder, const CtPose& start,
+                               const ElastixEffort& effort);
+
+}  // namespace nav::bench

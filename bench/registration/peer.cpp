@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/registration/peer.hpp"
+
+#include <algorithm>
+#include <iomanip>
+#include <map>
+#include <sstream>
+
+#include "bench/measure.hpp"
+#include "registration/prepared.hpp"
+
+namespace nav::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using registration::ImageRegistrationOptions;
+
+/// What a way of registering did from one distance.
+struct Tally {
+  int trials = 0, right = 0;
+  std::vector<double> errors_mm, cpu_s, solve_cpu_s;
+
+  void add(std::optional<double> error_mm, double cpu, double solve) {
+    ++trials;
+    cpu_s.push_back(cpu);
+    solve_cpu_s.push_back(solve);
+    if (!error_mm || *error_mm >= kSuccessMm) return;
+    ++right;
+    errors_mm.push_back(*error_mm);
+  }
+};
+
+using Tallies = std::map<std::pair<std::string, double>, Tally>;
+
+std::string name_of(const ElastixEffort& effort) {
+  return "elastix " + std::to_string(effort.iterations);
+}
+
+/// Ours, everything from the images on included.
+void add_ours(const std::string& name, const ImageRegistrationOptions& options,
+              const Patient& patient, const RecordedSweep& recorded, double mm, const CtPose& start,
+              Tallies& out) {
+  CollectingDiagnostics diagnostics;
+  const double begin = process_time_s();
+  const auto sweep = registration::PreparedSweep::create(recorded.sweep, options, diagnostics);
+  if (!sweep) return out[{name, mm}].add({}, process_time_s() - begin, 0);
+  const auto ct = registration::PreparedCt::create(
+      *patient.ct, options, registration::reachable_box(*sweep, start, options));
+  const double prepared = process_time_s();
+  if (!ct) return out[{name, mm}].add({}, prepared - begin, 0);
+  const auto result = registration::register_prepared(*ct, *sweep, start, options);
+  const double end = process_time_s();
+  std::optional<double> error_mm;
+  if (result)
+    error_mm = target_error_mm(result->ct_from_reference, patient.truth, recorded.targets);
+  out[{name, mm}].add(error_mm, end - begin, end - prepared);
+}
+
+/// Theirs: what a run of one iteration takes is reading, pyramids and set-up.
+void add_theirs(const PeerOptions& options, const fs::path& elastix, const fs::path& folder,
+                const Patient& patient, const RecordedSweep& recorded, double mm,
+                const CtPose& start, Tallies& out) {
+  const auto empty = run_elastix(elastix, folder, start, {1, options.efforts.front().samples});
+  const double overhead_s = empty ? empty->cpu_s : 0;
+  for (const ElastixEffort& effort : options.efforts) {
+    const auto run = run_elastix(elastix, folder, start, effort);
+    std::optional<double> error_mm;
+    if (run) error_mm = target_error_mm(run->found, patient.truth, recorded.targets);
+    // A run that gave up took time that is not known; it counts as a failure only.
+    Tally& tally = out[{name_of(effort), mm}];
+    if (run) {
+      tally.add(error_mm, run->cpu_s, std::max(run->cpu_s - overhead_s, 0.0));
+    } else {
+      ++tally.trials;
+    }
+  }
+}
+
+std::vector<PeerRow> rows_of(const Tallies& tallies) {
+  std::vector<PeerRow> rows;
+  for (const auto& [key, tally] : tallies) {
+    rows.push_back({key.first, key.second, tally.trials, tally.right, median(tally.errors_mm),
+                    median(tally.cpu_s), median(tally.solve_cpu_s)});
+  }
+  return rows;
+}
+
+void add_ratio(const PeerOptions& options, PeerComparison& out) {
+  const double mm = options.starts_mm.front();
+  const auto find = [&](const std::string& name) {
+    return std::find_if(out.rows.begin(), out.rows.end(),
+                        [&](const PeerRow& row) { return row.name == name && row.start_mm == mm; });
+  };
+  const auto ours = find("sonde local");
+  for (const ElastixEffort& effort : options.efforts) {
+    const auto theirs = find(name_of(effort));
+    if (theirs == out.rows.end() || 2 * theirs->right <= theirs->trials) continue;
+    out.cpu_ratio = theirs->cpu_s / ours->cpu_s;
+    out.solve_cpu_ratio = theirs->solve_cpu_s / ours->solve_cpu_s;
+    return;
+  }
+  out.reason = "elastix was right on half or fewer of the nearest starts at every effort";
+}
+
+}  // namespace
+
+Result<PeerComparison> compare_with_elastix(const PeerOptions& options,
+                                            const std::optional<fs::path>& elastix,
+                                            const fs::path& folder,
+                                            const std::function<void(double)>& progress) {
+  Tallies tallies;
+  int done = 0;
+  for (int i = 0; i < options.patients; ++i) {
+    const Patient patient = make_patient(options.first_seed + static_cast<std::uint64_t>(i));
+    const RecordedSweep recorded = record_sweep(patient, {SweepPath::kSubcostal, patient.seed});
+    if (elastix) {
+      if (auto ok = write_elastix_case(patient, recorded, folder); !ok) return ok.error();
+    }
+    for (const double mm : options.starts_mm) {
+      const CtPose start = start_at(mm, patient.truth, recorded, patient.seed);
+      add_ours("sonde local", options.local, patient, recorded, mm, start, tallies);
+      add_ours("sonde global", options.global, patient, recorded, mm, start, tallies);
+      if (elastix) {
+        add_theirs(options, *elastix, folder, patient, recorded, mm, start, tallies);
+      }
+      if (progress) {
+        progress(++done / static_cast<double>(options.starts_mm.size()) / options.patients);
+      }
+    }
+  }
+  PeerComparison out{rows_of(tallies), {}, {}, ""};
+  if (elastix) {
+    add_ratio(options, out);
+  } else {
+    out.reason = "elastix is not in PATH (Debian package elastix)";
+  }
+  return out;
+}
+
+std::string to_text(const PeerComparison& comparison) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3)
+       << "\nbeside elastix, same images and starts, one thread; processor s whole (solve)\n";
+  for (const PeerRow& row : comparison.rows) {
+    text << "  " << std::setw(12) << std::left << row.name << std::right << " from " << std::setw(3)
+         << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
+         << ", median " << row.error_median_mm << " mm, " << row.cpu_s << " (" << row.solve_cpu_s
+         << ")\n";
+  }
+  if (comparison.cpu_ratio) {
+    text << "  elastix / sonde local at the nearest start: " << *comparison.cpu_ratio << " whole, "
+         << *comparison.solve_cpu_ratio << " solve\n";
+  } else {
+    text << "  no ratio: " << comparison.reason << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace nav::bench

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/registration/elastix_peer.hpp"
+#include "bench/registration/trials.hpp"
+
+namespace nav::bench {
+
+/// Which cases both sides get. The same images, the same starts, one thread.
+struct PeerOptions {
+  std::uint64_t first_seed = 1;
+  int patients = 2;
+  std::vector<double> starts_mm{5, 10, 20, 40};
+  std::vector<ElastixEffort> efforts{{60, 2000}, {150, 2000}, {500, 2000}};
+  registration::ImageRegistrationOptions local, global;
+};
+
+/// One way to register, over all cases from one distance.
+struct PeerRow {
+  std::string name;  ///< "sonde local", "sonde global", "elastix 150".
+  double start_mm;
+  int trials, right;
+  double error_median_mm;  ///< Of the right ones; NaN without.
+  double cpu_s;            ///< Median, from images in memory (ours) or files (elastix) to the pose.
+  double solve_cpu_s;      ///< Without reading, pyramids and preparation.
+};
+
+struct PeerComparison {
+  std::vector<PeerRow> rows;
+  /// elastix at its cheapest effort that is right on more than half of the 5 mm starts, over our
+  /// local registration from the same starts: processor time of the whole. Absent: reason.
+  std::optional<double> cpu_ratio;
+  std::optional<double> solve_cpu_ratio;
+  std::string reason;  ///< Why there is no ratio.
+};
+
+/// elastix absent: only our rows, and the reason. folder: where its files go; it must exist.
+Result<PeerComparison> compare_with_elastix(const PeerOptions& options,
+                                            const std::optional<std::filesystem::path>& elastix,
+                                            const std::filesystem::path& folder,
+                                            const std::function<void(double)>& progress = {});
+
+std::string to_text(const PeerComparison& comparison);
+
+}  // namespace nav::bench

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/prepared.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <sstream>
+
+#include "registration/assessment.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr const char* kSource = "registration";
+// c.4: scale space of both pictures for samples one step apart.
+constexpr double kSigmaPerStep = 0.75;
+// Room around the sweep for the way that a solve travels.
+constexpr double kTravelMm = 12;
+
+std::vector<double> steps_of(const ImageRegistrationOptions& options) {
+  std::vector<double> steps;
+  for (const LevelOptions& level : options.levels) steps.push_back(level.sample_step_mm);
+  return steps;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::string too_few(std::size_t level, double step_mm, std::size_t found) {
+  std::ostringstream text;
+  text << "level " << level << " (" << step_mm << " mm): expected at least " << kMinPatches
+       << " patches outside shadows, found " << found;
+  return text.str();
+}
+
+}  // namespace
+
+Result<PreparedCt> PreparedCt::create(const Volume& ct, const ImageRegistrationOptions& options,
+                                      const std::optional<CtBox>& region) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  PreparedCt prepared;
+  prepared.grid_ = ct.grid();
+  prepared.name_ = ct.name();
+  prepared.steps_ = steps_of(options);
+  CtBox box = region.value_or(CtBox{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+  if (!region) box = box_of(ct.grid());
+  for (const LevelOptions& level : options.levels) {
+    auto channels = make_ct_channels(ct, box, kSigmaPerStep * level.sample_step_mm);
+    if (!channels) return channels.error();
+    prepared.levels_.push_back(std::make_shared<const CtChannels>(std::move(*channels)));
+  }
+  return prepared;
+}
+
+Result<PreparedSweep> PreparedSweep::create(const Sweep& sweep,
+                                            const ImageRegistrationOptions& options,
+                                            Diagnostics& diagnostics,
+                                            const std::function<bool()>& keep_going) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  const auto masks = shadow_masks(sweep, options.mask);
+  if (!masks) return masks.error();
+  PreparedSweep prepared;
+  prepared.points_ = sweep_points(sweep, *masks);
+  prepared.steps_ = steps_of(options);
+  for (std::size_t i = 0; i < options.levels.size(); ++i) {
+    if (keep_going && !keep_going()) {
+      return Error{ErrorCode::kCancelled, "image registration: cancelled by the caller"};
+    }
+    const auto start = std::chrono::steady_clock::now();
+    const LevelOptions& level = options.levels[i];
+    PatchSet patches = make_patches(sweep, *masks, level, kSigmaPerStep * level.sample_step_mm);
+    const std::size_t found = patches.patches.size();
+    if (found >= kMinPatches && !prepared.points_.points.empty()) {
+      prepared.levels_.push_back({i, level, std::move(patches), seconds_since(start)});
+      continue;
+    }
+    const std::string text = too_few(i, level.sample_step_mm, found);
+    if (i + 1 == options.levels.size()) {
+      return Error{ErrorCode::kRefused, "image registration: " + text};
+    }
+    diagnostics.report(Severity::kInfo, kSource, text + "; the level is left out");
+  }
+  return prepared;
+}
+
+CtBox reachable_box(const PreparedSweep& sweep,
+                    const Transform<frames::Ct, frames::Reference>& initial,
+                    const ImageRegistrationOptions& options) {
+  const double search = options.starts > 0 ? options.start_range_mm +
+                                                 options.start_range_rad * sweep.points().radius_mm
+                                           : 0.0;
+  // The random poses that the result is judged by go farther than a solve without starts.
+  return box_around(sweep.points(), {initial}, std::max(search + kTravelMm, kRandomPoseMm));
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "registration/ct_channels.hpp"
+#include "registration/image_registration.hpp"
+#include "registration/patches.hpp"
+#include "registration/sweep_points.hpp"
+
+namespace nav::registration {
+
+/// The CT as every registration to it sees it, on all levels. Copies share the channels;
+/// thread-safe to read.
+class PreparedCt {
+ public:
+  /// region: the part that poses may reach; absent: the whole CT. Errors: those of
+  /// validate(options) and of make_ct_channels().
+  static Result<PreparedCt> create(const Volume& ct, const ImageRegistrationOptions& options,
+                                   const std::optional<CtBox>& region = {});
+
+  [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// One for each level of the options that it was made with.
+  [[nodiscard]] const std::vector<std::shared_ptr<const CtChannels>>& levels() const {
+    return levels_;
+  }
+  /// Sample steps of the levels, mm: what a prepared sweep must have too.
+  [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
+
+ private:
+  VoxelGrid grid_;
+  std::string name_;
+  std::vector<std::shared_ptr<const CtChannels>> levels_;
+  std::vector<double> steps_;
+};
+
+/// The patches of one level of a sweep.
+struct PreparedLevel {
+  std::size_t index;  ///< Of the level in the options.
+  LevelOptions options;
+  PatchSet patches;
+  double seconds;  ///< Wall time it took.
+};
+
+/// What of a sweep depends neither on the CT nor on the pose: masks and patches on all levels.
+/// Thread-safe to read.
+class PreparedSweep {
+ public:
+  /// keep_going: asked before every level; false ends with kCancelled. Errors: kUsage (options),
+  /// kMalformedData (sweep geometry), kRefused (too few patches on the finest level).
+  static Result<PreparedSweep> create(const Sweep& sweep, const ImageRegistrationOptions& options,
+                                      Diagnostics& diagnostics,
+                                      const std::function<bool()>& keep_going = {});
+
+  [[nodiscard]] const SweepPoints& points() const { return points_; }
+  /// Coarse to fine; levels whose patches do not fit into the pictures are missing.
+  [[nodiscard]] const std::vector<PreparedLevel>& levels() const { return levels_; }
+  [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
+
+ private:
+  SweepPoints points_;
+  std::vector<PreparedLevel> levels_;
+  std::vector<double> steps_;
+};
+
+/// Part of the CT that a registration from this start can reach.
+CtBox reachable_box(const PreparedSweep& sweep,
+                    const Transform<frames::Ct, frames::Reference>& initial,
+                    const ImageRegistrationOptions& options);
+
+/// register_sweep() with the work that repeats done before. Preparations with other levels than
+/// those of the options are a Bug.
+Result<ImageRegistrationResult> register_prepared(
+    const PreparedCt& ct, const PreparedSweep& sweep,
+    const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options,
+    const std::function<bool(double fraction)>& progress = {});
+
+}  // namespace nav::registration
