@@ -22,21 +22,4 @@ inline constexpr std::size_t kMinPatches = 20;
 double z_score(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose, int poses,
                std::uint64_t seed);
 
-/// How to halve the pictures of a sweep.
-enum class Halves { kOddEven, kFirstSecond };
-
-/// Everything that a solve on part of the patches needs.
-struct HalvesProblem {
-  const CtChannels& channels;
-  const PatchSet& patches;
-  const SweepPoints& sweep;
-  double ridge;
-  int threads;
-  int max_iterations;
-};
-
-/// RMS distance over the sweep of the poses that two halves of the pictures give from one start,
-/// mm; infinite when a half has fewer than kMinPatches patches.
-double disagreement_mm(const HalvesProblem& problem, const Pose& start, Halves halves);
-
 }  // namespace nav::registration

@@ -9,23 +9,24 @@
 #include <sstream>
 
 #include "registration/assessment.hpp"
+#include "registration/global_search.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/sandwich.hpp"
-#include "registration/starts.hpp"
 #include "registration/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {
 
-// The funnel: starts that are solved on the first level, and distinct poses that go on.
-constexpr std::size_t kSolvedStarts = 8;
-constexpr int kStartIterations = 12;
+// Distinct poses that go on from one level to the next, besides the plain one.
 constexpr std::size_t kKeptCandidates = 3;
 constexpr std::size_t kKeptOnFinest = 2;
+// Another minimum that costs so much more has lost: it is not followed any further.
+constexpr double kLostRatio = 1.4;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
+constexpr double kLeastCost = 1e-12;
 constexpr double kSolveProgress = 0.9;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -74,6 +75,7 @@ class Registrar {
   void solve_starts(const Level& level);
   void solve_candidates(const Level& level, std::size_t keep);
   void drop_duplicates(std::size_t keep);
+  bool lost(const Candidate& best, const Candidate& other);
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   bool keep_going();
@@ -89,6 +91,7 @@ class Registrar {
   const SweepPoints& points_;
   std::vector<Level> levels_;
   std::vector<Candidate> candidates_;
+  std::optional<double> lost_margin_;
   double fraction_ = 0;
   bool cancelled_ = false;
   int non_finite_ = 0;
@@ -99,31 +102,16 @@ bool Registrar::keep_going() {
   return !cancelled_;
 }
 
-/// First level: rank the seeded starts by cost alone, solve the best and the initial pose.
+/// First level: the plain solve, and a search where that is not clearly right.
 void Registrar::solve_starts(const Level& level) {
   const auto start = std::chrono::steady_clock::now();
-  const auto go_on = [this] { return keep_going(); };
-  const Eigen::Vector3d centre = (initial_ * points_.centroid).mm;
-  std::vector<std::pair<double, Pose>> ranked;
-  for (const Vector6d& twist : spread_twists(options_.starts, options_.start_range_rad,
-                                             options_.start_range_mm, options_.seed)) {
-    const Pose pose = moved(initial_, centre, twist);
-    const CostTerms terms = level.cost.cost(pose);
-    non_finite_ = std::max(non_finite_, terms.non_finite);
-    ranked.emplace_back(terms.cost, pose);
-  }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  const auto add = [&](const Pose& pose, int iterations, bool plain) {
-    if (!keep_going()) return;
-    PoseSolution solution = solve_pose(level.cost, pose, points_.centroid, iterations, go_on);
-    non_finite_ = std::max(non_finite_, solution.non_finite);
+  const SearchOptions box{options_.starts, options_.start_range_mm, options_.start_range_rad,
+                          options_.max_iterations, options_.seed};
+  for (Found& found : search(
+           level.cost, initial_, points_, box, [this] { return keep_going(); }, non_finite_)) {
+    const PoseSolution& solution = found.solution;
     const LevelSolve solve{solution.initial_cost, solution.final_cost, 0, solution.iterations, 0};
-    candidates_.push_back({std::move(solution), plain, {solve}});
-  };
-  add(initial_, options_.max_iterations, true);
-  for (std::size_t i = 0; i < std::min(kSolvedStarts, ranked.size()); ++i) {
-    add(ranked[i].second, kStartIterations, false);
+    candidates_.push_back({std::move(found.solution), found.plain, {solve}});
   }
   for (Candidate& candidate : candidates_) {
     candidate.history.back().seconds = seconds_since(start);
@@ -151,7 +139,8 @@ void Registrar::solve_candidates(const Level& level, std::size_t keep) {
   drop_duplicates(keep);
 }
 
-/// Best first; keeps at most so many distinct ones and always the plain one.
+/// Best first; keeps at most so many distinct ones, and the plain one unless it has lost. What the
+/// margin is to those that go is remembered.
 void Registrar::drop_duplicates(std::size_t keep) {
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.solution.final_cost < b.solution.final_cost;
@@ -164,6 +153,8 @@ void Registrar::drop_duplicates(std::size_t keep) {
     });
     if (same != kept.end()) {
       same->plain |= candidate.plain;
+    } else if (!kept.empty() && lost(kept.front(), candidate)) {
+      continue;
     } else if (candidate.plain || others < keep) {
       if (!candidate.plain) ++others;
       kept.push_back(std::move(candidate));
@@ -172,23 +163,33 @@ void Registrar::drop_duplicates(std::size_t keep) {
   candidates_ = std::move(kept);
 }
 
+/// Whether another minimum need not be followed; keeps the smallest margin of those.
+bool Registrar::lost(const Candidate& best, const Candidate& other) {
+  if (distance_mm(points_, best.solution.pose, other.solution.pose) <= kSameMinimumMm) return false;
+  const double ratio = other.solution.final_cost / std::max(best.solution.final_cost, kLeastCost);
+  if (ratio < kLostRatio) return false;
+  lost_margin_ = std::min(lost_margin_.value_or(ratio - 1), ratio - 1);
+  return true;
+}
+
 std::optional<double> Registrar::margin(const Candidate& best) const {
-  std::optional<double> second;
+  std::optional<double> margin = lost_margin_;
   for (const Candidate& other : candidates_) {
     if (distance_mm(points_, other.solution.pose, best.solution.pose) <= kSameMinimumMm) continue;
-    if (!second || other.solution.final_cost < *second) second = other.solution.final_cost;
+    const double one = (other.solution.final_cost - best.solution.final_cost) /
+                       std::max(best.solution.final_cost, kLeastCost);
+    margin = std::min(margin.value_or(one), one);
   }
-  if (!second) return {};
-  return (*second - best.solution.final_cost) / std::max(best.solution.final_cost, 1e-12);
+  return margin;
 }
 
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
-  const Level& second = levels_[std::min<std::size_t>(1, levels_.size() - 1)];
   const Pose& pose = best.solution.pose;
+  const LocalShape shape = local_shape(finest.cost, pose, pose * points_.centroid,
+                                       0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =
-      sandwich_covariance(finest.cost, pose, pose * points_.centroid,
-                          0.25 * finest.prepared.options.sample_step_mm, options_.bias_floor_mm);
+      sandwich_covariance(shape, finest.patches(), pose, options_.bias_floor_mm);
   ImageRegistrationResult result{
       pose,
       best.solution.termination,
@@ -201,16 +202,16 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       covariance.uncertainty,
       covariance.valid,
       covariance.fault,
-      z_score(second.cost, points_, pose, options_.z_score_poses, options_.seed + 1),
+      z_score(levels_.front().cost, points_, pose, options_.z_score_poses, options_.seed + 1),
       margin(best),
       0,
       0,
       {},
       0};
-  const HalvesProblem problem{finest.channels, finest.patches(), points_,
-                              options_.ridge,  options_.threads, options_.max_iterations};
-  result.split_disagreement_mm = disagreement_mm(problem, pose, Halves::kOddEven);
-  result.halves_disagreement_mm = disagreement_mm(problem, pose, Halves::kFirstSecond);
+  result.split_disagreement_mm =
+      disagreement_mm(shape, finest.patches(), points_, pose, Halves::kOddEven);
+  result.halves_disagreement_mm =
+      disagreement_mm(shape, finest.patches(), points_, pose, Halves::kFirstSecond);
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const Level& level = levels_[i];
     const LevelSolve& solve = best.history[i];

@@ -32,15 +32,15 @@ struct ImageRegistrationOptions {
   /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
   /// fit into the pictures is left out and reported; the last must fit.
   std::vector<LevelOptions> levels = {
-      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {0.8, 13, 1400, 2.0}};
+      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {1.2, 9, 3000, 2.0}};
   ShadowMaskOptions mask;
-  double ridge = 0.02;            ///< λ: noise of the CT channels in units of 100 HU, > 0.
+  double ridge = 0.01;            ///< λ: noise of the CT channels in units of 100 HU, > 0.
   int max_iterations = 30;        ///< Of each solve on each level, >= 1.
-  int starts = 150;               ///< Seeded starts tried besides the initial pose, >= 0.
-  double start_range_mm = 15;     ///< Half width of their box of translations, >= 0.
-  double start_range_rad = 0.21;  ///< Half width of their box of rotation vectors, [0, pi].
+  int starts = 600;               ///< Seeded starts searched where the plain solve fails, >= 0.
+  double start_range_mm = 40;     ///< Half width of their box of translations, >= 0.
+  double start_range_rad = 0.45;  ///< Half width of their box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
-  double bias_floor_mm = 0.15;    ///< Standard deviation that no sweep can undercut, >= 0.
+  double bias_floor_mm = 0.11;    ///< Standard deviation that no sweep can undercut, >= 0.
   int threads = 2;                ///< 1 to 64; the result does not depend on it.
   std::uint64_t seed = 1;         ///< Of the starts and the random poses.
 };
@@ -82,12 +82,13 @@ struct ImageRegistrationResult {
   bool covariance_valid;         ///< False: a direction is not determined by the sweep.
   std::string covariance_fault;  ///< Which and why; empty when valid.
 
-  double z_score;  ///< (mean cost of random poses − cost) / their standard deviation, second level.
-  /// (cost of the best other minimum − cost) / cost, finest level; other: more than 5 mm away.
+  double z_score;  ///< (mean cost of random poses − cost) / their standard deviation, first level.
+  /// (cost of the best other minimum − cost) / cost; other: more than 5 mm away. On the finest
+  /// level that the other was followed to: one that costs 1.4 times as much is given up.
   /// Absent when no start ended in another minimum.
   std::optional<double> margin;
-  /// RMS over the sweep between the poses of odd and of even pictures, mm; infinite when there are
-  /// too few pictures to split.
+  /// RMS over the sweep between the poses that odd and even pictures would each move to, one Newton
+  /// step from the result, mm; infinite when there are too few pictures to split.
   double split_disagreement_mm;
   double halves_disagreement_mm;  ///< The same between the first and the second half.
 
@@ -102,7 +103,7 @@ struct ImageRegistrationResult {
 /// the sweep is explained by an affine combination of the CT and of its gradient along the beam.
 /// The coefficients are eliminated (variable projection, Kaufman 1975) and Ceres solves for the
 /// pose. A portfolio of seeded starts around the initial pose competes with the plain solve from
-/// it. Same inputs give the same bytes for any thread count.
+/// it where that is not clearly right. Same inputs give the same bytes for any thread count.
 /// progress: called from the calling thread with the fraction done in [0, 1]; false cancels.
 /// Errors: kUsage (options), kMalformedData (sweep geometry), kRefused (no usable patch, sweep
 /// outside the CT), kNumerical (cost not finite), kCancelled.

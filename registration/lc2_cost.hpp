@@ -35,6 +35,10 @@ class Lc2Cost {
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                                 bool keep_patch_gradients = false) const;
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
+  /// The same with other patches, which must outlive it.
+  [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
+    return {ct_, patches, ridge_, threads_};
+  }
 
  private:
   template <class Visit>

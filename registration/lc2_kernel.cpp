@@ -15,8 +15,12 @@
 namespace nav::registration {
 namespace {
 
-// Four floats in one register. The compiler's own vectors need no intrinsics and no -march.
+// Floats in one register. The compiler's own vectors need no intrinsics; eight of them are one
+// register where the machine has AVX2 and two elsewhere. Everything that patch_terms() calls is
+// inlined by force, so that it is compiled for AVX2 where patch_terms() is.
 using Float4 = float __attribute__((vector_size(16)));
+using Float8 = float __attribute__((vector_size(32)));
+using Double4 = double __attribute__((vector_size(32)));
 
 // Smooths |d·G| at zero, in the unit of f: half the usual CT noise.
 constexpr float kBeamEpsilon = 0.01f;
@@ -24,13 +28,20 @@ constexpr int kMaxSamples = kMaxPatchSide * kMaxPatchSide;
 // Beyond this a coordinate is nonsense, and converting it to an integer undefined.
 constexpr double kMaxIndex = 1e9;
 
-Float4 load(const std::array<float, 4>& texel) {
-  Float4 value;
-  std::memcpy(&value, texel.data(), sizeof value);
-  return value;
+[[gnu::always_inline]] inline Float4 splat(float x) { return Float4{x, x, x, x}; }
+[[gnu::always_inline]] inline void splat(float x, Float8& out) {
+  out = Float8{x, x, x, x, x, x, x, x};
 }
-
-Float4 splat(float x) { return Float4{x, x, x, x}; }
+/// A texel and its neighbour along i.
+[[gnu::always_inline]] inline void load_pair(const std::array<float, 4>* texel, Float8& out) {
+  std::memcpy(&out, texel, sizeof out);
+}
+[[gnu::always_inline]] inline Float4 low_half(const Float8& v) {
+  return __builtin_shufflevector(v, v, 0, 1, 2, 3);
+}
+[[gnu::always_inline]] inline Float4 high_half(const Float8& v) {
+  return __builtin_shufflevector(v, v, 4, 5, 6, 7);
+}
 
 /// One interpolated sample with the derivatives of the interpolant by the texel index.
 struct Sample {
@@ -39,40 +50,35 @@ struct Sample {
 
 /// Trilinear interpolation at integer corner + fractions.
 template <bool kDerivatives>
-inline Sample interpolate(const std::array<float, 4>* corner, std::ptrdiff_t row,
-                          std::ptrdiff_t slice, float wi, float wj, float wk) {
+[[gnu::always_inline]] inline void interpolate(const std::array<float, 4>* corner,
+                                               std::ptrdiff_t row, std::ptrdiff_t slice, float wi,
+                                               float wj, float wk, Sample& sample) {
   const Float4 i = splat(wi);
-  const Float4 j = splat(wj);
-  const Float4 k = splat(wk);
-  const Float4 t000 = load(corner[0]);
-  const Float4 t010 = load(corner[row]);
-  const Float4 t001 = load(corner[slice]);
-  const Float4 t011 = load(corner[slice + row]);
-  const Float4 d00 = load(corner[1]) - t000;
-  const Float4 d10 = load(corner[row + 1]) - t010;
-  const Float4 d01 = load(corner[slice + 1]) - t001;
-  const Float4 d11 = load(corner[slice + row + 1]) - t011;
-  const Float4 a00 = t000 + i * d00;
-  const Float4 a01 = t001 + i * d01;
-  const Float4 dj0 = t010 + i * d10 - a00;
-  const Float4 dj1 = t011 + i * d11 - a01;
-  const Float4 b0 = a00 + j * dj0;
-  const Float4 b1 = a01 + j * dj1;
-  Sample sample;
-  sample.dk = b1 - b0;
-  sample.value = b0 + k * sample.dk;
+  Float8 j, k, t00, t10, t01, t11;
+  splat(wj, j);
+  splat(wk, k);
+  load_pair(corner, t00);
+  load_pair(corner + row, t10);
+  load_pair(corner + slice, t01);
+  load_pair(corner + slice + row, t11);
+  const Float8 dj0 = t10 - t00;
+  const Float8 dj1 = t11 - t01;
+  const Float8 a0 = t00 + j * dj0;
+  const Float8 dk = t01 + j * dj1 - a0;
+  const Float8 value = a0 + k * dk;
+  const Float4 di = high_half(value) - low_half(value);
+  sample.value = low_half(value) + i * di;
   if constexpr (kDerivatives) {
-    const Float4 di0 = d00 + j * (d10 - d00);
-    const Float4 di1 = d01 + j * (d11 - d01);
-    sample.di = di0 + k * (di1 - di0);
-    sample.dj = dj0 + k * (dj1 - dj0);
+    const Float8 dj = dj0 + k * (dj1 - dj0);
+    sample.di = di;
+    sample.dj = low_half(dj) + i * (high_half(dj) - low_half(dj));
+    sample.dk = low_half(dk) + i * (high_half(dk) - low_half(dk));
   }
-  return sample;
 }
 
 /// What pass one leaves for pass two.
 struct Samples {
-  std::array<float, kMaxSamples> f, g;
+  alignas(32) std::array<float, kMaxSamples> f, g;
   std::array<Float4, kMaxSamples> df;    ///< ∇f, Grid, per mm.
   std::array<Float4, kMaxSamples> dg;    ///< ∇g at a fixed beam.
   std::array<Float4, kMaxSamples> spin;  ///< Derivative of g by turning the beam: (q/g) d × G.
@@ -85,7 +91,7 @@ struct Location {
   std::array<float, 3> moves;
 };
 
-inline std::ptrdiff_t offset_of(const CtChannels& ct, int i, int j, int k) {
+[[gnu::always_inline]] inline std::ptrdiff_t offset_of(const CtChannels& ct, int i, int j, int k) {
   return (static_cast<std::ptrdiff_t>(k) * ct.size[1] + j) * ct.size[0] + i;
 }
 
@@ -141,8 +147,9 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
 }
 
 template <bool kDerivatives>
-void store(const Sample& sample, const Location& location, const Eigen::Vector3f& inverse,
-           const Eigen::Vector3f& d, std::size_t n, Samples& out) {
+[[gnu::always_inline]] inline void store(const Sample& sample, const Location& location,
+                                         const Eigen::Vector3f& inverse, const Eigen::Vector3f& d,
+                                         std::size_t n, Samples& out) {
   const Float4 v = sample.value;
   const float q = d.x() * v[1] + d.y() * v[2] + d.z() * v[3];
   const float g = std::sqrt(q * q + kBeamEpsilon * kBeamEpsilon);
@@ -164,7 +171,8 @@ void store(const Sample& sample, const Location& location, const Eigen::Vector3f
 
 /// Pass one: both channels and their derivatives at every sample. False: not finite.
 template <bool kDerivatives>
-bool sample_patch(const CtChannels& ct, const PlacedPatch& patch, Samples& out) {
+[[gnu::always_inline]] inline bool sample_patch(const CtChannels& ct, const PlacedPatch& patch,
+                                                Samples& out) {
   const LocalPatch local = local_patch(ct, patch);
   if (!local.usable) return false;
   const std::ptrdiff_t row = ct.size[0];
@@ -192,9 +200,10 @@ bool sample_patch(const CtChannels& ct, const PlacedPatch& patch, Samples& out) 
         location = clamped_location(
             ct, (patch.centre + a * patch.step_a + b * patch.step_b).cwiseProduct(inverse_d));
       }
-      store<kDerivatives>(interpolate<kDerivatives>(ct.texels.data() + location.offset, row, slice,
-                                                    location.w[0], location.w[1], location.w[2]),
-                          location, inverse, d, n, out);
+      Sample sample;
+      interpolate<kDerivatives>(ct.texels.data() + location.offset, row, slice, location.w[0],
+                                location.w[1], location.w[2], sample);
+      store<kDerivatives>(sample, location, inverse, d, n, out);
     }
   }
   return true;
@@ -207,30 +216,76 @@ struct Fit {
   std::array<double, 3> inverse;  ///< S⁻¹: 00, 01, 11.
 };
 
-/// Centres f and g in place and solves for the coefficients.
-Fit fit_patch(Samples& samples, std::span<const float> u, double ridge) {
+[[gnu::always_inline]] inline void load_doubles(const float* values, Double4& out) {
+  Float4 four;
+  std::memcpy(&four, values, sizeof four);
+  out = __builtin_convertvector(four, Double4);
+}
+[[gnu::always_inline]] inline double sum_of(const Double4& v) {
+  return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+/// Sums over the samples of a patch, centred.
+struct Moments {
+  double ff = 0, fg = 0, gg = 0, fu = 0, gu = 0, uu = 0;
+};
+
+/// Takes the means from f and g. Four sums side by side: one after the other would wait for each
+/// addition.
+[[gnu::always_inline]] inline Moments centre(Samples& samples, std::span<const float> u) {
   const std::size_t n = u.size();
-  double mean_f = 0;
-  double mean_g = 0;
-  for (std::size_t k = 0; k < n; ++k) {
+  const std::size_t whole = n / 4 * 4;
+  Double4 sum_f{}, sum_g{}, f, g, v;
+  for (std::size_t k = 0; k < whole; k += 4) {
+    load_doubles(&samples.f[k], f);
+    load_doubles(&samples.g[k], g);
+    sum_f += f;
+    sum_g += g;
+  }
+  double mean_f = sum_of(sum_f);
+  double mean_g = sum_of(sum_g);
+  for (std::size_t k = whole; k < n; ++k) {
     mean_f += samples.f[k];
     mean_g += samples.g[k];
   }
-  mean_f /= static_cast<double>(n);
-  mean_g /= static_cast<double>(n);
-  double ff = 0, fg = 0, gg = 0, fu = 0, gu = 0, uu = 0;
+  const auto mf = static_cast<float>(mean_f / static_cast<double>(n));
+  const auto mg = static_cast<float>(mean_g / static_cast<double>(n));
   for (std::size_t k = 0; k < n; ++k) {
-    const double f = samples.f[k] - mean_f;
-    const double g = samples.g[k] - mean_g;
-    samples.f[k] = static_cast<float>(f);
-    samples.g[k] = static_cast<float>(g);
+    samples.f[k] -= mf;
+    samples.g[k] -= mg;
+  }
+  Double4 ff{}, fg{}, gg{}, fu{}, gu{}, uu{};
+  for (std::size_t k = 0; k < whole; k += 4) {
+    load_doubles(&samples.f[k], f);
+    load_doubles(&samples.g[k], g);
+    load_doubles(&u[k], v);
     ff += f * f;
     fg += f * g;
     gg += g * g;
-    fu += f * u[k];
-    gu += g * u[k];
-    uu += static_cast<double>(u[k]) * u[k];
+    fu += f * v;
+    gu += g * v;
+    uu += v * v;
   }
+  Moments sums{sum_of(ff), sum_of(fg), sum_of(gg), sum_of(fu), sum_of(gu), sum_of(uu)};
+  for (std::size_t k = whole; k < n; ++k) {
+    const double x = samples.f[k];
+    const double y = samples.g[k];
+    const double z = u[k];
+    sums.ff += x * x;
+    sums.fg += x * y;
+    sums.gg += y * y;
+    sums.fu += x * z;
+    sums.gu += y * z;
+    sums.uu += z * z;
+  }
+  return sums;
+}
+
+/// Centres f and g in place and solves for the coefficients.
+[[gnu::always_inline]] inline Fit fit_patch(Samples& samples, std::span<const float> u,
+                                            double ridge) {
+  const std::size_t n = u.size();
+  auto [ff, fg, gg, fu, gu, uu] = centre(samples, u);
   const double damping = static_cast<double>(n) * ridge * ridge;
   ff += damping;
   gg += damping;
@@ -244,83 +299,128 @@ Fit fit_patch(Samples& samples, std::span<const float> u, double ridge) {
   return fit;
 }
 
-/// Sums of w wᵀ with w = [rotation 3, translation 3, f, g], of w and of (u − Ac) w.
+/// Sums of w wᵀ with w = [rotation 3, f, translation 3, g], of w and of (u − Ac) w.
 struct Sums {
-  std::array<std::array<Float4, 2>, 6> products;
-  std::array<Float4, 2> plain, residual;
+  std::array<Float8, 6> products;  ///< Rows of the six unknowns.
+  Float8 plain, residual;
 };
+constexpr std::array<int, 6> kUnknown{0, 1, 2, 4, 5, 6};  ///< Where they stand in w.
+constexpr int kF = 3;
+constexpr int kG = 7;
 
-/// Pass two: V rows and their products.
-Sums accumulate(const Samples& samples, const PlacedPatch& patch, const Fit& fit) {
-  Sums sums{};
-  const auto cf = static_cast<float>(fit.c[0]);
-  const auto cg = static_cast<float>(fit.c[1]);
-  const Eigen::Vector3f step_a = patch.step_a.cast<float>();
-  const Eigen::Vector3f step_b = patch.step_b.cast<float>();
-  const int half = (patch.side - 1) / 2;
-  std::size_t n = 0;
-  for (int b = -half; b <= half; ++b) {
-    for (int a = -half; a <= half; ++a, ++n) {
-      const Eigen::Vector3f x = static_cast<float>(a) * step_a + static_cast<float>(b) * step_b;
-      const Float4 v = splat(cf) * samples.df[n] + splat(cg) * samples.dg[n];
-      const Float4 e = splat(cg) * samples.spin[n];
-      const Float4 low{x[1] * v[2] - x[2] * v[1] + e[0], x[2] * v[0] - x[0] * v[2] + e[1],
-                       x[0] * v[1] - x[1] * v[0] + e[2], v[0]};
-      const Float4 high{v[1], v[2], samples.f[n], samples.g[n]};
-      const float residual = patch.u[n] - cf * samples.f[n] - cg * samples.g[n];
-      for (std::size_t r = 0; r < 6; ++r) {
-        const Float4 factor = splat(r < 4 ? low[r] : high[r - 4]);
-        sums.products[r][0] += factor * low;
-        sums.products[r][1] += factor * high;
-      }
-      sums.plain[0] += low;
-      sums.plain[1] += high;
-      sums.residual[0] += splat(residual) * low;
-      sums.residual[1] += splat(residual) * high;
-    }
-  }
-  return sums;
+template <int kLane>
+[[gnu::always_inline]] inline void add_row(const Float8& w, Float8& row) {
+  row += __builtin_shufflevector(w, w, kLane, kLane, kLane, kLane, kLane, kLane, kLane, kLane) * w;
 }
 
-}  // namespace
+/// Pass two: V rows and their products.
+[[gnu::always_inline]] inline void accumulate(const Samples& samples, const PlacedPatch& patch,
+                                              const Fit& fit, Sums& sums) {
+  const Float4 cf = splat(static_cast<float>(fit.c[0]));
+  const Float4 cg = splat(static_cast<float>(fit.c[1]));
+  const Eigen::Vector3f da = patch.step_a.cast<float>();
+  const Eigen::Vector3f db = patch.step_b.cast<float>();
+  const Float4 step_a{da[0], da[1], da[2], 0};
+  const Float4 step_b{db[0], db[1], db[2], 0};
+  const int half = (patch.side - 1) / 2;
+  std::array<Float8, 6> products{};
+  Float8 plain{}, residual{}, factor;
+  std::size_t n = 0;
+  for (int b = -half; b <= half; ++b) {
+    Float4 x = splat(static_cast<float>(b)) * step_b - splat(static_cast<float>(half)) * step_a;
+    for (int a = -half; a <= half; ++a, ++n, x += step_a) {
+      const Float4 v = cf * samples.df[n] + cg * samples.dg[n];
+      const Float4 x1 = __builtin_shufflevector(x, x, 1, 2, 0, 3);
+      const Float4 x2 = __builtin_shufflevector(x, x, 2, 0, 1, 3);
+      const Float4 v1 = __builtin_shufflevector(v, v, 1, 2, 0, 3);
+      const Float4 v2 = __builtin_shufflevector(v, v, 2, 0, 1, 3);
+      // Lane 3 of all of these is 0, so that f and g find room there.
+      const float f = samples.f[n];
+      const float g = samples.g[n];
+      const Float4 low = x1 * v2 - x2 * v1 + cg * samples.spin[n] + Float4{0, 0, 0, f};
+      const Float4 high = v + Float4{0, 0, 0, g};
+      const Float8 w = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+      add_row<0>(w, products[0]);
+      add_row<1>(w, products[1]);
+      add_row<2>(w, products[2]);
+      add_row<4>(w, products[3]);
+      add_row<5>(w, products[4]);
+      add_row<6>(w, products[5]);
+      splat(patch.u[n] - cf[0] * f - cg[0] * g, factor);
+      plain += w;
+      residual += factor * w;
+    }
+  }
+  sums = {products, plain, residual};
+}
 
-double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+[[gnu::always_inline]] inline double cost_of(const CtChannels& ct, const PlacedPatch& patch,
+                                             double ridge) {
   Samples samples;  // Not initialised: each element used is written first.
   if (!sample_patch<false>(ct, patch, samples)) return std::numeric_limits<double>::quiet_NaN();
   return fit_patch(samples, patch.u, ridge).s;
 }
 
-PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+[[gnu::always_inline]] inline PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& patch,
+                                                  double ridge) {
   PatchTerms terms{std::numeric_limits<double>::quiet_NaN(), Vector6d::Zero(), Matrix6d::Zero()};
   Samples samples;  // Not initialised: each element used is written first.
   if (!sample_patch<true>(ct, patch, samples)) return terms;
   const Fit fit = fit_patch(samples, patch.u, ridge);
   if (std::isnan(fit.s)) return terms;
-  const Sums sums = accumulate(samples, patch, fit);
-  const auto entry = [](const std::array<Float4, 2>& row, Eigen::Index i) {
-    return static_cast<double>(row[static_cast<std::size_t>(i / 4)][i % 4]);
-  };
+  Sums sums;
+  accumulate(samples, patch, fit, sums);
   const double count = static_cast<double>(patch.u.size());
-  for (Eigen::Index r = 0; r < 6; ++r) {
-    const auto& row = sums.products[static_cast<std::size_t>(r)];
-    const double af = entry(row, 6);
-    const double ag = entry(row, 7);
-    terms.gradient[r] = -entry(sums.residual, r);
-    for (Eigen::Index c = 0; c <= r; ++c) {
-      const auto& other = sums.products[static_cast<std::size_t>(c)];
-      const double bf = entry(other, 6);
-      const double bg = entry(other, 7);
+  for (std::size_t r = 0; r < 6; ++r) {
+    const auto i = static_cast<Eigen::Index>(r);
+    const double af = sums.products[r][kF];
+    const double ag = sums.products[r][kG];
+    terms.gradient[i] = -static_cast<double>(sums.residual[kUnknown[r]]);
+    for (std::size_t c = 0; c <= r; ++c) {
+      const auto j = static_cast<Eigen::Index>(c);
+      const double bf = sums.products[c][kF];
+      const double bg = sums.products[c][kG];
       const double projected = af * (fit.inverse[0] * bf + fit.inverse[1] * bg) +
                                ag * (fit.inverse[1] * bf + fit.inverse[2] * bg);
-      terms.hessian(r, c) =
-          entry(row, c) - entry(sums.plain, r) * entry(sums.plain, c) / count - projected;
-      terms.hessian(c, r) = terms.hessian(r, c);
+      const double means = static_cast<double>(sums.plain[kUnknown[r]]) *
+                           static_cast<double>(sums.plain[kUnknown[c]]) / count;
+      terms.hessian(i, j) = static_cast<double>(sums.products[r][kUnknown[c]]) - means - projected;
+      terms.hessian(j, i) = terms.hessian(i, j);
     }
   }
-  if (terms.gradient.allFinite() && terms.hessian.allFinite()) {
-    terms.s = fit.s;
-  }
+  if (terms.gradient.allFinite() && terms.hessian.allFinite()) terms.s = fit.s;
   return terms;
+}
+
+#if defined(__x86_64__)
+[[gnu::target("avx2,fma")]] double cost_avx2(const CtChannels& ct, const PlacedPatch& patch,
+                                             double ridge) {
+  return cost_of(ct, patch, ridge);
+}
+[[gnu::target("avx2,fma")]] PatchTerms terms_avx2(const CtChannels& ct, const PlacedPatch& patch,
+                                                  double ridge) {
+  return terms_of(ct, patch, ridge);
+}
+bool has_avx2() {
+  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  return has;
+}
+#endif
+
+}  // namespace
+
+double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+#if defined(__x86_64__)
+  if (has_avx2()) return cost_avx2(ct, patch, ridge);
+#endif
+  return cost_of(ct, patch, ridge);
+}
+
+PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+#if defined(__x86_64__)
+  if (has_avx2()) return terms_avx2(ct, patch, ridge);
+#endif
+  return terms_of(ct, patch, ridge);
 }
 
 }  // namespace nav::registration

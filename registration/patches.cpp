@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 namespace nav::registration {
 namespace {
@@ -78,10 +75,10 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
 
 /// A patch before the selection.
 struct Candidate {
-  Patch patch;
-  double deviation;  ///< Grey levels.
+  Eigen::Vector2d centre;  ///< Image, mm.
+  std::size_t order;       ///< Of its picture among the thinned ones.
   int bucket;
-  std::vector<float> u;
+  double contrast;  ///< Standard deviation of a few of its samples, grey levels.
 };
 
 /// Corners of the picture, Image frame, mm.
@@ -92,79 +89,99 @@ std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
           frame.grid.at(right, below)};
 }
 
-/// One candidate, or nothing where the mask or the contrast says no.
-std::optional<Candidate> cut(const TrackedFrame& tracked, const Image2d<std::uint8_t>& mask,
-                             const SmoothPicture& picture, const Eigen::Vector2d& centre,
-                             const LevelOptions& level) {
-  const UltrasoundFrame& frame = tracked.frame;
-  const int half = level.patch_side / 2;
-  const Eigen::Matrix2d pixel_per_mm = frame.grid.mm_per_pixel.inverse();
-  const Eigen::Vector2d middle = pixel_per_mm * (centre - frame.grid.origin_mm);
-  const Eigen::Vector2d a = pixel_per_mm.col(0) * level.sample_step_mm;
-  const Eigen::Vector2d b = pixel_per_mm.col(1) * level.sample_step_mm;
-  Candidate candidate;
-  candidate.u.reserve(static_cast<std::size_t>(level.patch_side * level.patch_side));
-  double sum = 0;
-  for (int j = -half; j <= half; ++j) {
-    for (int i = -half; i <= half; ++i) {
+/// One thinned picture, smoothed to the level.
+struct LevelPicture {
+  int index;  ///< In the sweep.
+  const TrackedFrame& tracked;
+  const Image2d<std::uint8_t>& mask;
+  SmoothPicture smooth;
+};
+
+/// Samples (i, j) of a square about a centre, each stride-th from −half to half; false: one lies
+/// outside the mask. values: all samples.
+bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
+                   int half, int stride, std::vector<float>& values) {
+  const PixelGrid& grid = picture.tracked.frame.grid;
+  const Eigen::Matrix2d pixel_per_mm = grid.mm_per_pixel.inverse();
+  const Eigen::Vector2d middle = pixel_per_mm * (centre - grid.origin_mm);
+  const Eigen::Vector2d a = pixel_per_mm.col(0) * step_mm;
+  const Eigen::Vector2d b = pixel_per_mm.col(1) * step_mm;
+  values.clear();
+  for (int j = -half; j <= half; j += stride) {
+    for (int i = -half; i <= half; i += stride) {
       const Eigen::Vector2d pixel = middle + i * a + j * b;
       const auto column = static_cast<int>(std::lround(pixel.x()));
       const auto row = static_cast<int>(std::lround(pixel.y()));
-      if (column < 0 || row < 0 || column >= mask.width() || row >= mask.height() ||
-          mask.at(column, row) == 0) {
-        return {};
+      if (column < 0 || row < 0 || column >= picture.mask.width() || row >= picture.mask.height() ||
+          picture.mask.at(column, row) == 0) {
+        return false;
       }
-      candidate.u.push_back(picture.at(pixel));
-      sum += candidate.u.back();
+      values.push_back(picture.smooth.at(pixel));
     }
   }
-  const auto count = static_cast<double>(candidate.u.size());
+  return true;
+}
+
+/// Takes the mean out; the standard deviation.
+double centre_values(std::vector<float>& values) {
+  const auto count = static_cast<double>(values.size());
+  double sum = 0;
+  for (const float value : values) sum += value;
   double squares = 0;
-  for (float& value : candidate.u) {
+  for (float& value : values) {
     value = static_cast<float>(value - sum / count);
     squares += static_cast<double>(value) * value;
   }
-  candidate.deviation = std::sqrt(squares / count);
-  if (!(candidate.deviation >= kMinDeviation)) return {};
-  const auto norm = static_cast<float>(std::sqrt(squares));
-  for (float& value : candidate.u) value /= norm;
-
-  const auto& pose = tracked.reference_from_image;
-  const double step = level.sample_step_mm;
-  const Eigen::Vector2d beam =
-      frame.outline ? (centre - frame.outline->apex_mm).normalized() : Eigen::Vector2d(0, 1);
-  candidate.patch = {(pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
-                     pose.rotation() * Eigen::Vector3d(step, 0, 0),
-                     pose.rotation() * Eigen::Vector3d(0, step, 0),
-                     pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
-                     std::pow(candidate.deviation, kWeightPower),
-                     0};
-  return candidate;
+  return std::sqrt(squares / count);
 }
 
-/// All candidates of one picture.
-void cut_frame(const Sweep& sweep, int index, int order, const Image2d<std::uint8_t>& mask,
-               const LevelOptions& level, double sigma_mm, std::vector<Candidate>& out) {
-  const TrackedFrame& tracked = sweep.frames()[static_cast<std::size_t>(index)];
-  const SmoothPicture picture = smooth(tracked.frame, mask, sigma_mm);
+/// All candidates of one picture, by a few samples of each.
+void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
+                     std::vector<Candidate>& out) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = -low;
-  for (const auto& corner : corners(tracked.frame)) {
+  for (const auto& corner : corners(picture.tracked.frame)) {
     low = low.cwiseMin(corner.mm.head<2>());
     high = high.cwiseMax(corner.mm.head<2>());
   }
-  const double stride = 0.5 * level.patch_side * level.sample_step_mm;
-  for (double y = low.y() + stride; y < high.y(); y += stride) {
-    for (double x = low.x() + stride; x < high.x(); x += stride) {
-      auto candidate = cut(tracked, mask, picture, {x, y}, level);
-      if (!candidate) continue;
-      candidate->patch.frame = index;
+  const int half = level.patch_side / 2;
+  // Five samples a side, the corners among them where the side allows.
+  const int stride = std::max(1, half / 2);
+  const double stride_mm = 0.5 * level.patch_side * level.sample_step_mm;
+  std::vector<float> values;
+  for (double y = low.y() + stride_mm; y < high.y(); y += stride_mm) {
+    for (double x = low.x() + stride_mm; x < high.x(); x += stride_mm) {
+      if (!sample_square(picture, {x, y}, level.sample_step_mm, half, stride, values)) continue;
+      const double contrast = centre_values(values);
+      if (!(contrast >= kMinDeviation)) continue;
       const double depth = (y - low.y()) / (high.y() - low.y());
-      candidate->bucket = order * kDepthBands +
-                          std::clamp(static_cast<int>(depth * kDepthBands), 0, kDepthBands - 1);
-      out.push_back(std::move(*candidate));
+      const int band = std::clamp(static_cast<int>(depth * kDepthBands), 0, kDepthBands - 1);
+      out.push_back({{x, y}, order, static_cast<int>(order) * kDepthBands + band, contrast});
     }
   }
+}
+
+/// Adds one patch with all its samples; false where the mask or the contrast says no.
+bool add_patch(const LevelPicture& picture, const Candidate& candidate, const LevelOptions& level,
+               std::vector<float>& values, PatchSet& out) {
+  const double step = level.sample_step_mm;
+  if (!sample_square(picture, candidate.centre, step, level.patch_side / 2, 1, values))
+    return false;
+  const double deviation = centre_values(values);
+  if (!(deviation >= kMinDeviation)) return false;
+  const auto norm = static_cast<float>(deviation * std::sqrt(static_cast<double>(values.size())));
+  for (const float value : values) out.samples.push_back(value / norm);
+  const Eigen::Vector2d& centre = candidate.centre;
+  const auto& outline = picture.tracked.frame.outline;
+  const Eigen::Vector2d beam =
+      outline ? (centre - outline->apex_mm).normalized() : Eigen::Vector2d(0, 1);
+  const auto& pose = picture.tracked.reference_from_image;
+  out.patches.push_back({(pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
+                         pose.rotation() * Eigen::Vector3d(step, 0, 0),
+                         pose.rotation() * Eigen::Vector3d(0, step, 0),
+                         pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
+                         std::pow(deviation, kWeightPower), picture.index});
+  return true;
 }
 
 }  // namespace
@@ -192,32 +209,31 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
 
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm) {
-  const std::vector<int> kept = thin_frames(sweep, level.frame_step_mm);
+  std::vector<LevelPicture> pictures;
   std::vector<Candidate> candidates;
-  int order = 0;
-  for (const int index : kept) {
-    cut_frame(sweep, index, order++, masks[static_cast<std::size_t>(index)], level, sigma_mm,
-              candidates);
+  for (const int index : thin_frames(sweep, level.frame_step_mm)) {
+    const auto i = static_cast<std::size_t>(index);
+    const TrackedFrame& tracked = sweep.frames()[i];
+    pictures.push_back({index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm)});
+    find_candidates(pictures.back(), pictures.size() - 1, level, candidates);
   }
-  std::vector<std::size_t> by_contrast(candidates.size());
-  std::iota(by_contrast.begin(), by_contrast.end(), std::size_t{0});
-  std::stable_sort(by_contrast.begin(), by_contrast.end(), [&](std::size_t a, std::size_t b) {
-    return candidates[a].deviation > candidates[b].deviation;
-  });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.contrast > b.contrast; });
   const std::size_t budget = static_cast<std::size_t>(level.patches);
-  const std::size_t quota = 2 * budget / (kept.size() * kDepthBands) + 1;
-  std::map<int, std::size_t> taken;
+  const std::size_t quota = 2 * budget / (pictures.size() * kDepthBands) + 1;
+  std::vector<std::size_t> taken(pictures.size() * kDepthBands, 0);
   PatchSet out;
   out.side = level.patch_side;
-  out.frames = static_cast<int>(kept.size());
-  double total = 0;
-  for (const std::size_t i : by_contrast) {
+  out.frames = static_cast<int>(pictures.size());
+  std::vector<float> values;
+  for (const Candidate& candidate : candidates) {
     if (out.patches.size() == budget) break;
-    if (taken[candidates[i].bucket]++ >= quota) continue;
-    out.patches.push_back(candidates[i].patch);
-    out.samples.insert(out.samples.end(), candidates[i].u.begin(), candidates[i].u.end());
-    total += candidates[i].patch.weight;
+    std::size_t& of_bucket = taken[static_cast<std::size_t>(candidate.bucket)];
+    if (of_bucket >= quota) continue;
+    if (add_patch(pictures[candidate.order], candidate, level, values, out)) ++of_bucket;
   }
+  double total = 0;
+  for (const Patch& patch : out.patches) total += patch.weight;
   for (Patch& patch : out.patches) patch.weight /= total;
   return out;
 }

@@ -28,9 +28,9 @@ struct PoseSolution {
 
 /// Levenberg–Marquardt by Ceres over a twist about the point that the pose gives the sweep's
 /// centroid, so that neither the CT's nor the tracker's origin matters. Ceres sees 7 residuals:
-/// with H = QΛQᵀ the Gauss–Newton Hessian and g the gradient of E/2, [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)]
-/// and Jacobian [Λ^{½}Qᵀ; 0] have the normal equations of all samples together.
-/// keep_going: asked once per iteration; false stops with cancelled set.
+/// with H = QΛQᵀ the Gauss–Newton Hessian, softened by the secants of the steps taken, and g the
+/// gradient of E/2, [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)] and Jacobian [Λ^{½}Qᵀ; 0] have the normal equations
+/// of all samples together. keep_going: asked once per iteration; false stops with cancelled set.
 PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
                         const Point<frames::Reference>& centroid, int max_iterations,
                         const std::function<bool()>& keep_going);

@@ -3,12 +3,16 @@
 #include "registration/sandwich.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iomanip>
+#include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 
+#include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
 
 namespace nav::registration {
@@ -19,6 +23,8 @@ constexpr double kBlockMm = 20;
 constexpr int kMinBlocks = 12;
 // A well-conditioned sweep has 0.1; below this a direction rests on noise.
 constexpr double kMinCurvatureRatio = 1e-3;
+
+constexpr std::size_t kHessianPatches = 1000;
 
 /// Rotations in mm: twist = scale · parameter.
 Matrix6d twist_from_scaled() {
@@ -41,19 +47,17 @@ Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector
 }
 
 /// n/(n−6) Σ g_b g_bᵀ in scaled parameters, and n.
-std::pair<Matrix6d, int> block_scatter(const Lc2Cost& cost, const Pose& pose,
-                                       const Eigen::Vector3d& centre) {
-  const CostTerms terms = cost.terms(pose, centre, true);
+std::pair<Matrix6d, int> block_scatter(const LocalShape& shape, const PatchSet& patches,
+                                       const Pose& pose) {
   std::map<std::array<int, 3>, Vector6d> blocks;
-  for (std::size_t i = 0; i < terms.patch_gradients.size(); ++i) {
-    const Eigen::Vector3d p =
-        (pose * Point<frames::Reference>{cost.patches().patches[i].centre_mm}).mm;
+  for (std::size_t i = 0; i < shape.patch_gradients.size(); ++i) {
+    const Eigen::Vector3d p = (pose * Point<frames::Reference>{patches.patches[i].centre_mm}).mm;
     // Relative to the centre, so that a shift of the CT's origin changes nothing.
-    const Eigen::Array3d cell = ((p - centre) / kBlockMm).array().floor();
+    const Eigen::Array3d cell = ((p - shape.centre_ct.mm) / kBlockMm).array().floor();
     const std::array<int, 3> key{static_cast<int>(cell[0]), static_cast<int>(cell[1]),
                                  static_cast<int>(cell[2])};
     const auto [block, fresh] = blocks.try_emplace(key, Vector6d::Zero());
-    block->second += twist_from_scaled() * terms.patch_gradients[i];
+    block->second += shape.patch_gradients[i];
   }
   Matrix6d scatter = Matrix6d::Zero();
   for (const auto& [key, g] : blocks) scatter += g * g.transpose();
@@ -74,11 +78,58 @@ std::string describe(const Vector6d& direction) {
 
 }  // namespace
 
-SandwichCovariance sandwich_covariance(const Lc2Cost& cost, const Pose& pose,
-                                       const Point<frames::Ct>& centre_ct, double step_mm,
-                                       double bias_floor_mm) {
-  SandwichCovariance result{{centre_ct, Matrix6d::Zero()}, false, ""};
-  const auto [scatter, blocks] = block_scatter(cost, pose, centre_ct.mm);
+LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
+                       double step_mm) {
+  LocalShape shape{centre_ct, Matrix6d::Zero(), {}};
+  shape.patch_gradients = cost.terms(pose, centre_ct.mm, true).patch_gradients;
+  for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
+  const std::size_t stride =
+      (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;
+  std::size_t index = 0;
+  const PatchSet some = subset(cost.patches(), [&](const Patch&) {
+    return index++ % std::max<std::size_t>(stride, 1) == 0;
+  });
+  shape.hessian = true_hessian(cost.on(some), pose, centre_ct.mm, step_mm);
+  return shape;
+}
+
+double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const SweepPoints& sweep,
+                       const Pose& pose, Halves halves) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::set<int> frames;
+  for (const Patch& patch : patches.patches) frames.insert(patch.frame);
+  const std::vector<int> order(frames.begin(), frames.end());
+  std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
+  std::array<double, 2> weight{0, 0};
+  std::array<std::size_t, 2> count{0, 0};
+  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
+    const auto at = std::lower_bound(order.begin(), order.end(), patches.patches[i].frame);
+    const auto rank = static_cast<std::size_t>(at - order.begin());
+    const bool second = halves == Halves::kOddEven ? rank % 2 == 1 : 2 * rank >= order.size();
+    const std::size_t half = second ? 1 : 0;
+    gradient[half] += shape.patch_gradients[i];
+    weight[half] += patches.patches[i].weight;
+    ++count[half];
+  }
+  if (std::min(count[0], count[1]) < kMinPatches) return kNone;
+  const Eigen::LLT<Matrix6d> llt(shape.hessian);
+  if (llt.info() != Eigen::Success) return kNone;
+  const Vector6d apart =
+      twist_from_scaled() * llt.solve(gradient[0] / weight[0] - gradient[1] / weight[1]);
+  double sum = 0;
+  for (const auto& p : sweep.points) {
+    const Eigen::Vector3d r = (pose * p).mm - shape.centre_ct.mm;
+    sum += (apart.head<3>().cross(r) + apart.tail<3>()).squaredNorm();
+  }
+  const double rms =
+      std::sqrt(sum / static_cast<double>(std::max<std::size_t>(sweep.points.size(), 1)));
+  return std::isfinite(rms) ? rms : kNone;
+}
+
+SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& patches,
+                                       const Pose& pose, double bias_floor_mm) {
+  SandwichCovariance result{{shape.centre_ct, Matrix6d::Zero()}, false, ""};
+  const auto [scatter, blocks] = block_scatter(shape, patches, pose);
   std::ostringstream fault;
   if (blocks < kMinBlocks) {
     fault << "expected the patches to spread over at least " << kMinBlocks
@@ -86,7 +137,7 @@ SandwichCovariance sandwich_covariance(const Lc2Cost& cost, const Pose& pose,
     result.fault = fault.str();
     return result;
   }
-  const Matrix6d h = true_hessian(cost, pose, centre_ct.mm, step_mm);
+  const Matrix6d& h = shape.hessian;
   if (!h.allFinite() || !scatter.allFinite()) {
     result.fault = "expected a finite curvature of the cost, found NaN or Inf";
     return result;

@@ -3,11 +3,25 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "registration/lc2_cost.hpp"
 #include "registration/pose_uncertainty.hpp"
+#include "registration/sweep_points.hpp"
 
 namespace nav::registration {
+
+/// The cost about a minimum, in scaled parameters [60 ω | t] mm about a centre.
+struct LocalShape {
+  Point<frames::Ct> centre_ct;
+  Matrix6d hessian;  ///< Of E/2, true: symmetric differences of the exact gradient.
+  std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch, of E/2.
+};
+
+/// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by
+/// symmetric differences over step_mm, of at most 1000 patches evenly chosen.
+LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
+                       double step_mm);
 
 /// Covariance of an image registration, or why there is none.
 struct SandwichCovariance {
@@ -16,13 +30,20 @@ struct SandwichCovariance {
   std::string fault;  ///< One sentence that names the direction; empty when valid.
 };
 
-/// Σ = H⁻¹ (n/(n−6) Σ_b g_b g_bᵀ) H⁻¹ about a centre, at a minimum of the cost. H is the true
-/// Hessian, by symmetric differences of the exact gradient over step_mm: Gauss–Newton's is too
-/// stiff, as each patch also fits its noise. g_b sums the gradients of all patches in one 20 mm
-/// cube of the CT: pictures that see the same anatomy err together. bias_floor_mm² is added to the
-/// translations and, over 60 mm, to the rotations. (White 1980; Liang and Zeger 1986.)
-SandwichCovariance sandwich_covariance(const Lc2Cost& cost, const Pose& pose,
-                                       const Point<frames::Ct>& centre_ct, double step_mm,
-                                       double bias_floor_mm);
+/// Σ = H⁻¹ (n/(n−6) Σ_b g_b g_bᵀ) H⁻¹ at a minimum of the cost. g_b sums the gradients of all
+/// patches in one 20 mm cube of the CT: pictures that see the same anatomy err together.
+/// bias_floor_mm² is added to the translations and, over 60 mm, to the rotations. (White 1980;
+/// Liang and Zeger 1986.)
+SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& patches,
+                                       const Pose& pose, double bias_floor_mm);
+
+/// How to halve the pictures of a sweep.
+enum class Halves { kOddEven, kFirstSecond };
+
+/// RMS distance over the sweep of the poses that two halves of the pictures would move to, each by
+/// one Newton step −H⁻¹ g_half from the pose of all, mm; infinite when a half has fewer than
+/// kMinPatches patches or H is not positive definite.
+double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const SweepPoints& sweep,
+                       const Pose& pose, Halves halves);
 
 }  // namespace nav::registration

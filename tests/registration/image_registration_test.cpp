@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "registration/acceptance.hpp"
+#include "registration/prepared.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -55,6 +56,37 @@ TEST(ImageRegistrationTest, FindsThePlantedPoseFromALadderOfStarts) {
     EXPECT_LT(result->final_cost, result->initial_cost);
     const Decision decision = decide(*result, {}, {{0, 0, 0}});
     EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
+  }
+}
+
+TEST(ImageRegistrationTest, TheSearchReachesWhereThePlainSolveDoesNot) {
+  const auto start = test::off_by(test::true_pose(), 30, 0.4, 1);
+  auto options = quick_options();
+  options.starts = 0;
+  const auto plain = solve(start, options);
+  ASSERT_TRUE(test::has_value(plain));
+  EXPECT_GT(test::cube_error_mm(plain->ct_from_reference, test::true_pose()), 5.0);
+  options.starts = 600;
+  const auto searched = solve(start, options);
+  ASSERT_TRUE(test::has_value(searched));
+  EXPECT_LT(test::cube_error_mm(searched->ct_from_reference, test::true_pose()), kToleranceMm);
+  ASSERT_TRUE(searched->margin.has_value());  // To where the plain solve ended.
+  EXPECT_GT(*searched->margin, 0.15);
+}
+
+TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
+  auto options = quick_options();
+  options.starts = 0;
+  CollectingDiagnostics diagnostics;
+  const auto ct = PreparedCt::create(scene().ct, options);
+  const auto sweep = PreparedSweep::create(scene().sweep, options, diagnostics);
+  ASSERT_TRUE(test::has_value(ct));
+  ASSERT_TRUE(test::has_value(sweep));
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const auto start = test::off_by(test::true_pose(), 5, 0.05, seed);
+    const auto result = register_prepared(*ct, *sweep, start, options);
+    ASSERT_TRUE(test::has_value(result));
+    EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm);
   }
 }
 

@@ -128,7 +128,8 @@ TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
     prism.texels[i][3] = 0;
   }
   const Lc2Cost cost(prism, scene().patches, kRidge, 1);
-  const auto result = sandwich_covariance(cost, test::true_pose(), {{0, 0, 0}}, 0.5, 0.15);
+  const auto shape = local_shape(cost, test::true_pose(), {{0, 0, 0}}, 0.5);
+  const auto result = sandwich_covariance(shape, scene().patches, test::true_pose(), 0.15);
   EXPECT_FALSE(result.valid);
   EXPECT_NE(result.fault.find("does not determine"), std::string::npos) << result.fault;
 }
@@ -137,8 +138,9 @@ TEST(SandwichTest, RespectsTheBiasFloor) {
   const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
   const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), 30, {});
   const Point<frames::Ct> centre = solution.pose * scene().sweep.centroid();
-  const auto small = sandwich_covariance(cost, solution.pose, centre, 0.5, 0.0);
-  const auto large = sandwich_covariance(cost, solution.pose, centre, 0.5, 2.0);
+  const auto shape = local_shape(cost, solution.pose, centre, 0.5);
+  const auto small = sandwich_covariance(shape, scene().patches, solution.pose, 0.0);
+  const auto large = sandwich_covariance(shape, scene().patches, solution.pose, 2.0);
   ASSERT_TRUE(small.valid) << small.fault;
   ASSERT_TRUE(large.valid) << large.fault;
   EXPECT_GT(small.uncertainty.tre_rms_mm(centre), 0.0);

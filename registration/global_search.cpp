@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/global_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "registration/starts.hpp"
+
+namespace nav::registration {
+namespace {
+
+// Every so many patches are enough to rank poses that are centimetres apart.
+constexpr std::size_t kScreenStride = 3;
+constexpr std::size_t kMinScreenPatches = 60;
+// Enough random poses to know the mean and spread of their costs.
+constexpr int kFirstStarts = 60;
+constexpr double kClearDeviations = 7;
+constexpr std::size_t kSolvedStarts = 16;
+constexpr int kScreenIterations = 10;
+// Rounds about the best results so far: the box shrinks by the factor in each.
+constexpr int kRounds = 3;
+constexpr std::size_t kCentres = 4;
+constexpr int kStartsPerCentre = 40;
+constexpr std::size_t kSolvedPerRound = 8;
+constexpr double kShrink = 0.4;
+constexpr std::size_t kFinished = 4;
+constexpr double kSameMm = 4;
+
+struct Ranked {
+  double cost;
+  Pose pose;
+};
+
+bool cheaper(const Ranked& a, const Ranked& b) { return a.cost < b.cost; }
+
+class Search {
+ public:
+  Search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
+         const SearchOptions& options, const std::function<bool()>& keep_going, int& non_finite)
+      : cost_(cost),
+        initial_(initial),
+        points_(points),
+        options_(options),
+        keep_going_(keep_going),
+        non_finite_(non_finite),
+        screen_patches_(screen_of(cost.patches())),
+        screen_(cost.on(screen_patches_)) {}
+
+  std::vector<Found> run() {
+    found_.push_back({solve(cost_, initial_, options_.max_iterations), true});
+    if (options_.starts == 0 || stopped()) return std::move(found_);
+    const auto twists =
+        spread_twists(options_.starts, options_.range_rad, options_.range_mm, options_.seed);
+    const auto first = std::min<std::size_t>(kFirstStarts, twists.size());
+    rank({twists.begin(), twists.begin() + static_cast<std::ptrdiff_t>(first)}, initial_);
+    learn_limit();
+    if (screen_.cost(found_[0].solution.pose).cost <= clear_) return std::move(found_);
+    rank({twists.begin() + static_cast<std::ptrdiff_t>(first), twists.end()}, initial_);
+    solve_best(kSolvedStarts);
+    double shrink = kShrink;
+    for (int round = 0; round < kRounds && !clear() && !stopped(); ++round, shrink *= kShrink) {
+      search_about_best(shrink, static_cast<std::uint64_t>(round));
+    }
+    finish();
+    return std::move(found_);
+  }
+
+ private:
+  static PatchSet screen_of(const PatchSet& all) {
+    const std::size_t stride =
+        std::clamp<std::size_t>(all.patches.size() / kMinScreenPatches, 1, kScreenStride);
+    std::size_t index = 0;
+    return subset(all, [&](const Patch&) { return index++ % stride == 0; });
+  }
+
+  bool stopped() {
+    stopped_ = stopped_ || (keep_going_ && !keep_going_());
+    return stopped_;
+  }
+
+  PoseSolution solve(const Lc2Cost& cost, const Pose& pose, int iterations) {
+    PoseSolution solution = solve_pose(cost, pose, points_.centroid, iterations, keep_going_);
+    non_finite_ = std::max(non_finite_, solution.non_finite);
+    stopped_ = stopped_ || solution.cancelled;
+    return solution;
+  }
+
+  void rank(const std::vector<Vector6d>& twists, const Pose& about) {
+    const Eigen::Vector3d centre = (about * points_.centroid).mm;
+    for (const Vector6d& twist : twists) {
+      const Pose pose = moved(about, centre, twist);
+      const CostTerms terms = screen_.cost(pose);
+      non_finite_ = std::max(non_finite_, terms.non_finite);
+      ranked_.push_back({terms.cost, pose});
+    }
+  }
+
+  /// What a cost must be below to be no chance.
+  void learn_limit() {
+    const auto n = static_cast<double>(ranked_.size());
+    double mean = 0;
+    for (const Ranked& one : ranked_) mean += one.cost / n;
+    double variance = 0;
+    for (const Ranked& one : ranked_)
+      variance += std::pow(one.cost - mean, 2) / std::max(n - 1, 1.0);
+    clear_ = mean - kClearDeviations * std::sqrt(variance);
+  }
+
+  [[nodiscard]] bool clear() const { return !solved_.empty() && solved_.front().cost <= clear_; }
+
+  /// Solves the cheapest ranked starts and forgets all of them.
+  void solve_best(std::size_t count) {
+    std::stable_sort(ranked_.begin(), ranked_.end(), cheaper);
+    for (std::size_t i = 0; i < std::min(count, ranked_.size()) && !stopped(); ++i) {
+      const PoseSolution solution = solve(screen_, ranked_[i].pose, kScreenIterations);
+      solved_.push_back({solution.final_cost, solution.pose});
+    }
+    ranked_.clear();
+    drop_duplicates();
+  }
+
+  void drop_duplicates() {
+    std::stable_sort(solved_.begin(), solved_.end(), cheaper);
+    std::vector<Ranked> kept;
+    for (const Ranked& one : solved_) {
+      const bool known = std::any_of(kept.begin(), kept.end(), [&](const Ranked& k) {
+        return distance_mm(points_, k.pose, one.pose) < kSameMm;
+      });
+      if (!known) kept.push_back(one);
+    }
+    solved_ = std::move(kept);
+  }
+
+  void search_about_best(double shrink, std::uint64_t round) {
+    const std::vector<Ranked> centres(
+        solved_.begin(),
+        solved_.begin() + static_cast<std::ptrdiff_t>(std::min(kCentres, solved_.size())));
+    std::uint64_t seed = options_.seed + 17 * (round + 1);
+    for (const Ranked& centre : centres) {
+      rank(spread_twists(kStartsPerCentre, shrink * options_.range_rad, shrink * options_.range_mm,
+                         ++seed),
+           centre.pose);
+    }
+    solve_best(kSolvedPerRound);
+  }
+
+  /// The best on all patches.
+  void finish() {
+    for (std::size_t i = 0; i < std::min(kFinished, solved_.size()) && !stopped(); ++i) {
+      found_.push_back({solve(cost_, solved_[i].pose, options_.max_iterations), false});
+    }
+    std::stable_sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) {
+      return a.solution.final_cost < b.solution.final_cost;
+    });
+  }
+
+  const Lc2Cost& cost_;
+  const Pose& initial_;
+  const SweepPoints& points_;
+  const SearchOptions& options_;
+  const std::function<bool()>& keep_going_;
+  int& non_finite_;
+  PatchSet screen_patches_;
+  Lc2Cost screen_;
+  std::vector<Ranked> ranked_, solved_;
+  std::vector<Found> found_;
+  double clear_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
+                          const SearchOptions& options, const std::function<bool()>& keep_going,
+                          int& non_finite) {
+  return Search(cost, initial, points, options, keep_going, non_finite).run();
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "registration/pose_solver.hpp"
+#include "registration/sweep_points.hpp"
+
+namespace nav::registration {
+
+struct SearchOptions {
+  int starts = 0;           ///< Seeded starts in the box about the initial pose, >= 0; 0: none.
+  double range_mm = 0;      ///< Half width of the box of translations.
+  double range_rad = 0;     ///< Half width of the box of rotation vectors.
+  int max_iterations = 30;  ///< Of a solve.
+  std::uint64_t seed = 1;
+};
+
+/// A pose that the search ended in.
+struct Found {
+  PoseSolution solution;  ///< Costs on all patches.
+  bool plain;             ///< From the initial pose.
+};
+
+/// The plain solve from the initial pose, and unless that is clearly right already, a search: the
+/// starts are ranked by cost on a third of the patches, the best are solved, and the surroundings
+/// of the best results are searched again, narrower each time. Clearly right: its cost lies seven
+/// standard deviations below those of the random starts. Best first; at least the plain one.
+/// non_finite grows to the most patches of an evaluation that were not finite.
+std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
+                          const SearchOptions& options, const std::function<bool()>& keep_going,
+                          int& non_finite);
+
+}  // namespace nav::registration
