@@ -95,6 +95,7 @@ bench::CohortOptions cohort(std::uint64_t first_seed, bool quick) {
   options.local_mm = {10};
   options.global_mm = {20, 40};
   options.starts = 1;
+  options.hopeless_stride = 3;
   return options;
 }
 
@@ -147,8 +148,8 @@ Result<void> run_bench_registration(const BenchRegistrationOptions& options, Con
   effort.local = bench::default_cohort().local;
   if (options.quick) {
     effort.patients = 1;
-    effort.patch_shares = {0.25, 1, 4};
-    effort.pictures = {20};
+    effort.patch_shares = {0.25, 4};
+    effort.pictures = {};
   }
   const auto curve = bench::measure_effort(effort, show);
   console.end();

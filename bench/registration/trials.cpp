@@ -78,7 +78,9 @@ class PatientTrials {
       }
     }
     if (!options_.hopeless) return;
-    for (int kind = 0; kind < kHopelessKinds; ++kind) {
+    const int first = static_cast<int>((patient_.seed + index) %
+                                       static_cast<std::uint64_t>(options_.hopeless_stride));
+    for (int kind = first; kind < kHopelessKinds; kind += options_.hopeless_stride) {
       run_hopeless(static_cast<Hopeless>(kind), recorded);
     }
   }
@@ -179,6 +181,7 @@ CohortOptions default_cohort() {
 
 CohortResult run_cohort(const CohortOptions& options, const std::function<void(double)>& progress) {
   NAV_CHECK(options.patients >= 1 && options.starts >= 1, options.patients, options.starts);
+  NAV_CHECK(options.hopeless_stride >= 1, options.hopeless_stride);
   CohortResult result;
   const auto count = static_cast<std::size_t>(options.patients);
   auto patient = std::make_unique<Patient>(make_patient(options.first_seed));

@@ -51,9 +51,10 @@ struct CohortOptions {
                                SweepPath::kSagittal, SweepPath::kCross};
   std::vector<double> local_mm{5, 10};
   std::vector<double> global_mm{5, 10, 20, 30, 40, 60};
-  int starts = 2;        ///< Of each distance.
-  bool hopeless = true;  ///< Every kind on every sweep, global.
-  int frames = 60;       ///< Of a sweep.
+  int starts = 2;           ///< Of each distance.
+  bool hopeless = true;     ///< Every kind on every sweep, global.
+  int hopeless_stride = 1;  ///< Of the kinds only every so many-th, others on each sweep; >= 1.
+  int frames = 60;          ///< Of a sweep.
   registration::ImageRegistrationOptions local, global;
 };
 
