@@ -61,8 +61,8 @@ std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
   if (set_.labels()) {
     std::size_t offset = 0;
     for (int axis = 2; axis >= 0; --axis) {
-      offset = offset * size_of(grid.size[size_of(axis)]) +
-               static_cast<std::size_t>(at[axis] + 0.5);
+      offset =
+          offset * size_of(grid.size[size_of(axis)]) + static_cast<std::size_t>(at[axis] + 0.5);
     }
     sample.labels = set_.labels()->bits()[offset];
   }

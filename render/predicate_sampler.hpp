@@ -32,8 +32,7 @@ class PredicateSampler {
 
 /// For how many of some voxels each entry is true: N+ or N- of the scribbles (§4.1). Voxels are
 /// offsets, i fastest; refuses none: out of the volume is a Bug.
-std::vector<std::uint64_t> count_true(const PredicateSet& set,
-                                      std::span<const std::size_t> voxels);
+std::vector<std::uint64_t> count_true(const PredicateSet& set, std::span<const std::size_t> voxels);
 
 /// The opacity of intensities, tabulated: see PredicateScene.
 class IntensityOpacity {

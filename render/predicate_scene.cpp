@@ -84,8 +84,8 @@ PredicatePlace place_of(const Scene& scene) {
   if (scene.predicates) place.scan = scene.predicates->scan;
   if (scene.needle) {
     const NeedleShape& needle = *scene.needle;
-    place.needle = Segment{place.grid_mm(needle.tip_ct), place.grid_mm(needle.hub_ct),
-                           needle.radius_mm};
+    place.needle =
+        Segment{place.grid_mm(needle.tip_ct), place.grid_mm(needle.hub_ct), needle.radius_mm};
     if (needle.safety.state == SafetyState::kLost) {
       place.needle->a.setConstant(std::numeric_limits<double>::quiet_NaN());
       place.needle->b = place.needle->a;

@@ -158,7 +158,8 @@ S composite_weight(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s, S w)
   const S beta = replaced(a, alpha_s);
   state.rgb += beta * (rgb - state.rgb);
   state.alpha += (S(1) - state.alpha) * alpha_s;
-  state.importance = std::max(state.importance, state.importance + alpha_s * (w - state.importance));
+  state.importance =
+      std::max(state.importance, state.importance + alpha_s * (w - state.importance));
   return beta;
 }
 

@@ -40,8 +40,8 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
     const bool defined = std::isfinite(values[i]);
     out.has_undefined_ = out.has_undefined_ || !defined;
     const double code = defined ? std::round((values[i] - out.offset_) / out.scale_) : 0;
-    codes[i] = defined ? static_cast<std::int16_t>(std::clamp(code, -kMostCode, kMostCode))
-                       : kUndefined;
+    codes[i] =
+        defined ? static_cast<std::int16_t>(std::clamp(code, -kMostCode, kMostCode)) : kUndefined;
   }
   auto volume = Volume::create(grid, std::move(codes), std::move(name));
   if (!volume) return volume.error();

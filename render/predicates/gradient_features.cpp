@@ -74,9 +74,8 @@ void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
 Field intensities(const Volume& volume, const PredicateScene::IntensityWindow& window) {
   Field field{volume.grid(), std::vector<float>(volume.hu().size())};
   const double scale = 1 / (window.white - window.black);
-  std::transform(volume.hu().begin(), volume.hu().end(), field.values.begin(), [&](std::int16_t v) {
-    return static_cast<float>((v - window.black) * scale);
-  });
+  std::transform(volume.hu().begin(), volume.hu().end(), field.values.begin(),
+                 [&](std::int16_t v) { return static_cast<float>((v - window.black) * scale); });
   return field;
 }
 
@@ -139,10 +138,9 @@ Result<GradientFeatures> make_gradient_features(const Volume& volume,
   for_each_index(grid.size[2], threads, [&](int k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        const Eigen::Vector3d line =
-            scan ? Eigen::Vector3d(grid.directions.transpose() *
-                                   scan_direction(*scan, grid, i, j, k))
-                 : Eigen::Vector3d::Zero();
+        const Eigen::Vector3d line = scan ? Eigen::Vector3d(grid.directions.transpose() *
+                                                            scan_direction(*scan, grid, i, j, k))
+                                          : Eigen::Vector3d::Zero();
         parts.set(field.offset(i, j, k), gradient_at(field, {i, j, k}), line);
       }
     }
@@ -172,7 +170,8 @@ Result<void> add_gradient_features(const Volume& volume, double smoothing_mm,
   std::set<std::string> kinds;
   for (const auto& entry : predicates.model.entries) collect_kinds(entry.expression, kinds);
   auto& volumes = predicates.features.volumes;
-  const bool magnitude = kinds.count("gradient_magnitude") != 0 && !volumes.count(feature::kGradientMagnitude);
+  const bool magnitude =
+      kinds.count("gradient_magnitude") != 0 && !volumes.count(feature::kGradientMagnitude);
   const bool angle = kinds.count("gradient_angle") != 0 && !volumes.count(feature::kGradientAlong);
   if (!magnitude && !angle) return {};
   auto made = make_gradient_features(volume, predicates.intensity,

@@ -20,8 +20,8 @@ double hue_in_turn(double hue_deg) {
 }
 
 Error refusal(std::size_t bar, const std::string& expected, double found) {
-  return {ErrorCode::kMalformedData, "predicate " + std::to_string(bar) + ": expected " +
-                                         expected + ", found " + std::to_string(found)};
+  return {ErrorCode::kMalformedData, "predicate " + std::to_string(bar) + ": expected " + expected +
+                                         ", found " + std::to_string(found)};
 }
 
 double sum_of(const std::vector<PredicateHistogram::Bar>& bars) {
@@ -39,9 +39,9 @@ bool operator==(const PredicateHistogram::Bar& a, const PredicateHistogram::Bar&
 
 Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   if (bars.size() > kMostPredicates) {
-    return Error{ErrorCode::kMalformedData,
-                 "predicates: expected at most " + std::to_string(kMostPredicates) + ", found " +
-                     std::to_string(bars.size())};
+    return Error{ErrorCode::kMalformedData, "predicates: expected at most " +
+                                                std::to_string(kMostPredicates) + ", found " +
+                                                std::to_string(bars.size())};
   }
   for (std::size_t i = 0; i < bars.size(); ++i) {
     constexpr double kMost = 1e100;

@@ -43,7 +43,9 @@ RangePredicate::RangePredicate(std::string name, std::string description, std::s
       channel_(std::move(channel)),
       parameters_(std::move(parameters)) {}
 
-PredicateNeeds RangePredicate::needs(const PredicatePlace&) const { return PredicateNeeds{{channel_}}; }
+PredicateNeeds RangePredicate::needs(const PredicatePlace&) const {
+  return PredicateNeeds{{channel_}};
+}
 
 Result<void> RangePredicate::check(std::span<const double> p) const {
   return check_order(*this, p, 0, 1);
@@ -88,8 +90,7 @@ bool test_distance(const Segment& segment, const Eigen::Vector3d& position_mm,
 Truth bound_distance(const Segment& segment, const Eigen::Vector3d& low_mm,
                      const Eigen::Vector3d& high_mm, const Range& wanted) {
   if (!segment.a.allFinite()) return Truth::kFalse;
-  const double middle =
-      distance_to_axis(segment, 0.5 * (low_mm + high_mm)) - segment.radius_mm;
+  const double middle = distance_to_axis(segment, 0.5 * (low_mm + high_mm)) - segment.radius_mm;
   const double reach = 0.5 * (high_mm - low_mm).norm();
   return within({middle - reach, middle + reach}, wanted);
 }
@@ -115,10 +116,11 @@ PredicateGlsl distance_glsl(const std::string& prefix, const Segment& segment,
   const std::string p = prefix;
   return {"uniform vec3 " + p + "_a;\nuniform vec3 " + p + "_axis;\nuniform vec3 " + p +
               "_foot;\nuniform vec2 " + p + "_range;\nfloat " + p +
-              "_distance(vec3 at) {\n  vec3 d = at - " + p + "_a;\n  return length(d - clamp(dot(d, " +
-              p + "_foot), 0.0, 1.0) * " + p + "_axis);\n}\n",
-          "(" + p + "_distance(POSITION) >= " + p + "_range.x && " + p + "_distance(POSITION) <= " +
-              p + "_range.y)",
+              "_distance(vec3 at) {\n  vec3 d = at - " + p +
+              "_a;\n  return length(d - clamp(dot(d, " + p + "_foot), 0.0, 1.0) * " + p +
+              "_axis);\n}\n",
+          "(" + p + "_distance(POSITION) >= " + p + "_range.x && " + p +
+              "_distance(POSITION) <= " + p + "_range.y)",
           {{p + "_a", numbers(segment.a)},
            {p + "_axis", numbers(along)},
            {p + "_foot", numbers(square > 0 ? Eigen::Vector3d(along / square) : along)},

@@ -34,9 +34,9 @@ struct PredicateNeeds {
 
 /// A sample as a predicate sees it.
 struct PredicateSample {
-  double value[2];       ///< Of its channels, trilinear; NaN: undefined.
-  double quantum[2];     ///< Values this close count as equal, >= 0.
-  std::uint32_t labels;  ///< Of the nearest voxel.
+  double value[2];              ///< Of its channels, trilinear; NaN: undefined.
+  double quantum[2];            ///< Values this close count as equal, >= 0.
+  std::uint32_t labels;         ///< Of the nearest voxel.
   Eigen::Vector3d position_mm;  ///< Grid mm.
 };
 

@@ -11,9 +11,7 @@ namespace nav::render {
 enum class Truth { kFalse, kUnknown, kTrue };
 
 inline Truth truth_of(bool value) { return value ? Truth::kTrue : Truth::kFalse; }
-inline Truth not_of(Truth a) {
-  return a == Truth::kUnknown ? a : truth_of(a == Truth::kFalse);
-}
+inline Truth not_of(Truth a) { return a == Truth::kUnknown ? a : truth_of(a == Truth::kFalse); }
 inline Truth and_of(Truth a, Truth b) { return std::min(a, b); }
 inline Truth or_of(Truth a, Truth b) { return std::max(a, b); }
 

@@ -176,12 +176,12 @@ Result<PredicateModel> preset_predicates(const std::string& name) {
          {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}});
   }
   if (name == "shoulder-bone") {
-    return assemble({{{"bone surface", E::all({bright(0.6), E::kind("gradient_magnitude",
-                                                                    {0.1, 1e6})})},
-                      {0.65, 50, 0.5}},
-                     {{"muscle", E::all({textured(1.5, 5), E::negation(E::entry("bone surface"))})},
-                      {0.3, 5, 0.6}},
-                     {{"tissue", bright(0.1)}, {0.05, 30, 0.1}}});
+    return assemble(
+        {{{"bone surface", E::all({bright(0.6), E::kind("gradient_magnitude", {0.1, 1e6})})},
+          {0.65, 50, 0.5}},
+         {{"muscle", E::all({textured(1.5, 5), E::negation(E::entry("bone surface"))})},
+          {0.3, 5, 0.6}},
+         {{"tissue", bright(0.1)}, {0.05, 30, 0.1}}});
   }
   if (name == "layers") {
     return assemble({{{"skin", E::kind("label", {1})}, {0.1, 25, 0.4}},

@@ -13,15 +13,15 @@ namespace nav::render {
 /// A point predicate or a combination of some (§3.2). A plain value.
 struct PredicateExpression {
   enum class Operator {
-    kKind,   ///< A predicate of the library.
-    kNot,    ///< Of one operand.
-    kAnd,    ///< Of one or more.
+    kKind,  ///< A predicate of the library.
+    kNot,   ///< Of one operand.
+    kAnd,   ///< Of one or more.
     kOr,
     kEntry,  ///< Whatever another entry of the model says.
   };
   Operator op = Operator::kKind;
-  std::string name;             ///< Of the kind or the entry.
-  std::vector<double> values;   ///< Parameters of a kind, in their order; empty: the initial ones.
+  std::string name;            ///< Of the kind or the entry.
+  std::vector<double> values;  ///< Parameters of a kind, in their order; empty: the initial ones.
   std::vector<PredicateExpression> operands{};
 
   static PredicateExpression kind(std::string name, std::vector<double> values = {}) {
@@ -56,8 +56,8 @@ struct PredicateModel {
 };
 bool operator==(const PredicateModel& a, const PredicateModel& b);
 
-/// Refuses, naming the entry: other than 1 to kMostPredicates entries, another number of bars, names
-/// that are empty or twice there, kinds that there are not, parameters out of their ranges or
+/// Refuses, naming the entry: other than 1 to kMostPredicates entries, another number of bars,
+/// names that are empty or twice there, kinds that there are not, parameters out of their ranges or
 /// inverted, operators without operands, nesting deeper than 16, entries that are not there or that
 /// refer to themselves through others.
 Result<void> validate(const PredicateModel& model);

@@ -52,11 +52,10 @@ Eigen::Vector3d scan_direction(const ScanGeometry& scan, const VoxelGrid& grid, 
   if (const auto* fan = std::get_if<FanScan>(&scan)) {
     return unit_or_zero(grid.at({double(i), double(j), double(k)}).mm - fan->apex_ct.mm);
   }
-  const std::size_t at =
-      (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.size[1]) +
-       static_cast<std::size_t>(j)) *
-          static_cast<std::size_t>(grid.size[0]) +
-      static_cast<std::size_t>(i);
+  const std::size_t at = (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.size[1]) +
+                          static_cast<std::size_t>(j)) *
+                             static_cast<std::size_t>(grid.size[0]) +
+                         static_cast<std::size_t>(i);
   return unit_or_zero((*std::get<VoxelScan>(scan).into_ct)[at].cast<double>());
 }
 

@@ -16,8 +16,8 @@ namespace nav::render {
 
 /// Scan lines side by side, as of a linear probe that is swept without turning.
 struct ParallelScan {
-  Point<frames::Ct> face_ct;         ///< Any point of the plane of depth 0.
-  Direction<frames::Ct> into_ct;     ///< Away from the probe; any length > 0.
+  Point<frames::Ct> face_ct;      ///< Any point of the plane of depth 0.
+  Direction<frames::Ct> into_ct;  ///< Away from the probe; any length > 0.
 };
 
 /// Scan lines from one point, as of a convex or mechanical 3D probe.

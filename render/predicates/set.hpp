@@ -70,9 +70,9 @@ class PredicateSet {
 
   /// What may hold in a set of samples.
   struct Possible {
-    std::uint32_t sure = 0;     ///< Entries that are true everywhere.
-    std::uint32_t open = 0;     ///< Entries that may be either.
-    double importance = 0;      ///< No sample has more; 0: all are invisible.
+    std::uint32_t sure = 0;  ///< Entries that are true everywhere.
+    std::uint32_t open = 0;  ///< Entries that may be either.
+    double importance = 0;   ///< No sample has more; 0: all are invisible.
   };
   [[nodiscard]] Possible possible(const std::vector<Truth>& leaves) const;
   /// The greatest mean impact of the sure entries and any of the open ones.

@@ -15,8 +15,7 @@ struct Slab {
 };
 
 Slab slab_of(const ParallelScan& scan, const PredicatePlace& place) {
-  const Eigen::Vector3d normal =
-      place.grid.directions.transpose() * scan.into_ct.v.normalized();
+  const Eigen::Vector3d normal = place.grid.directions.transpose() * scan.into_ct.v.normalized();
   return {normal, -normal.dot(place.grid_mm(scan.face_ct))};
 }
 
@@ -96,11 +95,11 @@ class Depth final : public PredicateKind {
     if (const auto* parallel = std::get_if<ParallelScan>(&*place.scan)) {
       const Slab slab = slab_of(*parallel, place);
       const std::string depth = "dot(" + prefix + "_normal, POSITION)";
-      return {"uniform vec3 " + prefix + "_normal;\nuniform vec2 " + prefix + "_range;\n",
-              "(" + depth + " >= " + prefix + "_range.x && " + depth + " <= " + prefix +
-                  "_range.y)",
-              {{prefix + "_normal", {slab.normal.x(), slab.normal.y(), slab.normal.z()}},
-               {prefix + "_range", {p[0] - slab.offset, p[1] - slab.offset}}}};
+      return {
+          "uniform vec3 " + prefix + "_normal;\nuniform vec2 " + prefix + "_range;\n",
+          "(" + depth + " >= " + prefix + "_range.x && " + depth + " <= " + prefix + "_range.y)",
+          {{prefix + "_normal", {slab.normal.x(), slab.normal.y(), slab.normal.z()}},
+           {prefix + "_range", {p[0] - slab.offset, p[1] - slab.offset}}}};
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
       return distance_glsl(prefix, ball_of(*fan, place), range_of(p));

@@ -100,12 +100,12 @@ class GradientAngle final : public PredicateKind {
     const Linear a = above(p[0]);
     const Linear b = below(p[1]);
     const std::string g = "vec2(VALUE0, VALUE1)";
-    return {"uniform vec4 " + prefix + "_wedge;\nuniform float " + prefix + "_least;\n",
-            "(dot(" + g + ", " + g + ") >= " + prefix + "_least * " + prefix + "_least && dot(" +
-                prefix + "_wedge.xy, " + g + ") >= 0.0 && dot(" + prefix + "_wedge.zw, " + g +
-                ") >= 0.0)",
-            {{prefix + "_wedge", {a.along, a.across, b.along, b.across}},
-             {prefix + "_least", {p[2]}}}};
+    return {
+        "uniform vec4 " + prefix + "_wedge;\nuniform float " + prefix + "_least;\n",
+        "(dot(" + g + ", " + g + ") >= " + prefix + "_least * " + prefix + "_least && dot(" +
+            prefix + "_wedge.xy, " + g + ") >= 0.0 && dot(" + prefix + "_wedge.zw, " + g +
+            ") >= 0.0)",
+        {{prefix + "_wedge", {a.along, a.across, b.along, b.across}}, {prefix + "_least", {p[2]}}}};
   }
 };
 

@@ -5,8 +5,9 @@
 namespace nav::render {
 
 const PredicateKind& snr_predicate() {
-  static const RangePredicate kind("snr", "Signal-to-noise ratio of the neighbourhood within a range.", feature::kSnr,
-                                   {{"low", "1", -1e6, 1e6, 2}, {"high", "1", -1e6, 1e6, 1e6}});
+  static const RangePredicate kind(
+      "snr", "Signal-to-noise ratio of the neighbourhood within a range.", feature::kSnr,
+      {{"low", "1", -1e6, 1e6, 2}, {"high", "1", -1e6, 1e6, 1e6}});
   return kind;
 }
 
