@@ -133,6 +133,7 @@ class CommandLine {
   void add_info();
   void add_slices();
   void add_bench();
+  void add_bench_predicates(CLI::App& bench);
   void add_gallery();
   void add_devices();
   void add_json(CLI::App& verb) {
@@ -163,6 +164,7 @@ class CommandLine {
   SlicesOptions slices_;
   std::vector<double> target_;
   BenchRenderOptions bench_;
+  BenchPredicatesOptions predicates_;
   BenchScalingOptions scaling_;
   GalleryOptions gallery_;
   bool accept_unknown_orientation_ = false;
@@ -328,6 +330,7 @@ void CommandLine::add_bench() {
       return run_bench_render(bench_, console);
     };
   });
+  add_bench_predicates(*bench);
   CLI::App* scaling = bench->add_subcommand(
       "scaling", "Time and memory of the CPU engine against size, pixels, threads, occupancy");
   scaling->add_option("--largest", scaling_.largest, "side of the largest volume, voxels")
@@ -338,6 +341,25 @@ void CommandLine::add_bench() {
     verb_ = [this](Console& console) {
       scaling_.json = json();
       return run_bench_scaling(scaling_, console);
+    };
+  });
+}
+
+void CommandLine::add_bench_predicates(CLI::App& bench) {
+  CLI::App* verb = bench.add_subcommand(
+      "predicates", "Ultrasound by predicates beside a standard transfer function");
+  verb->add_flag("--quick", predicates_.quick, "a small phantom, small pictures: some seconds");
+  verb->add_option("--side", predicates_.side, "of the phantom, voxels")
+      ->check(CLI::Range(32, 768))
+      ->capture_default_str();
+  verb->add_option("--threads", predicates_.threads, "0: all cores")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](Console& console) {
+      predicates_.json = json();
+      return run_bench_predicates(predicates_, console);
     };
   });
 }

@@ -141,8 +141,7 @@ void check_theorem(PredicateBenchReport& report) {
     }
     const double bound =
         render::spec::remaining_change(at_stop.alpha, at_stop.importance, greatest);
-    const double found =
-        std::abs(state.alpha * state.rgb.x() - at_stop.alpha * at_stop.rgb.x());
+    const double found = std::abs(state.alpha * state.rgb.x() - at_stop.alpha * at_stop.rgb.x());
     if (found > bound + kRounding) ++report.bound_violations;
     if (at_stop.alpha >= 1 - 1.0 / 255) report.naive_error = std::max(report.naive_error, found);
   }

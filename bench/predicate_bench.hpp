@@ -32,10 +32,10 @@ struct PredicateBenchRow {
   std::uint64_t standard_samples = 0;
   std::uint64_t predicate_samples = 0;
   std::uint64_t brute_samples = 0;
-  double max_error = 0;     ///< Of early termination, of any channel, [0, 1].
-  bool identical = false;   ///< Skipping on and off draw the same bytes.
-  double prepare_ms = 0;    ///< Wall time after a new importance: process time of the whole edit.
-  double set_edit_ms = 0;   ///< After another set of predicates, features being there.
+  double max_error = 0;    ///< Of early termination, of any channel, [0, 1].
+  bool identical = false;  ///< Skipping on and off draw the same bytes.
+  double prepare_ms = 0;   ///< Wall time after a new importance: process time of the whole edit.
+  double set_edit_ms = 0;  ///< After another set of predicates, features being there.
 };
 
 struct PredicateBenchReport {

@@ -103,8 +103,7 @@ Result<void> add_truth(const VoxelGrid& grid, PredicateVolume& volume) {
       }
     }
   }
-  auto feature =
-      render::FeatureVolume::create(grid, vesselness, render::feature::kVesselness);
+  auto feature = render::FeatureVolume::create(grid, vesselness, render::feature::kVesselness);
   if (!feature) return feature.error();
   volume.predicates.features.volumes.emplace(render::feature::kVesselness, *std::move(feature));
   auto layers = render::LabelVolume::create(grid, std::move(labels), "layers");
@@ -130,8 +129,10 @@ Result<PredicateVolume> neck_phantom(int n) {
   }
   auto made = Volume::create(grid, std::move(voxels), "neck phantom");
   if (!made) return made.error();
-  PredicateVolume out{"neck-" + std::to_string(n), std::make_shared<const Volume>(*std::move(made)),
-                      {}, general_looks()};
+  PredicateVolume out{"neck-" + std::to_string(n),
+                      std::make_shared<const Volume>(*std::move(made)),
+                      {},
+                      general_looks()};
   out.predicates.scan = render::ParallelScan{{{0, 0, 0}}, {{0, 1, 0}}};
   out.looks.push_back(look("vessel",
                            {{"vessel", E::kind("vesselness", {0.5, 1})},
@@ -151,8 +152,8 @@ Result<PredicateVolume> neck_phantom(int n) {
 Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics) {
   auto read = io::read_ct(bench_data_dir() / "us-predicate" / "prostatePhantom.mha", diagnostics);
   if (!read) return read.error();
-  PredicateVolume out{"prostate phantom", std::make_shared<const Volume>(*std::move(read)), {},
-                      general_looks()};
+  PredicateVolume out{
+      "prostate phantom", std::make_shared<const Volume>(*std::move(read)), {}, general_looks()};
   const VoxelGrid& grid = out.ultrasound->grid();
   // The fan opens along +j from in front of the first row.
   const Eigen::Vector3d middle(0.5 * (grid.size[0] - 1), 0, 0.5 * (grid.size[2] - 1));
@@ -171,10 +172,15 @@ render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolu
       grid.directions * Eigen::Vector3d(-0.5, -1, 0.45).normalized() * grid.extent_mm().norm();
   render::Camera camera{{centre.mm + 1.6 * from}, centre, {grid.directions.col(0)}};
   camera.vertical_fov_rad = 0.5;
-  render::Scene scene{volume.ultrasound,
-                      *render::TransferFunction::create(
-                          "grey", {{0, {0, 0, 0}, 0, 1}, {255, {1, 1, 1}, 0.5, 1}}),
-                      {}, {}, {}, {}, camera, {}};
+  render::Scene scene{
+      volume.ultrasound,
+      *render::TransferFunction::create("grey", {{0, {0, 0, 0}, 0, 1}, {255, {1, 1, 1}, 0.5, 1}}),
+      {},
+      {},
+      {},
+      {},
+      camera,
+      {}};
   scene.shading.enabled = false;
   scene.width = width;
   scene.height = height;

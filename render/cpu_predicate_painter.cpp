@@ -12,9 +12,9 @@
 namespace nav::render {
 namespace {
 
-constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
-constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
-constexpr double kNowhere = -1e30;  // As RayStart sets t1 and t2.
+constexpr int kBlock = 8;              // Pixels; a multiple of the packet's sides.
+constexpr int kTile = 32;              // Pixels; a multiple of a block's side.
+constexpr double kNowhere = -1e30;     // As RayStart sets t1 and t2.
 constexpr double kSampleInCell = 0.5;  // Post-classified: the middle.
 
 }  // namespace
@@ -76,8 +76,7 @@ void CpuPredicatePainter::paint_tile(int index) {
   for (int by = y0; by < std::min(y0 + kTile, scene_.height); by += kBlock) {
     for (int bx = x0; bx < std::min(x0 + kTile, scene_.width); bx += kBlock) {
       const bool solids = !surfaces_.empty() && bounds_.reach(view_, bx, by, kBlock);
-      const bool cut =
-          !cutaway_.empty() && cull(bx, by, tile.all.choice(), tile.some.choice());
+      const bool cut = !cutaway_.empty() && cull(bx, by, tile.all.choice(), tile.some.choice());
       for (int y = by; y < std::min(by + kBlock, scene_.height); y += kPacketHeight) {
         for (int x = bx; x < std::min(bx + kBlock, scene_.width); x += kPacketWidth) {
           paint_packet(x, y, solids, cut, tile);

@@ -95,7 +95,7 @@ void CpuPredicates::update(const Scene& scene, int threads) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   const bool other_leaves = !set_ || !same_leaves(*set_, set);
   set_ = std::move(set);
-  blend_ = set_->uniform() ? PredicateBlend::kOver
+  blend_ = set_->uniform()                                     ? PredicateBlend::kOver
            : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
                                                                : PredicateBlend::kLog;
   if (other_leaves) {
@@ -127,9 +127,8 @@ bool CpuPredicates::same_leaves(const PredicateSet& a, const PredicateSet& b) co
   const auto same_channel = [](const PredicateSet::Channel& x, const PredicateSet::Channel& y) {
     return x.codes == y.codes && x.offset == y.offset && x.scale == y.scale;
   };
-  const bool same_labels =
-      a.labels().has_value() == b.labels().has_value() &&
-      (!a.labels() || a.labels()->bits().data() == b.labels()->bits().data());
+  const bool same_labels = a.labels().has_value() == b.labels().has_value() &&
+                           (!a.labels() || a.labels()->bits().data() == b.labels()->bits().data());
   return same_labels &&
          std::equal(a.leaves().begin(), a.leaves().end(), b.leaves().begin(), b.leaves().end(),
                     same_leaf) &&
@@ -184,7 +183,8 @@ void CpuPredicates::make_looks() {
   generation_ = ++generations;
   looks_.clear();
   if (atoms_.size() > kMostTabulated) return;
-  for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits) looks_.push_back(look_of(bits));
+  for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
+    looks_.push_back(look_of(bits));
 }
 
 // Each thread keeps what it met last; neighbours look alike.
@@ -212,7 +212,8 @@ void CpuPredicates::make_bricks(int threads) {
   occupied_ = 0;
   for (std::size_t b = 0; b < exact.size(); ++b) {
     const bool some = exact[b] > 0;
-    importance_[b] = some ? static_cast<float>(static_cast<double>(measure(exact[b])) * kRounding) : 0;
+    importance_[b] =
+        some ? static_cast<float>(static_cast<double>(measure(exact[b])) * kRounding) : 0;
     visible.distance[b] = some ? 1 : 0;
     occupied_ += some ? 1 : 0;
   }
@@ -225,7 +226,8 @@ void CpuPredicates::make_bricks(int threads) {
   leaps_.assign(distances.size() + kTail, 0);
   for (std::size_t b = 0; b < distances.size(); ++b) {
     const int distance = std::min<int>(distances[b], 127);
-    leaps_[b] = static_cast<std::int8_t>(distance > 0 ? distance : 1 - std::min<int>(depths[b], 127));
+    leaps_[b] =
+        static_cast<std::int8_t>(distance > 0 ? distance : 1 - std::min<int>(depths[b], 127));
   }
 }
 
@@ -247,8 +249,15 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   in.brick_importance = importance_.data();
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
-    in.brick_sure = leaves_.sure.data();
-    in.brick_open = leaves_.open.data();
+    // Tests that read no feature cost less than looking up whether they are needed.
+    const bool reads = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
+      return atom.kind == PredicateAtom::kBits || atom.kind == PredicateAtom::kWedge ||
+             (atom.kind == PredicateAtom::kRange && atom.channel[0] != 0);
+    });
+    if (reads) {
+      in.brick_sure = leaves_.sure.data();
+      in.brick_open = leaves_.open.data();
+    }
   }
   if (scene.cutaway) {
     constexpr double kFar = 1e30;
@@ -275,9 +284,8 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   const auto budget = spec::termination_budget<float>(predicates.termination_error);
   in.leave_out_from = budget.leave_out_from;
   // Plain over never brings back what is hidden.
-  in.end_at = blend_ == PredicateBlend::kOver
-                  ? static_cast<float>(1 - predicates.termination_error)
-                  : budget.end_at;
+  in.end_at = blend_ == PredicateBlend::kOver ? static_cast<float>(1 - predicates.termination_error)
+                                              : budget.end_at;
 }
 
 PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
@@ -296,7 +304,7 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
     in.label_slice = size[0] * size[1];
   }
   in.atoms = atoms_.data();
-  in.atom_count = static_cast<int>(atoms_.size());
+  in.all_leaves = atoms_.size() < 32 ? (1U << atoms_.size()) - 1U : ~0U;
   in.looks = looks_.empty() ? nullptr : looks_.data();
   in.find_look = &CpuPredicates::find_look;
   in.look_finder = this;

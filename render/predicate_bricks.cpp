@@ -79,7 +79,8 @@ class BrickReader {
       const auto i = size_of(leaf.channels[c]);
       const PredicateSet::Channel& channel = set_.channels()[i];
       const ChannelBricks& bricks = *channels_[i];
-      if (bricks.range.low[b] > bricks.range.high[b]) return Truth::kFalse;  // Undefined, all of it.
+      if (bricks.range.low[b] > bricks.range.high[b])
+        return Truth::kFalse;  // Undefined, all of it.
       bounds.value[c] = {channel.offset + channel.scale * (bricks.range.low[b] - kCodeSlack),
                          channel.offset + channel.scale * (bricks.range.high[b] + kCodeSlack)};
       bounds.quantum[c] = channel.quantum;

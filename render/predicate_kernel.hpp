@@ -20,10 +20,11 @@ struct LeafTests {
   const PredicateInputs& in;
   const Sampler<V>& sampler;
   F cell;
+  F volume;  ///< Code of channel 0.
   typename Sampler<V>::Place place;
 
-  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at)
-      : in(inputs), sampler(s), cell(at), place(s.locate(at)) {}
+  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at, F value)
+      : in(inputs), sampler(s), cell(at), volume(value), place(s.locate(at)) {}
 
   F row(const std::int16_t* codes, int y, int z, F& least) const {
     F a;
@@ -35,6 +36,7 @@ struct LeafTests {
 
   /// Code of a channel; defined: lanes where all eight voxels have one.
   F code(int channel, M& defined) const {
+    if (channel == 0) return volume;
     const std::int16_t* codes = in.codes[channel];
     F least = V::set(0.0F);
     const F below = Sampler<V>::lerp(row(codes, 0, 0, least), row(codes, 1, 0, least), place.w[1]);
@@ -130,6 +132,9 @@ class PredicateMarcher {
   using I = typename V::I;
   using M = typename V::M;
 
+  static constexpr float kAhead = 8;      ///< Cells for which bricks are looked up at once.
+  static constexpr int kMostBricks = 12;  ///< More are not worth looking up.
+
  public:
   PredicateMarcher(const PredicateInputs& inputs, RayPacket& rays, PredicateRays& more, int lane,
                    MarchCounts& counts)
@@ -158,7 +163,7 @@ class PredicateMarcher {
     if (!V::any(active)) return;
     Leaper<V, false, false> leaper(sampler_, rays_, lane_, cell);
     M moved = V::none();
-    until_ = cell;
+    until_ = V::set(-1e30F);
     while (V::any(active)) {
       if (in_.base.brick_leap != nullptr) leaper.leap(cell, end_, active, moved);
       if constexpr (kBlend != PredicateBlend::kOver) cell = leave_out(cell, active);
@@ -225,31 +230,57 @@ class PredicateMarcher {
     }
   }
 
-  /// Which leaves are true in each lane.
-  I leaves_at(F cell, M shown) {
-    const LeafTests<V> tests(in_, sampler_, cell);
-    I bits = V::set_int(0);
-    I open = V::set_int(-1);
-    if (in_.brick_open != nullptr) {
-      if (V::any(V::both(shown, V::not_less(cell, until_)))) enter_bricks(cell);
-      bits = sure_;
-      open = open_;
-    }
-    std::uint32_t ask = V::union_of(open, shown);
-    if (in_.atom_count < 32) ask &= (1U << in_.atom_count) - 1U;
-    for (; ask != 0; ask &= ask - 1) {
+  /// Which leaves are true in each lane, where shown.
+  I leaves_at(F cell, F volume, M active, M shown) {
+    const LeafTests<V> tests(in_, sampler_, cell, volume);
+    if (V::any(V::both(active, V::not_less(cell, until_)))) look_around(cell, active);
+    I bits = V::set_int(static_cast<int>(sure_));
+    for (std::uint32_t ask = ask_; ask != 0; ask &= ask - 1) {
       const int i = __builtin_ctz(ask);
-      const I bit = V::set_int(static_cast<int>(1U << i));
-      bits = V::or_where(tests.test(in_.atoms[i]), V::and_int(open, bit), bits);
+      const M is = V::both(shown, tests.test(in_.atoms[i]));
+      bits = V::or_where(is, V::set_int(static_cast<int>(1U << i)), bits);
     }
     return bits;
   }
 
-  void enter_bricks(F cell) {
-    const auto brick = bricks_.find(cell);
-    sure_ = V::load_int(in_.brick_sure, brick.at);
-    open_ = V::load_int(in_.brick_open, brick.at);
-    until_ = bricks_.leave(brick, V::set_int(0), cell);
+  /// Which leaves are decided in all the bricks that active lanes cross in their next cells.
+  void look_around(F cell, M active) {
+    until_ = V::select(active, V::add(cell, V::set(kAhead)), until_);
+    sure_ = 0;
+    ask_ = in_.all_leaves;
+    if (in_.brick_open == nullptr) return;
+    int low[3];
+    int high[3];
+    int count = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const F from = sampler_.coordinate(axis, cell);
+      const F to = sampler_.coordinate(axis, V::add(cell, V::set(kAhead - 1)));
+      const F least = V::select(active, V::min(from, to), V::set(1e9F));
+      const F most = V::select(active, V::max(from, to), V::set(0.0F));
+      low[axis] = static_cast<int>(V::least_of(least)) >> 3;
+      high[axis] = static_cast<int>(V::greatest_of(most)) >> 3;
+      count *= high[axis] - low[axis] + 1;
+    }
+    if (count <= kMostBricks) agree(low, high);
+  }
+
+  void agree(const int* low, const int* high) {
+    std::uint32_t all = ~0U;
+    std::uint32_t any = 0;
+    std::uint32_t open = 0;
+    for (int z = low[2]; z <= high[2]; ++z) {
+      for (int y = low[1]; y <= high[1]; ++y) {
+        for (int x = low[0]; x <= high[0]; ++x) {
+          const int at = (z * in_.base.bricks[1] + y) * in_.base.bricks[0] + x;
+          const auto sure = static_cast<std::uint32_t>(in_.brick_sure[at]);
+          all &= sure;
+          any |= sure;
+          open |= static_cast<std::uint32_t>(in_.brick_open[at]);
+        }
+      }
+    }
+    sure_ = all;
+    ask_ = (open | any) & ~all;
   }
 
   F fade(F tau, F importance, F t_a, F t_b) const {
@@ -271,21 +302,22 @@ class PredicateMarcher {
   /// Returns the lanes that are finished.
   M add_cell(F cell, M active) {
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
-    const F entry = V::madd(sampler_.value(cell), V::set(in_.intensity_scale),
-                            V::set(in_.intensity_offset));
+    const F volume = sampler_.value(cell);
+    const F entry = V::madd(volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
     const F zero = V::set(0.0F);
     const M bright = V::both(active, V::less(zero, entry));
     if (!V::any(bright)) return V::none();
     const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
     F look[4];
-    find_looks(leaves_at(cell, bright), look);
+    find_looks(leaves_at(cell, volume, active, bright), look);
     const M shown = V::both(bright, V::less(zero, look[3]));
     if (!V::any(shown)) return V::none();
     const F t_a = V::max(cell, begin_);
     const F t_b = V::min(V::add(cell, V::set(1.0F)), end_);
     F tau = tau_of(x);
     if constexpr (kFade) {
-      counts_.faded += static_cast<std::uint64_t>(V::count(V::both(shown, V::less(t_a, fading_.t2))));
+      counts_.faded +=
+          static_cast<std::uint64_t>(V::count(V::both(shown, V::less(t_a, fading_.t2))));
       tau = fade(tau, look[3], t_a, t_b);
     }
     const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), V::sub(t_b, t_a));
@@ -331,8 +363,7 @@ class PredicateMarcher {
     if constexpr (kBlend == PredicateBlend::kWeight) {
       const F least = V::div(importance_, V::max(importance, V::set(1e-37F)));
       a = V::select(V::not_less(importance_, importance), alpha_, V::min(alpha_, least));
-      next = V::max(importance_,
-                    V::madd(opacity, V::sub(importance, importance_), importance_));
+      next = V::max(importance_, V::madd(opacity, V::sub(importance, importance_), importance_));
     } else if constexpr (kBlend == PredicateBlend::kLog) {
       const F more = V::max(zero, V::sub(importance, importance_));
       const F lost = V::one_minus_exp(more);
@@ -367,9 +398,9 @@ class PredicateMarcher {
   F alpha_;
   F picture_;
   F importance_;
-  F until_{};  ///< Cells before this lie in the bricks of sure_ and open_.
-  I sure_ = V::set_int(0);
-  I open_ = V::set_int(0);
+  F until_{};               ///< Cells before this lie where sure_ and ask_ are known.
+  std::uint32_t sure_ = 0;  ///< Leaves that are true there.
+  std::uint32_t ask_ = 0;   ///< Leaves to be tested.
   F greatest_ = V::set(0.0F);
   F greatest_until_ = V::set(-1e30F);
 };

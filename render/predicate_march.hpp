@@ -17,8 +17,8 @@ struct PredicateAtom {
   enum Kind : std::int32_t { kRange, kWedge, kBits, kSegment, kSlab, kNever };
   std::int32_t kind;
   std::int32_t channel[2];
-  float low;   ///< Range: code. Wedge: least square. Segment: square of mm. Slab: mm.
-  float high;  ///< As low.
+  float low;        ///< Range: code. Wedge: least square. Segment: square of mm. Slab: mm.
+  float high;       ///< As low.
   float offset[2];  ///< Wedge: value = offset + scale · code.
   float scale[2];
   float wedge[2][2];
@@ -49,7 +49,7 @@ struct PredicateInputs {
   float spacing_mm[3];
 
   const PredicateAtom* atoms;
-  int atom_count;
+  std::uint32_t all_leaves;  ///< A bit for each.
   /// Looks by leaf bits; null above 12 leaves, then find_look() is asked.
   const PredicateLook* looks;
   void (*find_look)(const void* looks, std::uint32_t leaves, PredicateLook* out);
@@ -63,9 +63,9 @@ struct PredicateInputs {
 
   float intensity_offset;  ///< Of codes[0], in entries of the table of extinctions.
   float intensity_scale;
-  float per_entry;        ///< Entries to intensity.
-  const float* tau;       ///< Per entry: extinction per mm, what to add to reach the next.
-  float last_entry;       ///< kTauEntries - 1.
+  float per_entry;   ///< Entries to intensity.
+  const float* tau;  ///< Per entry: extinction per mm, what to add to reach the next.
+  float last_entry;  ///< kTauEntries - 1.
 
   float leave_out_from;  ///< spec::TerminationBudget; infinity: never.
   float end_at;

@@ -13,7 +13,6 @@ struct PredicateAvx2 : Avx2 {
   static void store_int(std::int32_t* p, I a) {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), a.v);
   }
-  static I and_int(I a, I b) { return {_mm256_and_si256(a.v, b.v)}; }
   static M has_bits(I a, I mask) {
     const __m256i none = _mm256_cmpeq_epi32(_mm256_and_si256(a.v, mask.v), _mm256_setzero_si256());
     return negate({_mm256_castsi256_ps(none)});
@@ -22,13 +21,15 @@ struct PredicateAvx2 : Avx2 {
   static I or_where(M m, I bits, I a) {
     return {_mm256_or_si256(a.v, _mm256_and_si256(_mm256_castps_si256(m.v), bits.v))};
   }
-  /// OR over the lanes of a mask.
-  static std::uint32_t union_of(I a, M m) {
-    const __m256i some = _mm256_and_si256(a.v, _mm256_castps_si256(m.v));
-    __m128i half = _mm_or_si128(_mm256_castsi256_si128(some), _mm256_extracti128_si256(some, 1));
-    half = _mm_or_si128(half, _mm_shuffle_epi32(half, 0x4E));
-    half = _mm_or_si128(half, _mm_shuffle_epi32(half, 0xB1));
-    return static_cast<std::uint32_t>(_mm_cvtsi128_si32(half));
+  static float least_of(F a) {
+    __m128 half = _mm_min_ps(low_lanes(a), high_lanes(a));
+    half = _mm_min_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_min_ss(half, _mm_shuffle_ps(half, half, 1)));
+  }
+  static float greatest_of(F a) {
+    __m128 half = _mm_max_ps(low_lanes(a), high_lanes(a));
+    half = _mm_max_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_max_ss(half, _mm_shuffle_ps(half, half, 1)));
   }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     F pair[4];

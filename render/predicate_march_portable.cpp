@@ -55,11 +55,11 @@ struct PredicateScalar {
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
   static F load_float(const float* p, I at) { return p[at]; }
   static I load_int(const std::int32_t* p, I at) { return p[at]; }
+  static float least_of(F a) { return a; }
+  static float greatest_of(F a) { return a; }
   static void store_int(std::int32_t* p, I a) { *p = a; }
-  static I and_int(I a, I b) { return a & b; }
   static M has_bits(I a, I mask) { return (a & mask) != 0; }
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
-  static std::uint32_t union_of(I a, M m) { return m ? static_cast<std::uint32_t>(a) : 0; }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     for (int i = 0; i < 3; ++i) out[i] = looks[0]->tint[i];
     out[3] = looks[0]->importance;

@@ -133,7 +133,8 @@ void PredicateHistogram::scribble(std::span<const std::uint64_t> shown,
 }
 
 void PredicateHistogram::normalise() {
-  if (bars_.empty()) return;
+  // What sums to 1 already stays as it is: files give back what was written.
+  if (bars_.empty() || std::abs(sum_of(bars_) - 1) < 0.1 * kSumTolerance) return;
   double most = 0;
   for (const Bar& bar : bars_) most = std::max(most, bar.importance);
   // By the greatest first, so that no sum can overflow and no quotient vanish.

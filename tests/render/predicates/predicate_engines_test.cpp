@@ -23,7 +23,8 @@ double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit)
 }
 
 VoxelGrid grid_of(int i) {
-  const Eigen::Vector3d spacing = i % 3 == 0 ? Eigen::Vector3d(0.4, 0.4, 2) : Eigen::Vector3d(1, 0.8, 0.9);
+  const Eigen::Vector3d spacing =
+      i % 3 == 0 ? Eigen::Vector3d(0.4, 0.4, 2) : Eigen::Vector3d(1, 0.8, 0.9);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   if (i % 2 == 1) {
     turn = Eigen::AngleAxisd(0.3 + i, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() *
@@ -66,7 +67,8 @@ TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
   const auto ct = test::small_ultrasound(grid, 3);
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(80, 30, false));
   scene.predicates.emplace();
-  scene.predicates->model = test::model_of({{PredicateExpression::kind("vesselness", {0.5, 1}), 1}});
+  scene.predicates->model =
+      test::model_of({{PredicateExpression::kind("vesselness", {0.5, 1}), 1}});
   scene.predicates->features.volumes.emplace(
       feature::kVesselness, test::feature(grid, feature::kVesselness, [](int, int j, int k) {
         return std::exp(-0.1 * (std::pow(j - 38, 2) + std::pow(k - 32, 2)));
@@ -133,7 +135,8 @@ TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
     Scene scene = test::random_predicate_scene(random, ct,
                                                test::random_features(ct, static_cast<unsigned>(i)));
     scene.predicates->termination_error = 0;
-    beyond += share_beyond(test::draw(*vector, scene), test::draw(*portable, scene), kTolerance) / 30;
+    beyond +=
+        share_beyond(test::draw(*vector, scene), test::draw(*portable, scene), kTolerance) / 30;
   }
   EXPECT_LT(beyond, 0.002);
 }

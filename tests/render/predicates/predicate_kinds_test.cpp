@@ -264,7 +264,8 @@ TEST(PredicateKindsTest, ThreeValuedTreesAreNeverWrong) {
     Truth leaves[4];
     for (Truth& leaf : leaves) leaf = static_cast<Truth>(random() % 3);
     std::array<Truth, kMostPredicates> bound{};
-    run_programs(programs, [&](int l) { return leaves[l]; }, not_of, and_of, or_of, bound);
+    run_programs(
+        programs, [&](int l) { return leaves[l]; }, not_of, and_of, or_of, bound);
     if (bound[0] == Truth::kUnknown) continue;
     ++decided;
     for (unsigned bits = 0; bits < 16; ++bits) {
@@ -275,9 +276,9 @@ TEST(PredicateKindsTest, ThreeValuedTreesAreNeverWrong) {
       }
       if (!possible) continue;
       std::array<bool, kMostPredicates> exact{};
-      run_programs(programs, [&](int l) { return ((bits >> l) & 1U) != 0; },
-                   [](bool a) { return !a; }, [](bool a, bool b) { return a && b; },
-                   [](bool a, bool b) { return a || b; }, exact);
+      run_programs(
+          programs, [&](int l) { return ((bits >> l) & 1U) != 0; }, [](bool a) { return !a; },
+          [](bool a, bool b) { return a && b; }, [](bool a, bool b) { return a || b; }, exact);
       ASSERT_EQ(exact[0], bound[0] == Truth::kTrue);
     }
   }

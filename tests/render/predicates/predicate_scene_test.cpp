@@ -78,9 +78,10 @@ TEST_P(PredicateSceneTest, ClosedEndsHoldForStoredValuesAndQuantisedFeatures) {
 
 TEST_P(PredicateSceneTest, TheImportantIsSeenThroughWhatHidesIt) {
   // A bright wall in front (small y), a target of half the intensity behind it.
-  const auto ct = test::make_volume(
-      test::centred_grid({21, 41, 21}, {1, 1, 1}),
-      [](int, int j, int) { return j < 12 ? 204 : j > 28 ? 102 : 0; });
+  const auto ct =
+      test::make_volume(test::centred_grid({21, 41, 21}, {1, 1, 1}), [](int, int j, int) {
+        return j < 12 ? 204 : j > 28 ? 102 : 0;
+      });
   const E wall = E::kind("intensity", {0.6, 1});
   const E target = E::kind("intensity", {0.2, 0.5});
   Scene scene = frontal_scene(ct, test::model_of({{wall, 1}, {target, 1}}, 0));
@@ -94,8 +95,8 @@ TEST_P(PredicateSceneTest, TheImportantIsSeenThroughWhatHidesIt) {
 TEST_P(PredicateSceneTest, OpaqueSurfacesEndTheRayAndTheImportantInFrontStays) {
   const auto ct = test::make_volume(test::centred_grid({21, 41, 21}, {1, 1, 1}),
                                     [](int, int j, int) { return j > 25 ? 255 : 0; });
-  Scene scene =
-      frontal_scene(ct, test::model_of({{E::kind("intensity", {0.01, 1}), 0.9}, {everything(), 0.1}}));
+  Scene scene = frontal_scene(
+      ct, test::model_of({{E::kind("intensity", {0.01, 1}), 0.9}, {everything(), 0.1}}));
   scene.plane = test::upright_plane(test::grey_picture(20, 20, 51), 1, {0, 0, 10});
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.2, 1e-5) << "behind it, nothing";
 }
@@ -144,7 +145,8 @@ TEST_P(PredicateSceneTest, AngleSeesLayersAcrossTheScanLine) {
   const auto ct = test::make_volume(test::centred_grid({21, 21, 21}, {1, 1, 1}),
                                     [](int, int j, int) { return 10 * j + 20; });
   const auto seen = [&](const Eigen::Vector3d& into) {
-    Scene scene = frontal_scene(ct, test::model_of({{E::kind("gradient_angle", {0, 0.3, 1e-3}), 1}}));
+    Scene scene =
+        frontal_scene(ct, test::model_of({{E::kind("gradient_angle", {0, 0.3, 1e-3}), 1}}));
     scene.predicates->scan = ParallelScan{{{0, -10, 0}}, {into}};
     EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0, *scene.predicates)));
     return test::middle(test::draw(*engine_, scene)).r > 0.1;

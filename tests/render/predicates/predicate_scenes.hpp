@@ -64,15 +64,16 @@ inline render::Features random_features(const std::shared_ptr<const Volume>& ct,
   std::uniform_real_distribution<double> unit(0, 1);
   const VoxelGrid& grid = ct->grid();
   render::Features out;
-  for (const char* name : {render::feature::kSnr, render::feature::kVesselness,
-                           render::feature::kConfidence}) {
+  for (const char* name :
+       {render::feature::kSnr, render::feature::kVesselness, render::feature::kConfidence}) {
     const double period = 4 + 8 * unit(random);
     const bool holes = unit(random) < 0.4;
     out.volumes.emplace(name, feature(grid, name, [&](int i, int j, int k) {
                           if (holes && i > 8 && j > 8 && k > 3 && unit(random) < 0.05) {
                             return std::nan("");
                           }
-                          return 0.5 + 0.5 * std::sin((i + 0.7 * j) / period) * std::cos(k / period);
+                          return 0.5 +
+                                 0.5 * std::sin((i + 0.7 * j) / period) * std::cos(k / period);
                         }));
   }
   std::vector<std::uint32_t> labels;
