@@ -16,6 +16,7 @@
 #include "app/gallery.hpp"
 #include "app/info.hpp"
 #include "app/look_options.hpp"
+#include "app/predicates.hpp"
 #include "app/replay.hpp"
 #include "app/slices.hpp"
 
@@ -119,6 +120,7 @@ class CommandLine {
     add_register();
     add_info();
     add_slices();
+    add_predicates();
     add_bench();
     add_gallery();
     add_devices();
@@ -132,6 +134,7 @@ class CommandLine {
   void add_register();
   void add_info();
   void add_slices();
+  void add_predicates();
   void add_bench();
   void add_bench_predicates(CLI::App& bench);
   void add_gallery();
@@ -163,6 +166,7 @@ class CommandLine {
   RegisterOptions register_;
   SlicesOptions slices_;
   std::vector<double> target_;
+  PredicatesOptions by_predicates_;
   BenchRenderOptions bench_;
   BenchPredicatesOptions predicates_;
   BenchScalingOptions scaling_;
@@ -306,6 +310,41 @@ void CommandLine::add_slices() {
   verb->add_option("--mm-per-pixel", o.mm_per_pixel, "0: the CT fits")->capture_default_str();
   verb->callback(
       [this] { verb_ = [this](Console& console) { return run_slices(slices_, console); }; });
+}
+
+void CommandLine::add_predicates() {
+  CLI::App* verb = app_.add_subcommand(
+      "predicates", "3D ultrasound by predicates beside a standard transfer function, one picture");
+  PredicatesOptions& o = by_predicates_;
+  verb->add_option("volume", o.volume, "3D ultrasound; absent: a neck phantom");
+  verb->add_option("--out", o.out, "PNG to write")->required();
+  verb->add_option("--predicates", o.predicates, "name of a preset, or a file")
+      ->capture_default_str();
+  verb->add_option("--black", o.black, "stored value of black")->capture_default_str();
+  verb->add_option("--white", o.white, "stored value of white")->capture_default_str();
+  verb->add_option("--opacity-length-mm", o.opacity_length_mm,
+                   "of this much material intensity is the opacity");
+  for (const auto& [name, text, point] :
+       {std::tuple("--into", "x y z, LPS: direction of parallel scan lines", &o.into_ct),
+        {"--apex", "x y z, LPS mm: of a fan of scan lines", &o.apex_ct}}) {
+    auto* const to = point;
+    verb->add_option_function<std::vector<double>>(
+            name, [to](const std::vector<double>& p) { *to = Eigen::Vector3d(p[0], p[1], p[2]); },
+            text)
+        ->expected(3);
+  }
+  verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
+      ->capture_default_str();
+  verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
+  verb->add_option("--width", o.width, "of each half, pixels")
+      ->check(CLI::Range(200, 4096))
+      ->capture_default_str();
+  verb->add_option("--height", o.height, "of each half, pixels")
+      ->check(CLI::Range(200, 4096))
+      ->capture_default_str();
+  verb->callback([this] {
+    verb_ = [this](Console& console) { return run_predicates(by_predicates_, console); };
+  });
 }
 
 void CommandLine::add_bench() {

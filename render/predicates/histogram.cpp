@@ -56,7 +56,9 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   }
   PredicateHistogram out;
   out.bars_ = std::move(bars);
-  out.normalise();
+  // What sums to 1 already stays as it is: files give back what was written.
+  const double sum = sum_of(out.bars_);
+  if (!(sum <= 1 && sum > 1 - 0.1 * kSumTolerance)) out.normalise();
   return out;
 }
 
@@ -133,8 +135,7 @@ void PredicateHistogram::scribble(std::span<const std::uint64_t> shown,
 }
 
 void PredicateHistogram::normalise() {
-  // What sums to 1 already stays as it is: files give back what was written.
-  if (bars_.empty() || std::abs(sum_of(bars_) - 1) < 0.1 * kSumTolerance) return;
+  if (bars_.empty()) return;
   double most = 0;
   for (const Bar& bar : bars_) most = std::max(most, bar.importance);
   // By the greatest first, so that no sum can overflow and no quotient vanish.

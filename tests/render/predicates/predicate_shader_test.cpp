@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The GLSL that building blocks are put together to.
-#include "render/predicates/shader.hpp"
-
 #include <cstdlib>
 #include <fstream>
 
+#include "render/predicates/shader.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -36,7 +35,8 @@ TEST(PredicateShaderTest, IsValidGlslForEveryKindAndCombination) {
         << "#version 410 core\nlayout(location = 0) out vec4 colour;\n"
         << predicate_shader(set_of(some_scene(seed)))
         << "void main() {\n  float v[PREDICATE_CHANNELS];\n  bool d[PREDICATE_CHANNELS];\n"
-           "  for (int i = 0; i < PREDICATE_CHANNELS; ++i) { v[i] = gl_FragCoord.x; d[i] = true; }\n"
+           "  for (int i = 0; i < PREDICATE_CHANNELS; ++i) { v[i] = gl_FragCoord.x; d[i] = true; "
+           "}\n"
            "  colour = vec4(float(predicate_mask(v, d, 3u, gl_FragCoord.xyz)));\n}\n";
     files += ' ' + (folder / name).string();
   }
@@ -48,8 +48,8 @@ TEST(PredicateShaderTest, IsValidGlslForEveryKindAndCombination) {
 
 TEST(PredicateShaderTest, ChangesWithTheSetAndWithNothingElse) {
   Scene scene = some_scene(3);
-  scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.5}), 1},
-                                            {E::negation(E::kind("label", {1})), 2}});
+  scene.predicates->model =
+      test::model_of({{E::kind("snr", {0.1, 0.5}), 1}, {E::negation(E::kind("label", {1})), 2}});
   const std::string before = predicate_shader(set_of(scene));
   const double low = predicate_uniforms(set_of(scene)).values[0].value[0];
   scene.predicates->model.entries[0].expression.values = {0.2, 0.9};
