@@ -16,7 +16,8 @@
 namespace nav::app {
 namespace {
 
-constexpr int kBarsHeight = 150;  // Pixels below the pictures.
+constexpr int kTitleHeight = 28;  // Pixels above the pictures.
+constexpr int kBarsHeight = 150;  // And below.
 
 /// A preset by its name, otherwise a file.
 Result<PredicateFile> set_up(const std::string& name) {
@@ -83,13 +84,14 @@ Image2d<Rgba8> side_by_side(const Image2d<Rgba8>& standard, const Image2d<Rgba8>
   constexpr int kText = 16;
   constexpr int kMargin = 8;
   const int width = standard.width();
-  render::Canvas canvas(2 * width, standard.height() + kBarsHeight, render::rgb8(0x202020));
-  canvas.copy(standard, 0, 0);
-  canvas.copy(predicates, width, 0);
+  render::Canvas canvas(2 * width, kTitleHeight + standard.height() + kBarsHeight,
+                        render::rgb8(0x202020));
+  canvas.copy(standard, 0, kTitleHeight);
+  canvas.copy(predicates, width, kTitleHeight);
   const Rgba8 colour = render::rgb8(0xffd24a);
-  canvas.text(kMargin, kMargin + kText, kText, "standard transfer function", colour);
-  canvas.text(width + kMargin, kMargin + kText, kText, "predicates", colour);
-  draw_bars(model, standard.height(), canvas);
+  canvas.text(kMargin, kTitleHeight - kMargin, kText, "standard transfer function", colour);
+  canvas.text(width + kMargin, kTitleHeight - kMargin, kText, "predicates", colour);
+  draw_bars(model, kTitleHeight + standard.height(), canvas);
   return canvas.picture();
 }
 
@@ -111,10 +113,10 @@ Result<void> run_predicates(const PredicatesOptions& options, Console& console) 
       bench::predicate_scene(*volume, {file->name, file->model}, options.width, options.height);
   scene.predicates->opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);
   const auto engine = render::make_cpu_engine();
+  const auto right = draw(*engine, scene);  // Says what is wrong with the options.
+  if (!right) return right.error();
   const auto left = draw(*engine, bench::standard_scene(scene));
   if (!left) return left.error();
-  const auto right = draw(*engine, scene);
-  if (!right) return right.error();
   if (const auto ok = io::write_png(side_by_side(*left, *right, file->model), options.out); !ok) {
     return ok;
   }

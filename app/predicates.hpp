@@ -13,8 +13,8 @@
 namespace nav::app {
 
 struct PredicatesOptions {
-  std::filesystem::path volume;  ///< 3D ultrasound; empty: the neck phantom.
-  std::filesystem::path out;     ///< PNG.
+  std::filesystem::path volume;               ///< 3D ultrasound; empty: the neck phantom.
+  std::filesystem::path out;                  ///< PNG.
   std::string predicates = "carotid-vessel";  ///< Name of a preset, or a file.
   double black = 0;                           ///< Stored values.
   double white = 255;
@@ -27,8 +27,9 @@ struct PredicatesOptions {
   int height = 480;
 };
 
-/// Comparison mode: one picture with the standard rendering of a volume, by a grey transfer function
-/// of the same opacities, beside its rendering by predicates, and the predicate histogram below.
+/// Comparison mode: one picture with the standard rendering of a volume, by a grey transfer
+/// function of the same opacities, beside its rendering by predicates, and the predicate histogram
+/// below.
 Result<void> run_predicates(const PredicatesOptions& options, Console& console);
 
 }  // namespace nav::app

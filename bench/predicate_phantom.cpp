@@ -170,7 +170,7 @@ render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolu
   const Point<frames::Ct> centre = grid.centre();
   const Eigen::Vector3d from =
       grid.directions * Eigen::Vector3d(-0.5, -1, 0.45).normalized() * grid.extent_mm().norm();
-  render::Camera camera{{centre.mm + 1.6 * from}, centre, {grid.directions.col(0)}};
+  render::Camera camera{{centre.mm + 1.9 * from}, centre, {grid.directions.col(0)}};
   camera.vertical_fov_rad = 0.5;
   render::Scene scene{
       volume.ultrasound,
