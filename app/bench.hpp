@@ -35,4 +35,16 @@ struct BenchScalingOptions {
 /// Time and memory of the CPU engine against volume size, pixels, threads and occupancy.
 Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& console);
 
+struct BenchPredicatesOptions {
+  bool quick = false;  ///< A phantom of 96 voxels a side, small pictures: some seconds.
+  int side = 256;      ///< Of the phantom, voxels, [32, 768].
+  int threads = 0;     ///< 0: all cores.
+  std::optional<std::string> json;
+};
+
+/// Predicates beside a standard transfer function and beside brute force on the CPU engine, the
+/// error of early termination, and the theorem on random rays. Prints a table; JSON keys are in
+/// docs/json.md.
+Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console);
+
 }  // namespace nav::app

@@ -17,6 +17,7 @@
 #include "app/gallery.hpp"
 #include "app/info.hpp"
 #include "app/look_options.hpp"
+#include "app/predicates.hpp"
 #include "app/replay.hpp"
 #include "app/slices.hpp"
 
@@ -120,6 +121,7 @@ class CommandLine {
     add_register();
     add_info();
     add_slices();
+    add_predicates();
     add_bench();
     add_gallery();
     add_devices();
@@ -133,8 +135,10 @@ class CommandLine {
   void add_register();
   void add_info();
   void add_slices();
+  void add_predicates();
   void add_bench();
   void add_bench_registration(CLI::App& bench);
+  void add_bench_predicates(CLI::App& bench);
   void add_gallery();
   void add_devices();
   void add_json(CLI::App& verb) {
@@ -164,7 +168,9 @@ class CommandLine {
   RegisterOptions register_;
   SlicesOptions slices_;
   std::vector<double> target_;
+  PredicatesOptions by_predicates_;
   BenchRenderOptions bench_;
+  BenchPredicatesOptions predicates_;
   BenchScalingOptions scaling_;
   BenchRegistrationOptions bench_registration_;
   GalleryOptions gallery_;
@@ -309,6 +315,41 @@ void CommandLine::add_slices() {
       [this] { verb_ = [this](Console& console) { return run_slices(slices_, console); }; });
 }
 
+void CommandLine::add_predicates() {
+  CLI::App* verb = app_.add_subcommand(
+      "predicates", "3D ultrasound by predicates beside a standard transfer function, one picture");
+  PredicatesOptions& o = by_predicates_;
+  verb->add_option("volume", o.volume, "3D ultrasound; absent: a neck phantom");
+  verb->add_option("--out", o.out, "PNG to write")->required();
+  verb->add_option("--predicates", o.predicates, "name of a preset, or a file")
+      ->capture_default_str();
+  verb->add_option("--black", o.black, "stored value of black")->capture_default_str();
+  verb->add_option("--white", o.white, "stored value of white")->capture_default_str();
+  verb->add_option("--opacity-length-mm", o.opacity_length_mm,
+                   "of this much material intensity is the opacity");
+  for (const auto& [name, text, point] :
+       {std::tuple("--into", "x y z, LPS: direction of parallel scan lines", &o.into_ct),
+        {"--apex", "x y z, LPS mm: of a fan of scan lines", &o.apex_ct}}) {
+    auto* const to = point;
+    verb->add_option_function<std::vector<double>>(
+            name, [to](const std::vector<double>& p) { *to = Eigen::Vector3d(p[0], p[1], p[2]); },
+            text)
+        ->expected(3);
+  }
+  verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
+      ->capture_default_str();
+  verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
+  verb->add_option("--width", o.width, "of each half, pixels")
+      ->check(CLI::Range(200, 4096))
+      ->capture_default_str();
+  verb->add_option("--height", o.height, "of each half, pixels")
+      ->check(CLI::Range(200, 4096))
+      ->capture_default_str();
+  verb->callback([this] {
+    verb_ = [this](Console& console) { return run_predicates(by_predicates_, console); };
+  });
+}
+
 void CommandLine::add_bench() {
   CLI::App* bench = app_.add_subcommand("bench", "Measure run time against error");
   bench->require_subcommand(1);
@@ -331,6 +372,7 @@ void CommandLine::add_bench() {
       return run_bench_render(bench_, console);
     };
   });
+  add_bench_predicates(*bench);
   CLI::App* scaling = bench->add_subcommand(
       "scaling", "Time and memory of the CPU engine against size, pixels, threads, occupancy");
   scaling->add_option("--largest", scaling_.largest, "side of the largest volume, voxels")
@@ -357,6 +399,25 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
     verb_ = [this](Console& console) {
       bench_registration_.json = json();
       return run_bench_registration(bench_registration_, console);
+    };
+  });
+}
+
+void CommandLine::add_bench_predicates(CLI::App& bench) {
+  CLI::App* verb = bench.add_subcommand(
+      "predicates", "Ultrasound by predicates beside a standard transfer function");
+  verb->add_flag("--quick", predicates_.quick, "a small phantom, small pictures: some seconds");
+  verb->add_option("--side", predicates_.side, "of the phantom, voxels")
+      ->check(CLI::Range(32, 768))
+      ->capture_default_str();
+  verb->add_option("--threads", predicates_.threads, "0: all cores")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](Console& console) {
+      predicates_.json = json();
+      return run_bench_predicates(predicates_, console);
     };
   });
 }

@@ -4,113 +4,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
 
+#include "app/json_member.hpp"
 #include "app/slicer_preset.hpp"
 #include "io/atomic_file.hpp"
 
 namespace nav::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRadPerDeg = M_PI / 180;
 constexpr int kVersion = 1;
 constexpr std::size_t kMostNodes = 4096;
 
 /// JSON has no infinity: null stands for it.
 Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
-/// One object of the file: hands out its members and, at the end, refuses what nobody asked for.
-/// The first problem is kept.
-class Member {
- public:
-  Member(const Json& json, std::string where, std::optional<Error>& error)
-      : json_(json), where_(std::move(where)), error_(error) {
-    if (!json_.is_object()) fail("", "an object", json_);
-  }
-  void number(const char* key, double& value, bool infinite = false) {
-    take(key, infinite ? "a number or null" : "a number", [&](const Json& found) {
-      if (infinite && found.is_null()) value = kInfinity;
-      if (found.is_number()) value = found.get<double>();
-      return (infinite && found.is_null()) || (found.is_number() && std::isfinite(value));
-    });
-  }
-  void angle(const char* key, double& value_rad) {
-    double degrees = value_rad / kRadPerDeg;
-    number(key, degrees);
-    value_rad = degrees * kRadPerDeg;
-  }
-  void flag(const char* key, bool& value) {
-    take(key, "true or false", [&](const Json& found) {
-      if (found.is_boolean()) value = found.get<bool>();
-      return found.is_boolean();
-    });
-  }
-  void text(const char* key, std::string& value) {
-    take(key, "text", [&](const Json& found) {
-      if (found.is_string()) value = found.get<std::string>();
-      return found.is_string();
-    });
-  }
-  void numbers(const char* key, std::size_t count, std::vector<double>& value) {
-    take(key, std::to_string(count) + " numbers", [&](const Json& found) {
-      const bool good =
-          found.is_array() && found.size() == count &&
-          std::all_of(found.begin(), found.end(), [](const Json& x) { return x.is_number(); });
-      if (good) value = found.get<std::vector<double>>();
-      return good;
-    });
-  }
-  /// The member itself, or nothing when it is absent.
-  const Json* any(const char* key) {
-    known_.insert(key);
-    return json_.is_object() && json_.contains(key) ? &json_.at(key) : nullptr;
-  }
-  void list(const char* key, const std::function<void(const Json&, const std::string&)>& visit) {
-    take(key, "a list", [&](const Json& found) {
-      if (!found.is_array()) return false;
-      for (std::size_t i = 0; i < found.size() && !error_; ++i) {
-        visit(found[i], where_ + "." + key + "[" + std::to_string(i) + "]");
-      }
-      return true;
-    });
-  }
-  void refuse_unknown() {
-    if (!json_.is_object()) return;
-    for (const auto& [key, value] : json_.items()) {
-      if (!known_.contains(key)) fail(key, "no such member", value);
-    }
-  }
-  void fail(const std::string& key, const std::string& expected, const Json& found) {
-    if (error_) return;
-    std::string text = found.dump(-1, ' ', true, Json::error_handler_t::replace);
-    if (text.size() > 60) text = text.substr(0, 60) + "…";
-    error_ = Error{ErrorCode::kMalformedData, where_ + (key.empty() ? "" : "." + key) +
-                                                  ": expected " + expected + ", found " + text};
-  }
-
- private:
-  void take(const char* key, const std::string& expected,
-            const std::function<bool(const Json&)>& use) {
-    const Json* found = any(key);
-    if (found == nullptr || error_) return;
-    if (!use(*found)) fail(key, expected, *found);
-  }
-  const Json& json_;
-  std::string where_;
-  std::optional<Error>& error_;
-  std::set<std::string> known_;
-};
-
 render::GradientWindow read_window(const Json& json, const std::string& where,
                                    std::optional<Error>& error) {
   render::GradientWindow window{0, 0, kInfinity, kInfinity};
-  Member member(json, where, error);
+  JsonMember member(json, where, error);
   member.number("zero_below", window.zero_below);
   member.number("full_from", window.full_from);
   member.number("full_to", window.full_to, true);
@@ -122,12 +35,12 @@ render::GradientWindow read_window(const Json& json, const std::string& where,
 render::TransferComponent read_component(const Json& json, const std::string& where,
                                          std::optional<Error>& error) {
   render::TransferComponent component;
-  Member member(json, where, error);
+  JsonMember member(json, where, error);
   member.text("name", component.name);
   member.list("nodes", [&](const Json& node_json, const std::string& at) {
     render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
     std::vector<double> rgb{1, 1, 1};
-    Member one(node_json, at, error);
+    JsonMember one(node_json, at, error);
     one.number("value", node.hu);
     one.numbers("rgb", 3, rgb);
     one.number("opacity_per_mm", node.opacity);
@@ -147,7 +60,7 @@ render::Shading read_shading(const Json& json, const std::string& where,
                              std::optional<Error>& error) {
   render::Shading s;
   std::string style = "phong";
-  Member member(json, where, error);
+  JsonMember member(json, where, error);
   member.flag("enabled", s.enabled);
   member.text("style", style);
   for (const auto& [key, value] : {std::pair("emphasis", &s.emphasis),
@@ -170,7 +83,7 @@ render::Shading read_shading(const Json& json, const std::string& where,
 render::Cutaway read_cutaway(const Json& json, const std::string& where,
                              std::optional<Error>& error) {
   render::Cutaway c;
-  Member member(json, where, error);
+  JsonMember member(json, where, error);
   member.angle("theta1_deg", c.theta1_rad);
   member.angle("theta2_deg", c.theta2_rad);
   member.number("overlay_mm", c.overlay_mm, true);
@@ -201,7 +114,7 @@ Result<void> check_in_scene(const std::string& name, const LookFile& look) {
 
 Result<LookFile> look_from_json(const std::string& name, const Json& root) {
   std::optional<Error> error;
-  Member member(root, name, error);
+  JsonMember member(root, name, error);
   double version = 0;
   std::string title = name;
   std::vector<double> range;
@@ -235,22 +148,6 @@ Result<LookFile> look_from_json(const std::string& name, const Json& root) {
   if (!range.empty()) look.value_range = render::ValueRange{range[0], range[1]};
   if (const auto ok = check_in_scene(name, look); !ok) return ok.error();
   return look;
-}
-
-/// Deepest nesting of lists and objects, outside of texts.
-int depth_of(const std::string& text) {
-  int depth = 0;
-  int deepest = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted && c == '\\') ++i;
-    if (c == '"') quoted = !quoted;
-    if (quoted) continue;
-    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
-    if (c == ']' || c == '}') --depth;
-  }
-  return deepest;
 }
 
 Json window_json(const render::GradientWindow& w) {
@@ -298,21 +195,15 @@ Result<LookFile> read_look_file(const std::filesystem::path& path) {
   if (first == std::string::npos || (*text)[first] != '{') {
     return slicer_look_from_vp(name, *text);
   }
-  constexpr int kDeepest = 32;
-  if (const int depth = depth_of(*text); depth > kDeepest) {
-    return Error{ErrorCode::kMalformedData,
-                 name + ": expected JSON at most 32 levels deep, found " + std::to_string(depth)};
-  }
+  const auto root = parse_json(name, *text);
+  if (!root) return root.error();
   try {
-    const Json root = Json::parse(*text);
-    if (root.contains("volumeProperties")) {
-      return slicer_look_from_json(name, nlohmann::json(root));
+    if (root->contains("volumeProperties")) {
+      return slicer_look_from_json(name, nlohmann::json(*root));
     }
-    return look_from_json(name, root);
+    return look_from_json(name, *root);
   } catch (const nlohmann::json::exception& problem) {
-    std::string what = problem.what();
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + what.substr(0, 200)};
+    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + problem.what()};
   }
 }
 

@@ -9,6 +9,7 @@
 #include "render/cpu_inputs.hpp"
 #include "render/cpu_painter.hpp"
 #include "render/cpu_picture.hpp"
+#include "render/cpu_predicate_painter.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
@@ -77,6 +78,9 @@ class CpuEngine final : public Engine {
     const CutPlan cutaway(large_meshes ? spec::CutawayObjects<double>{}
                                        : spec::make_cutaway(scene, true));
     const bool fades = large_meshes || !cutaway.empty();
+    if (scene.predicates && scene.projection == Projection::kComposite) {
+      return cast_predicates(scene, cutaway, start);
+    }
     cache_.update(scene, fades, options_.threads);
     if (!keep) picture_.start(scene.width, scene.height);
     const double prepare_s = seconds_since(start);
@@ -94,9 +98,25 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
+  RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
+                                   Clock::time_point start) {
+    predicates_.update(scene, options_.threads);
+    picture_.start(scene.width, scene.height);
+    const double prepare_s = seconds_since(start);
+    CpuPredicatePainter painter(scene, predicates_, vector_.composite != nullptr, cutaway,
+                                field_ ? &*field_ : nullptr, picture_);
+    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+    RenderStatistics statistics = painter.statistics();
+    statistics.bricks = predicates_.bricks();
+    statistics.bricks_occupied = predicates_.bricks_occupied();
+    statistics.prepare_s = prepare_s;
+    return statistics;
+  }
+
   CpuOptions options_;
   MarchSet vector_;
   CpuCache cache_;
+  CpuPredicates predicates_;
   std::optional<CutawayField> field_;
   CpuPicture picture_;
   std::optional<Scene> last_;  ///< What picture_ shows.

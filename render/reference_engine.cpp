@@ -5,10 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
+#include "render/reference_predicates.hpp"
 #include "render/surfaces.hpp"
 #include "render/transfer_table.hpp"
 
@@ -76,7 +78,9 @@ struct Prepared {
         view(spec::make_view<double>(s.camera, s.width, s.height, s.ct->grid())),
         step_mm(spec::step_mm(s.quality, s.ct->grid())),
         pre_integrated(s.quality.classification == Classification::kPreIntegrated &&
-                       table.rows() == 1) {}
+                       table.rows() == 1) {
+    if (s.predicates) predicates.emplace(s);
+  }
 
   const Scene& scene;
   Surfaces surfaces;
@@ -85,6 +89,7 @@ struct Prepared {
   spec::View<double> view;
   double step_mm;
   bool pre_integrated;
+  std::optional<ReferencePredicates> predicates{};
 };
 
 /// Casts one ray at a time; keeps the state of the current one.
@@ -145,6 +150,12 @@ class Caster {
 
   void composite(const spec::Interval<double>& in) {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
+    if (p_.predicates) {
+      const auto light = p_.predicates->cast({ray_, in, shift_, span_, hits_}, counts_.samples);
+      rgb_ = light.alpha * light.rgb;
+      alpha_ = light.alpha;
+      return;
+    }
     double begin = in.begin;
     for (const auto& hit : hits_) {
       march(begin, std::min(in.end, hit.t));

@@ -305,7 +305,8 @@ Result<void> validate(const Scene& scene) {
     if (const auto ok = check_cutaway(*scene.cutaway); !ok) return ok;
   }
   if (const auto ok = check_spheres(scene.spheres); !ok) return ok;
-  return check_lines(scene.lines);
+  if (const auto ok = check_lines(scene.lines); !ok) return ok;
+  return scene.predicates ? validate(*scene.predicates, scene) : Result<void>{};
 }
 
 }  // namespace nav::render

@@ -11,6 +11,7 @@
 #include "nav/safety.hpp"
 #include "nav/ultrasound_frame.hpp"
 #include "nav/volume.hpp"
+#include "render/predicate_scene.hpp"
 #include "render/transfer_function.hpp"
 
 namespace nav::render {
@@ -166,11 +167,14 @@ struct Scene {
   std::optional<Cutaway> cutaway{};  ///< Absent, or without an object that is drawn: costs nothing.
   Projection projection = Projection::kComposite;
   GreyWindow grey{};  ///< Of the projections other than kComposite.
+  /// Present: they classify the volume instead of transfer and shading.
+  std::optional<PredicateScene> predicates{};
 };
 
 /// Refuses, naming the field: no CT, picture sizes outside [1, 16384], a degenerate camera, NaN
 /// anywhere, steps outside [1/64, 16], a plane whose grid is invalid, theta1 > theta2, angles
-/// outside (0, pi/2), a negative overlay, polygons that are not flat.
+/// outside (0, pi/2), a negative overlay, polygons that are not flat; and whatever
+/// validate(PredicateScene) does.
 Result<void> validate(const Scene& scene);
 
 }  // namespace nav::render

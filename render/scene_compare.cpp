@@ -114,7 +114,8 @@ bool same_view(const Scene& a, const Scene& b) {
          a.background_rgb == b.background_rgb && a.projection == b.projection &&
          a.grey.level_hu == b.grey.level_hu && a.grey.width_hu == b.grey.width_hu &&
          same_camera(a.camera, b.camera) && same_shading(a.shading, b.shading) &&
-         same_quality(a.quality, b.quality) && same_classification(a.transfer, b.transfer);
+         same_quality(a.quality, b.quality) && same_classification(a.transfer, b.transfer) &&
+         same_optional(a.predicates, b.predicates, same_drawing);
 }
 
 bool same_geometry(const Scene& a, const Scene& b) {

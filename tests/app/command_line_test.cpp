@@ -176,6 +176,30 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
+TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandard) {
+  VoxelGrid grid;
+  grid.size = {20, 24, 18};
+  std::vector<std::int16_t> voxels(grid.voxel_count());
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    voxels[i] = static_cast<std::int16_t>(i * 37 % 256);
+  }
+  const auto volume = Volume::create(grid, std::move(voxels), "ultrasound");
+  ASSERT_TRUE(test::has_value(volume));
+  const auto file = (folder_ / "us.mha").string();
+  ASSERT_TRUE(test::has_value(io::write_ct_mha(*volume, file)));
+  const auto out = (folder_ / "both.png").string();
+  const std::string arguments = "predicates " + file + " --width 200 --height 200 --out " + out;
+  const Outcome outcome = sonde(arguments + " --predicates carotid-context --apex 10 -20 9");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_TRUE(std::filesystem::exists(out));
+  expect_refusal(arguments + " --predicates kidney", 3,
+                 {"--predicates", "carotid-context", "kidney"});
+  expect_refusal(arguments + " --predicates carotid-vessel", 3, {"vessel", "feature volume"});
+  expect_refusal(arguments + " --predicates carotid-context --white -1", 3,
+                 {"intensity.white", "-1"});
+  expect_refusal(arguments + " --predicates carotid-context --into 0 0 0", 3, {"scan.into_ct"});
+}
+
 TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
   expect_refusal("demo --out x --shading flat", 2, {"look.style", "phong or gooch", "flat"});
   expect_refusal("demo --out x --emphasis 2", 2, {"look.emphasis", "2"});

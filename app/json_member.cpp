@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/json_member.hpp"
+
+namespace nav::app {
+namespace {
+
+/// Deepest nesting of lists and objects, outside of texts.
+int depth_of(const std::string& text) {
+  int depth = 0;
+  int deepest = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\') ++i;
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
+}
+
+}  // namespace
+
+Result<Json> parse_json(const std::string& name, const std::string& text) {
+  constexpr int kDeepest = 32;
+  if (const int depth = depth_of(text); depth > kDeepest) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected JSON at most 32 levels deep, found " + std::to_string(depth)};
+  }
+  try {
+    return Json::parse(text);
+  } catch (const nlohmann::json::exception& problem) {
+    std::string what = problem.what();
+    std::replace(what.begin(), what.end(), '\n', ' ');
+    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + what.substr(0, 200)};
+  }
+}
+
+}  // namespace nav::app

@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicate_file.hpp"
+
+#include "app/json_member.hpp"
+#include "io/atomic_file.hpp"
+#include "render/predicates/registry.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::PredicateExpression;
+using Operator = PredicateExpression::Operator;
+
+constexpr int kVersion = 1;
+constexpr const char* kRad = "_rad";
+
+bool in_radians(const render::PredicateParameter& p) { return p.name.ends_with(kRad); }
+
+/// As files call it: degrees at the edge.
+std::string key_of(const render::PredicateParameter& p) {
+  return in_radians(p) ? p.name.substr(0, p.name.size() - 4) + "_deg" : p.name;
+}
+
+PredicateExpression read_kind(const std::string& name, const Json& json, const std::string& where,
+                              std::optional<Error>& error) {
+  PredicateExpression out = PredicateExpression::kind(name);
+  const auto kind = render::find_predicate_kind(name);
+  if (!kind) {
+    if (!error) error = Error{kind.error().code, where + ": " + kind.error().message};
+    return out;
+  }
+  JsonMember member(json, where + "." + name, error);
+  for (const render::PredicateParameter& p : (*kind)->parameters()) {
+    double value = p.initial;
+    if (in_radians(p)) {
+      member.angle(key_of(p).c_str(), value);
+    } else {
+      member.number(key_of(p).c_str(), value);
+    }
+    out.values.push_back(value);
+  }
+  member.refuse_unknown();
+  return out;
+}
+
+PredicateExpression read_expression(const Json& json, const std::string& where,
+                                    std::optional<Error>& error) {
+  JsonMember member(json, where, error);
+  if (error) return {};
+  if (json.size() != 1) {
+    member.fail("", "one of not, all, any, entry or a predicate", json);
+    return {};
+  }
+  const std::string key = json.begin().key();
+  const Json& value = json.begin().value();
+  PredicateExpression out;
+  if (key == "entry") {
+    out.op = Operator::kEntry;
+    member.text("entry", out.name);
+  } else if (key == "not") {
+    out = PredicateExpression::negation(read_expression(value, where + ".not", error));
+  } else if (key == "all" || key == "any") {
+    out.op = key == "all" ? Operator::kAnd : Operator::kOr;
+    member.list(key.c_str(), [&](const Json& one, const std::string& at) {
+      out.operands.push_back(read_expression(one, at, error));
+    });
+  } else {
+    out = read_kind(key, value, where, error);
+  }
+  return out;
+}
+
+/// Entry and bar of one member of "predicates".
+void read_entry(const Json& json, const std::string& where, render::PredicateModel& model,
+                std::vector<render::PredicateHistogram::Bar>& bars, std::optional<Error>& error) {
+  render::PredicateEntry entry;
+  render::PredicateHistogram::Bar bar{1, 0, 0};
+  JsonMember member(json, where, error);
+  member.text("name", entry.name);
+  member.number("importance", bar.importance);
+  member.number("hue_deg", bar.hue_deg);
+  member.number("saturation", bar.saturation);
+  if (const Json* expression = member.any("where")) {
+    entry.expression = read_expression(*expression, where + ".where", error);
+  } else {
+    member.fail("where", "an expression", nullptr);
+  }
+  member.refuse_unknown();
+  model.entries.push_back(std::move(entry));
+  bars.push_back(bar);
+}
+
+void read_hue_mean(JsonMember& member, PredicateFile& file) {
+  std::string how = "circular";
+  member.text("hue_mean", how);
+  if (how != "circular" && how != "linear") member.fail("hue_mean", "circular or linear", how);
+  file.hue_mean =
+      how == "linear" ? render::spec::HueMean::kLinear : render::spec::HueMean::kCircular;
+}
+
+Result<PredicateFile> from_json(const std::string& name, const Json& root) {
+  std::optional<Error> error;
+  JsonMember member(root, name, error);
+  double version = 0;
+  member.number("sonde_predicates", version);
+  if (!error && version > kVersion) {
+    return Error{ErrorCode::kUnsupportedData, name + ": expected version 1, found " +
+                                                  root["sonde_predicates"].dump() +
+                                                  ", which a newer Sonde has written"};
+  }
+  if (version != kVersion) member.fail("sonde_predicates", "1", version);
+  PredicateFile file{name, {}};
+  std::vector<render::PredicateHistogram::Bar> bars;
+  member.text("name", file.name);
+  member.number("opacity_length_mm", file.opacity_length_mm);
+  member.number("cutaway_importance", file.cutaway_importance);
+  read_hue_mean(member, file);
+  member.list("predicates", [&](const Json& json, const std::string& at) {
+    read_entry(json, at, file.model, bars, error);
+  });
+  member.refuse_unknown();
+  if (error) return *error;
+  auto histogram = render::PredicateHistogram::create(std::move(bars));
+  if (!histogram) return Error{histogram.error().code, name + ": " + histogram.error().message};
+  file.model.histogram = *std::move(histogram);
+  if (const auto ok = render::validate(file.model); !ok) {
+    return Error{ok.error().code, name + ": " + ok.error().message};
+  }
+  return file;
+}
+
+Json kind_json(const PredicateExpression& e) {
+  Json values = Json::object();
+  const auto parameters = (*render::find_predicate_kind(e.name))->parameters();
+  for (std::size_t i = 0; i < e.values.size(); ++i) {
+    values[key_of(parameters[i])] =
+        in_radians(parameters[i]) ? e.values[i] / kRadPerDeg : e.values[i];
+  }
+  return {{e.name, std::move(values)}};
+}
+
+Json expression_json(const PredicateExpression& e) {
+  if (e.op == Operator::kKind) return kind_json(e);
+  if (e.op == Operator::kEntry) return {{"entry", e.name}};
+  if (e.op == Operator::kNot) return {{"not", expression_json(e.operands.front())}};
+  Json operands = Json::array();
+  for (const auto& operand : e.operands) operands.push_back(expression_json(operand));
+  return {{e.op == Operator::kAnd ? "all" : "any", std::move(operands)}};
+}
+
+}  // namespace
+
+Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
+  constexpr std::uint64_t kMostBytes = 1 << 20;
+  const auto text = io::read_file(path, kMostBytes);
+  if (!text) return text.error();
+  const auto root = parse_json(path.string(), *text);
+  if (!root) return root.error();
+  return from_json(path.string(), *root);
+}
+
+std::string to_json_text(const PredicateFile& file) {
+  Json root{{"sonde_predicates", kVersion}, {"name", file.name}};
+  root["predicates"] = Json::array();
+  for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
+    const auto& bar = file.model.histogram.bars()[j];
+    root["predicates"].push_back({{"name", file.model.entries[j].name},
+                                  {"importance", bar.importance},
+                                  {"hue_deg", bar.hue_deg},
+                                  {"saturation", bar.saturation},
+                                  {"where", expression_json(file.model.entries[j].expression)}});
+  }
+  root["opacity_length_mm"] = file.opacity_length_mm;
+  root["cutaway_importance"] = file.cutaway_importance;
+  root["hue_mean"] = file.hue_mean == render::spec::HueMean::kLinear ? "linear" : "circular";
+  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<void> write_predicate_file(const std::filesystem::path& path, const PredicateFile& file) {
+  return io::write_file(path, to_json_text(file));
+}
+
+}  // namespace nav::app

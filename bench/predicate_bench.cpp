@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/predicate_bench.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <random>
+
+#include "bench/predicate_phantom.hpp"
+#include "bench/scene_set.hpp"
+#include "render/engine.hpp"
+#include "render/predicate_spec.hpp"
+
+namespace nav::bench {
+namespace {
+
+using render::Engine;
+using render::RenderedImage;
+using render::Scene;
+
+double largest_difference(const RenderedImage& a, const RenderedImage& b) {
+  float most = 0;
+  for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
+    const RgbaF& p = a.pixels.pixels()[i];
+    const RgbaF& q = b.pixels.pixels()[i];
+    most = std::max({most, std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b)});
+  }
+  return most;
+}
+
+/// Draws frames that differ by micrometres, so that every one is cast.
+Task frames(Engine& engine, Scene scene, int& frame) {
+  return [&engine, scene = std::move(scene), &frame]() -> Result<void> {
+    const auto image = engine.render(nudged(scene, ++frame));
+    if (!image) return image.error();
+    return {};
+  };
+}
+
+Scene without_tricks(Scene scene) {
+  scene.predicates->termination_error = 0;
+  scene.quality.skip_empty_bricks = false;
+  return scene;
+}
+
+Result<void> check_pictures(Engine& engine, const Scene& scene, PredicateBenchRow& row) {
+  auto fast = engine.render(scene);
+  if (!fast) return fast.error();
+  Scene other = scene;
+  other.quality.skip_empty_bricks = false;
+  auto unskipped = engine.render(other);
+  if (!unskipped) return unskipped.error();
+  auto brute = engine.render(without_tricks(scene));
+  if (!brute) return brute.error();
+  const auto a = fast->pixels.pixels();
+  const auto b = unskipped->pixels.pixels();
+  row.identical = std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+  row.max_error = largest_difference(*fast, *brute);
+  row.predicate_samples = fast->statistics.volume_samples;
+  row.brute_samples = brute->statistics.volume_samples;
+  return {};
+}
+
+/// Process time of what an edit needs before its first ray.
+Result<void> time_edits(Engine& engine, const Scene& scene, const Scene& other_set,
+                        PredicateBenchRow& row) {
+  std::vector<double> importance;
+  std::vector<double> sets;
+  Scene edited = scene;
+  for (int i = 0; i < 5; ++i) {
+    edited.predicates->model.histogram.drag(0, 0.3 + 0.05 * i);
+    auto image = engine.render(edited);
+    if (!image) return image.error();
+    importance.push_back(1e3 * image->statistics.prepare_s);
+    auto changed = engine.render(i % 2 == 0 ? other_set : scene);
+    if (!changed) return changed.error();
+    sets.push_back(1e3 * changed->statistics.prepare_s);
+    if (auto back = engine.render(scene); !back) return back.error();
+  }
+  row.prepare_ms = median(importance);
+  row.set_edit_ms = median(sets);
+  return {};
+}
+
+Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
+                                        const PredicateVolume::Look& look,
+                                        const PredicateBenchOptions& options) {
+  PredicateBenchRow row;
+  row.scene = volume.name + "/" + look.name;
+  const Scene scene = predicate_scene(volume, look, options.width, options.height);
+  const Scene standard = standard_scene(scene);
+  // One each, so that none rebuilds what another threw away.
+  std::unique_ptr<Engine> engines[3];
+  for (auto& engine : engines) engine = render::make_cpu_engine({options.threads, true});
+  int frame = 0;
+  std::vector<Task> tasks{frames(*engines[0], standard, frame), frames(*engines[1], scene, frame),
+                          frames(*engines[2], without_tricks(scene), frame)};
+  for (const Task& task : tasks) {
+    if (auto ok = task(); !ok) return ok.error();
+  }
+  const auto taken = time_in_turn(tasks, options.repeats);
+  if (!taken) return taken.error();
+  row.standard_cpu_ms = 1e3 * (*taken)[0].cpu_s;
+  row.predicate_cpu_ms = 1e3 * (*taken)[1].cpu_s;
+  row.brute_cpu_ms = 1e3 * (*taken)[2].cpu_s;
+  const auto image = engines[0]->render(nudged(standard, ++frame));
+  if (!image) return image.error();
+  row.standard_samples = image->statistics.volume_samples;
+  if (auto ok = check_pictures(*engines[1], scene, row); !ok) return ok.error();
+  const Scene other = predicate_scene(volume, volume.looks.front(), options.width, options.height);
+  if (auto ok = time_edits(*engines[1], scene, other, row); !ok) return ok.error();
+  return row;
+}
+
+/// The theorem of render/predicate_spec.hpp on random and on adversarial rays.
+void check_theorem(PredicateBenchReport& report) {
+  constexpr int kRays = 100'000;
+  constexpr double kRounding = 1e-12;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int ray = 0; ray < kRays; ++ray) {
+    const bool adversarial = ray % 4 == 0;
+    const int count = 2 + static_cast<int>(random() % 40);
+    const int stop = 1 + static_cast<int>(random() % static_cast<unsigned>(count - 1));
+    const double more = std::pow(10, -6 + 7 * unit(random));
+    render::spec::ImportanceState<double> state;
+    render::spec::ImportanceState<double> at_stop;
+    double greatest = 0;
+    for (int i = 0; i < count; ++i) {
+      if (i == stop) at_stop = state;
+      const bool behind = i >= stop;
+      const double alpha = adversarial && !behind ? 0.9 : unit(random);
+      const double importance = adversarial ? (behind ? 2 + more : 2) : 6 * unit(random);
+      const double grey = adversarial ? (behind ? 1 : 0) : unit(random);
+      if (behind) greatest = std::max(greatest, importance);
+      render::spec::composite_log<double>(state, render::spec::Rgb<double>::Constant(grey), alpha,
+                                          importance);
+    }
+    const double bound =
+        render::spec::remaining_change(at_stop.alpha, at_stop.importance, greatest);
+    const double found = std::abs(state.alpha * state.rgb.x() - at_stop.alpha * at_stop.rgb.x());
+    if (found > bound + kRounding) ++report.bound_violations;
+    if (at_stop.alpha >= 1 - 1.0 / 255) report.naive_error = std::max(report.naive_error, found);
+  }
+  report.rays_checked = kRays;
+}
+
+}  // namespace
+
+double PredicateBenchReport::predicate_over_standard() const {
+  std::vector<double> all;
+  for (const auto& row : rows) all.push_back(row.standard_cpu_ms / row.predicate_cpu_ms);
+  return median(all);
+}
+
+double PredicateBenchReport::brute_over_predicate() const {
+  std::vector<double> all;
+  for (const auto& row : rows) all.push_back(row.brute_cpu_ms / row.predicate_cpu_ms);
+  return median(all);
+}
+
+double PredicateBenchReport::max_error() const {
+  double most = 0;
+  for (const auto& row : rows) most = std::max(most, row.max_error);
+  return most;
+}
+
+Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& options,
+                                                Diagnostics& diagnostics,
+                                                const std::function<void(double)>& progress) {
+  PredicateBenchReport report;
+  check_theorem(report);
+  std::vector<PredicateVolume> volumes;
+  auto neck = neck_phantom(options.side);
+  if (!neck) return neck.error();
+  volumes.push_back(*std::move(neck));
+  auto prostate = prostate_volume(diagnostics);
+  if (prostate) {
+    volumes.push_back(*std::move(prostate));
+  } else {
+    diagnostics.report(Severity::kWarning, "bench", "skipped: " + prostate.error().message);
+  }
+  std::size_t total = 0;
+  for (const auto& volume : volumes) total += volume.looks.size();
+  const std::size_t before = resident_bytes();
+  for (const auto& volume : volumes) {
+    for (const auto& look : volume.looks) {
+      auto row = measure_scene(volume, look, options);
+      if (!row) return row.error();
+      report.rows.push_back(*std::move(row));
+      const auto now = static_cast<double>(resident_bytes()) - static_cast<double>(before);
+      report.megabytes = std::max(report.megabytes, now / 1e6);
+      if (progress) progress(static_cast<double>(report.rows.size()) / static_cast<double>(total));
+    }
+  }
+  return report;
+}
+
+std::string to_text(const PredicateBenchReport& report) {
+  std::string out =
+      "\nCPU engine, process time per picture, ms; samples in millions\n"
+      "scene                          standard  predicates      brute   ratio   samples: standard "
+      "predicates  brute   max error /255  identical  edit ms  set ms\n";
+  char line[256];
+  for (const auto& row : report.rows) {
+    std::snprintf(line, sizeof line,
+                  "%-30s %8.1f %11.1f %10.1f %7.2f %18.1f %10.1f %6.1f %16.3f %10s %8.1f %7.1f\n",
+                  row.scene.c_str(), row.standard_cpu_ms, row.predicate_cpu_ms, row.brute_cpu_ms,
+                  row.standard_cpu_ms / row.predicate_cpu_ms,
+                  1e-6 * static_cast<double>(row.standard_samples),
+                  1e-6 * static_cast<double>(row.predicate_samples),
+                  1e-6 * static_cast<double>(row.brute_samples), 255 * row.max_error,
+                  row.identical ? "yes" : "NO", row.prepare_ms, row.set_edit_ms);
+    out += line;
+  }
+  std::snprintf(line, sizeof line,
+                "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
+                "early termination: %d violations of the bound in %d rays; stopping by opacity "
+                "alone errs by up to %.2f\n",
+                report.predicate_over_standard(), report.brute_over_predicate(),
+                report.bound_violations, report.rays_checked, report.naive_error);
+  return out + line;
+}
+
+}  // namespace nav::bench

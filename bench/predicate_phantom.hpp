@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "render/predicate_scene.hpp"
+#include "render/scene.hpp"
+
+namespace nav::bench {
+
+/// An ultrasound volume with its features and the set-ups that it is shown with.
+struct PredicateVolume {
+  std::string name;
+  std::shared_ptr<const Volume> ultrasound;
+  render::PredicateScene predicates;  ///< Features, scan and window; no model.
+  struct Look {
+    std::string name;
+    render::PredicateModel model;
+  };
+  std::vector<Look> looks;
+};
+
+/// A neck, 40 mm to a side in n voxels: skin, muscle and a forked vessel below it, with Rayleigh
+/// speckle and attenuation, scanned by parallel lines along +y; gradients, the exact distance to
+/// the vessel's axis as vesselness, and layers as labels. Stored values 0 to 255.
+Result<PredicateVolume> neck_phantom(int n);
+
+/// The prostate phantom of the public data; kNotFound where it is missing.
+Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics);
+
+/// The scene of a look: seen from the probe's side and a little from the left.
+render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolume::Look& look,
+                              int width, int height);
+
+/// The same volume by a grey transfer function of the same opacities: standard rendering.
+render::Scene standard_scene(const render::Scene& by_predicates);
+
+}  // namespace nav::bench

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "render/cpu_cutaway_plan.hpp"
+#include "render/cpu_picture.hpp"
+#include "render/cpu_predicates.hpp"
+#include "render/cpu_surface_bounds.hpp"
+#include "render/cutaway_mesh.hpp"
+#include "render/engine.hpp"
+#include "render/ray_spec.hpp"
+#include "render/surfaces.hpp"
+
+namespace nav::render {
+
+/// Draws tiles of one picture whose volume is classified by predicates. Every ray is cast: what a
+/// surface in front shows depends on all that lies behind it. Thread-safe: each tile keeps its
+/// state on its own stack.
+class CpuPredicatePainter {
+ public:
+  /// All must outlive it. vector: with the marches of vector_marches(), which there must be then.
+  CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates, bool vector,
+                      const CutPlan& cutaway, const CutawayField* field, CpuPicture& picture);
+
+  [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
+  void paint_tile(int tile);
+  /// What it cost; call when every tile is painted.
+  [[nodiscard]] RenderStatistics statistics() const;
+
+ private:
+  struct Packet;
+  struct Tile;
+
+  [[nodiscard]] bool cull(int x0, int y0, const CutChoice& from, CutChoice& to) const;
+  void paint_packet(int x0, int y0, bool solids, bool cut, Tile& tile) const;
+  void meet_surfaces(int x0, int y0, Packet& p) const;
+  void cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const;
+  void cut_by_field(int x0, int y0, Packet& p) const;
+  void cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const;
+  void composite(Packet& p, MarchCounts& counts) const;
+  void set_segment(std::size_t segment, Packet& p) const;
+  void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
+  [[nodiscard]] std::uint64_t store_packet(int x0, int y0, const Packet& p) const;
+  void store(int x, int y, int lane, const Packet& p) const;
+  [[nodiscard]] bool inside(int x, int y) const { return x < scene_.width && y < scene_.height; }
+
+  const Scene& scene_;
+  const CutPlan& cutaway_;
+  const CutawayField* field_;
+  CpuPicture& picture_;
+  PredicateInputs in_;
+  PredicateBlend how_;
+  float surface_importance_;
+  float initial_importance_;
+  PredicateMarch plain_;
+  PredicateMarch fading_;
+  MarchSet rays_of_;
+  Surfaces surfaces_;
+  spec::View<double> view_;
+  CutView cut_view_;
+  SurfaceBounds bounds_;
+  double step_;
+  RayInputs ray_inputs_;
+  int tiles_across_;
+  int tiles_down_;
+  std::atomic<std::uint64_t> rays_{0};
+  std::atomic<std::uint64_t> samples_{0};
+  std::atomic<std::uint64_t> cutaway_rays_{0};
+  std::atomic<std::uint64_t> faded_{0};
+};
+
+}  // namespace nav::render

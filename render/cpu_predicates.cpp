@@ -1,0 +1,314 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_predicates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "render/ray_spec.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr std::size_t kMostTabulated = 12;  // Leaves: a table of 64 KB.
+constexpr std::size_t kTail = 3;            // A brick's byte is fetched as the first of four.
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+/// To single precision without leaving it.
+float single(double x) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(x, -kMost, kMost));
+}
+
+void set_range(const PredicateForm& form, const PredicateSet::Channel& channel,
+               PredicateAtom& atom) {
+  const double slack = 0.5 * channel.quantum;
+  atom.kind = PredicateAtom::kRange;
+  atom.low = single((form.low - slack - channel.offset) / channel.scale);
+  atom.high = single((form.high + slack - channel.offset) / channel.scale);
+}
+
+void set_segment(const PredicateForm& form, PredicateAtom& atom) {
+  const Eigen::Vector3d axis = form.b - form.a;
+  const double square = axis.squaredNorm();
+  atom.kind = PredicateAtom::kSegment;
+  atom.low = single(form.low * form.low);
+  atom.high = single(form.high * form.high);
+  for (int i = 0; i < 3; ++i) {
+    atom.a[i] = static_cast<float>(form.a[i]);
+    atom.axis[i] = static_cast<float>(axis[i]);
+    atom.foot[i] = square > 0 ? static_cast<float>(axis[i] / square) : 0.0F;
+  }
+}
+
+void set_wedge(const PredicateForm& form, const PredicateSet& set, const PredicateSet::Leaf& leaf,
+               PredicateAtom& atom) {
+  atom.kind = PredicateAtom::kWedge;
+  atom.low = single(form.low * form.low);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const PredicateSet::Channel& channel = set.channels()[size_of(leaf.channels[i])];
+    atom.offset[i] = static_cast<float>(channel.offset);
+    atom.scale[i] = static_cast<float>(channel.scale);
+    for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
+  }
+}
+
+PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
+  const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
+  PredicateAtom atom{};
+  atom.kind = PredicateAtom::kNever;
+  for (std::size_t i = 0; i < leaf.channels.size(); ++i) atom.channel[i] = leaf.channels[i];
+  switch (form.kind) {
+    case PredicateForm::Kind::kRange:
+      set_range(form, set.channels()[size_of(leaf.channels[0])], atom);
+      break;
+    case PredicateForm::Kind::kWedge:
+      set_wedge(form, set, leaf, atom);
+      break;
+    case PredicateForm::Kind::kBits:
+      atom.kind = PredicateAtom::kBits;
+      atom.mask = static_cast<std::int32_t>(form.mask);
+      break;
+    case PredicateForm::Kind::kSegment:
+      set_segment(form, atom);
+      break;
+    case PredicateForm::Kind::kSlab:
+      atom.kind = PredicateAtom::kSlab;
+      atom.low = single(form.low);
+      atom.high = single(form.high);
+      for (int i = 0; i < 3; ++i) atom.a[i] = static_cast<float>(form.a[i]);
+      break;
+    case PredicateForm::Kind::kNever:
+      break;
+  }
+  return atom;
+}
+
+}  // namespace
+
+void CpuPredicates::update(const Scene& scene, int threads) {
+  auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  const bool other_leaves = !set_ || !same_leaves(*set_, set);
+  set_ = std::move(set);
+  blend_ = set_->uniform()                                     ? PredicateBlend::kOver
+           : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
+                                                               : PredicateBlend::kLog;
+  if (other_leaves) {
+    take_channels(threads);
+    take_labels(threads);
+    std::vector<const ChannelBricks*> channels;
+    for (const auto& channel : set_->channels()) {
+      channels.push_back(&prepared_.at(channel.codes.get()).bricks);
+    }
+    leaves_ = leaf_bricks(*set_, channels, set_->labels() ? &*label_bricks_ : nullptr, threads);
+    make_atoms();
+  }
+  make_looks();
+  make_bricks(threads);
+  const IntensityOpacity opacity(scene.predicates->opacity_length_mm);
+  tau_.resize(2 * opacity.entries().size());
+  for (std::size_t i = 0; i < opacity.entries().size(); ++i) {
+    const std::size_t next = std::min(i + 1, opacity.entries().size() - 1);
+    tau_[2 * i] = opacity.entries()[i];
+    tau_[2 * i + 1] = opacity.entries()[next] - opacity.entries()[i];
+  }
+}
+
+bool CpuPredicates::same_leaves(const PredicateSet& a, const PredicateSet& b) const {
+  const auto same_leaf = [](const PredicateSet::Leaf& x, const PredicateSet::Leaf& y) {
+    // What depends on the place may have moved.
+    return x.kind == y.kind && x.values == y.values && x.channels == y.channels && !x.position;
+  };
+  const auto same_channel = [](const PredicateSet::Channel& x, const PredicateSet::Channel& y) {
+    return x.codes == y.codes && x.offset == y.offset && x.scale == y.scale;
+  };
+  const bool same_labels = a.labels().has_value() == b.labels().has_value() &&
+                           (!a.labels() || a.labels()->bits().data() == b.labels()->bits().data());
+  return same_labels &&
+         std::equal(a.leaves().begin(), a.leaves().end(), b.leaves().begin(), b.leaves().end(),
+                    same_leaf) &&
+         std::equal(a.channels().begin(), a.channels().end(), b.channels().begin(),
+                    b.channels().end(), same_channel);
+}
+
+void CpuPredicates::take_channels(int threads) {
+  std::map<const Volume*, Prepared> kept;
+  for (const auto& channel : set_->channels()) {
+    const Volume* key = channel.codes.get();
+    if (kept.count(key) != 0) continue;
+    if (auto before = prepared_.extract(key); !before.empty()) {
+      kept.insert(std::move(before));
+      continue;
+    }
+    kept.emplace(key, Prepared{channel.codes, std::make_unique<CpuVolume>(*channel.codes, threads),
+                               channel_bricks(channel, threads)});
+  }
+  prepared_ = std::move(kept);
+}
+
+void CpuPredicates::take_labels(int threads) {
+  const auto& labels = set_->labels();
+  const bool same =
+      labels && labels_ && labels->bits().data() == labels_->bits().data() && label_bricks_;
+  if (same) return;
+  labels_ = labels;
+  label_bricks_.reset();
+  if (labels) label_bricks_ = label_bricks(*labels, threads);
+}
+
+void CpuPredicates::make_atoms() {
+  atoms_.clear();
+  for (const PredicateSet::Leaf& leaf : set_->leaves()) atoms_.push_back(atom_of(*set_, leaf));
+}
+
+float CpuPredicates::measure(double importance) const {
+  if (blend_ != PredicateBlend::kWeight) return static_cast<float>(importance);
+  return static_cast<float>(std::exp(importance - set_->greatest_impact()));
+}
+
+PredicateLook CpuPredicates::look_of(std::uint32_t leaves) const {
+  const spec::PredicateClass c = set_->class_of(set_->mask_of(leaves));
+  if (!(c.importance > 0)) return {{0, 0, 0}, 0};
+  const Eigen::Vector3f tint = spec::hsl_tint(c.hue_deg, c.saturation).cast<float>();
+  return {{tint.x(), tint.y(), tint.z()}, measure(c.importance)};
+}
+
+void CpuPredicates::make_looks() {
+  static std::atomic<std::uint64_t> generations{0};
+  generation_ = ++generations;
+  looks_.clear();
+  if (atoms_.size() > kMostTabulated) return;
+  for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
+    looks_.push_back(look_of(bits));
+}
+
+// Each thread keeps what it met last; neighbours look alike.
+void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateLook* out) {
+  struct Kept {
+    std::uint64_t generation = 0;
+    std::uint32_t leaves = 0;
+    PredicateLook look{};
+  };
+  constexpr std::size_t kSlots = 4096;
+  thread_local std::array<Kept, kSlots> slots;
+  const auto& predicates = *static_cast<const CpuPredicates*>(self);
+  Kept& slot = slots[(leaves * 0x9E3779B1U) >> 20];
+  if (slot.generation != predicates.generation_ || slot.leaves != leaves) {
+    slot = {predicates.generation_, leaves, predicates.look_of(leaves)};
+  }
+  *out = slot.look;
+}
+
+void CpuPredicates::make_bricks(int threads) {
+  const std::vector<double> exact = brick_importances(*set_, leaves_, threads);
+  constexpr double kRounding = 1 + 1e-5;
+  importance_.resize(exact.size());
+  BrickDistances visible{std::vector<std::uint8_t>(exact.size()), 0};
+  occupied_ = 0;
+  for (std::size_t b = 0; b < exact.size(); ++b) {
+    const bool some = exact[b] > 0;
+    importance_[b] =
+        some ? static_cast<float>(static_cast<double>(measure(exact[b])) * kRounding) : 0;
+    visible.distance[b] = some ? 1 : 0;
+    occupied_ += some ? 1 : 0;
+  }
+  visible.occupied = occupied_;
+  const BrickGrid& grid = prepared_.at(set_->channels()[0].codes.get()).bricks.range;
+  // Away from the visible ones, and, of these, away from the others.
+  const std::vector<std::uint8_t> distances = brick_depths(grid, visible, threads);
+  for (std::uint8_t& d : visible.distance) d = d == 0 ? 1 : 0;
+  const std::vector<std::uint8_t> depths = brick_depths(grid, visible, threads);
+  leaps_.assign(distances.size() + kTail, 0);
+  for (std::size_t b = 0; b < distances.size(); ++b) {
+    const int distance = std::min<int>(distances[b], 127);
+    leaps_[b] =
+        static_cast<std::int8_t>(distance > 0 ? distance : 1 - std::min<int>(depths[b], 127));
+  }
+}
+
+void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
+  const VoxelGrid& grid = scene.ct->grid();
+  const Prepared& ct = prepared_.at(scene.ct.get());
+  const double step = spec::step_mm(scene.quality, grid);
+  MarchInputs& base = in.base;
+  base.voxels = ct.volume->origin();
+  base.row_stride = ct.volume->row_stride();
+  base.slice_stride = ct.volume->slice_stride();
+  base.step_mm = static_cast<float>(step);
+  base.opaque_at = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    base.last[axis] = static_cast<float>(grid.size[size_of(axis)] - 1);
+    in.spacing_mm[axis] = static_cast<float>(grid.spacing_mm[axis]);
+  }
+  std::copy_n(ct.bricks.range.count.data(), 3, base.bricks);
+  in.brick_importance = importance_.data();
+  if (scene.quality.skip_empty_bricks) {
+    base.brick_leap = leaps_.data();
+    // Tests that read no feature cost less than looking up whether they are needed.
+    const bool reads = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
+      return atom.kind == PredicateAtom::kBits || atom.kind == PredicateAtom::kWedge ||
+             (atom.kind == PredicateAtom::kRange && atom.channel[0] != 0);
+    });
+    if (reads) {
+      in.brick_sure = leaves_.sure.data();
+      in.brick_open = leaves_.open.data();
+    }
+  }
+  if (scene.cutaway) {
+    constexpr double kFar = 1e30;
+    const double overlay = scene.cutaway->overlay_mm / step;
+    base.overlay_cells = static_cast<float>(std::min(overlay, kFar));
+    base.per_overlay = static_cast<float>(std::min(1 / overlay, kFar));
+  }
+}
+
+void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
+  const PredicateScene& predicates = *scene.predicates;
+  const PredicateSet::Channel& volume = set_->channels()[0];
+  const double last = PredicateScene::kTauEntries - 1;
+  in.intensity_offset = static_cast<float>(volume.offset * last);
+  in.intensity_scale = static_cast<float>(volume.scale * last);
+  in.per_entry = static_cast<float>(1 / last);
+  in.last_entry = static_cast<float>(last);
+  in.tau = tau_.data();
+  const double greatest = std::max(set_->greatest_impact(), 1e-30);
+  in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
+  in.cutaway_greatest = static_cast<float>(greatest);
+  in.leave_out_from = in.end_at = kInfinity;
+  if (!(predicates.termination_error > 0)) return;
+  const auto budget = spec::termination_budget<float>(predicates.termination_error);
+  in.leave_out_from = budget.leave_out_from;
+  // Plain over never brings back what is hidden.
+  in.end_at = blend_ == PredicateBlend::kOver ? static_cast<float>(1 - predicates.termination_error)
+                                              : budget.end_at;
+}
+
+PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
+  PredicateInputs in{};
+  set_grid(scene, in);
+  set_opacity(scene, in);
+  for (std::size_t i = 0; i < set_->channels().size(); ++i) {
+    const PredicateSet::Channel& channel = set_->channels()[i];
+    in.codes[i] = prepared_.at(channel.codes.get()).volume->origin();
+    in.has_undefined[i] = channel.has_undefined;
+  }
+  if (set_->labels()) {
+    const auto& size = scene.ct->grid().size;
+    in.labels = set_->labels()->bits().data();
+    in.label_row = size[0];
+    in.label_slice = size[0] * size[1];
+  }
+  in.atoms = atoms_.data();
+  in.all_leaves = atoms_.size() < 32 ? (1U << atoms_.size()) - 1U : ~0U;
+  in.looks = looks_.empty() ? nullptr : looks_.data();
+  in.find_look = &CpuPredicates::find_look;
+  in.look_finder = this;
+  return in;
+}
+
+}  // namespace nav::render

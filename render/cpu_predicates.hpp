@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "render/cpu_volume.hpp"
+#include "render/predicate_bricks.hpp"
+#include "render/predicate_march.hpp"
+#include "render/predicate_sampler.hpp"
+#include "render/predicates/set.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
+/// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
+class CpuPredicates {
+ public:
+  /// Prepares for a validated scene with predicates whose volume fits.
+  void update(const Scene& scene, int threads);
+
+  [[nodiscard]] const PredicateSet& set() const { return *set_; }
+  [[nodiscard]] PredicateBlend blend() const { return blend_; }
+  /// For the scene of the last update(); valid until the next one.
+  [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
+  /// In the measure of PredicateLook: of surfaces.
+  [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }
+  [[nodiscard]] float initial() const { return blend_ == PredicateBlend::kLog ? 0 : measure(0); }
+  [[nodiscard]] std::size_t bricks() const { return importance_.size(); }
+  [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
+
+ private:
+  struct Prepared {
+    std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
+    std::unique_ptr<CpuVolume> volume;
+    ChannelBricks bricks;
+  };
+
+  void take_channels(int threads);
+  void take_labels(int threads);
+  void make_atoms();
+  void make_looks();
+  void make_bricks(int threads);
+  [[nodiscard]] float measure(double importance) const;
+  [[nodiscard]] PredicateLook look_of(std::uint32_t leaves) const;
+  static void find_look(const void* self, std::uint32_t leaves, PredicateLook* out);
+  void set_grid(const Scene& scene, PredicateInputs& in) const;
+  void set_opacity(const Scene& scene, PredicateInputs& in) const;
+  [[nodiscard]] bool same_leaves(const PredicateSet& a, const PredicateSet& b) const;
+
+  std::optional<PredicateSet> set_;
+  PredicateBlend blend_ = PredicateBlend::kOver;
+  std::map<const Volume*, Prepared> prepared_;
+  std::optional<LabelVolume> labels_;
+  std::optional<LabelBricks> label_bricks_;
+  LeafBricks leaves_;
+  std::vector<float> importance_;
+  std::vector<std::int8_t> leaps_;
+  std::size_t occupied_ = 0;
+  std::vector<PredicateAtom> atoms_;
+  std::vector<PredicateLook> looks_;
+  std::vector<float> tau_;
+  std::uint64_t generation_ = 0;  ///< Of looks that threads keep.
+};
+
+}  // namespace nav::render

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicate_bricks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "render/parallel.hpp"
+
+namespace nav::render {
+namespace {
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+/// More than single precision takes from an interpolated code, an index and what follows of them.
+constexpr double kCodeSlack = 0.05;
+constexpr double kIndexSlack = 0.01;
+
+/// Calls visit(brick, first voxel of a row, voxels of the row) for every row of every brick.
+template <class Visit>
+void for_each_row(const std::array<int, 3>& size, int bz, const Visit& visit) {
+  const auto bricks = [&](int axis) { return (size[size_of(axis)] - 1) / kBrickVoxels + 1; };
+  const auto end = [&](int b, int axis) {
+    return std::min((b + 1) * kBrickVoxels + 1, size[size_of(axis)]);
+  };
+  for (int k = bz * kBrickVoxels; k < end(bz, 2); ++k) {
+    for (int by = 0; by < bricks(1); ++by) {
+      for (int j = by * kBrickVoxels; j < end(by, 1); ++j) {
+        for (int bx = 0; bx < bricks(0); ++bx) {
+          const std::size_t first =
+              (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]) +
+              size_of(bx * kBrickVoxels);
+          visit(size_of((bz * bricks(1) + by) * bricks(0) + bx), first,
+                size_of(end(bx, 0) - bx * kBrickVoxels));
+        }
+      }
+    }
+  }
+}
+
+std::size_t brick_count(const std::array<int, 3>& size) {
+  std::size_t count = 1;
+  for (const int n : size) count *= size_of((n - 1) / kBrickVoxels + 1);
+  return count;
+}
+
+/// Where and what one brick is.
+class BrickReader {
+ public:
+  BrickReader(const PredicateSet& set, const std::vector<const ChannelBricks*>& channels,
+              const LabelBricks* labels)
+      : set_(set), channels_(channels), labels_(labels), count_(channels[0]->range.count) {}
+
+  [[nodiscard]] PredicateBounds place(std::size_t b) const {
+    PredicateBounds out{};
+    const VoxelGrid& grid = set_.place().grid;
+    auto rest = static_cast<int>(b);
+    for (int axis = 0; axis < 3; ++axis) {
+      const int i = rest % count_[axis];
+      rest /= count_[axis];
+      const int last = grid.size[size_of(axis)] - 1;
+      const double low = i * kBrickVoxels - kIndexSlack;
+      const double high = std::min((i + 1) * kBrickVoxels, last) + kIndexSlack;
+      out.low_mm[axis] = low * grid.spacing_mm[axis];
+      out.high_mm[axis] = high * grid.spacing_mm[axis];
+    }
+    if (labels_ != nullptr) {
+      out.labels_any = labels_->any[b];
+      out.labels_all = labels_->all[b];
+    }
+    return out;
+  }
+
+  [[nodiscard]] Truth truth(std::size_t b, const PredicateSet::Leaf& leaf,
+                            PredicateBounds& bounds) const {
+    for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
+      const auto i = size_of(leaf.channels[c]);
+      const PredicateSet::Channel& channel = set_.channels()[i];
+      const ChannelBricks& bricks = *channels_[i];
+      if (bricks.range.low[b] > bricks.range.high[b])
+        return Truth::kFalse;  // Undefined, all of it.
+      bounds.value[c] = {channel.offset + channel.scale * (bricks.range.low[b] - kCodeSlack),
+                         channel.offset + channel.scale * (bricks.range.high[b] + kCodeSlack)};
+      bounds.quantum[c] = channel.quantum;
+      bounds.undefined[c] = !bricks.undefined.empty() && bricks.undefined[b] != 0;
+    }
+    return leaf.kind->bounds(bounds, set_.place(), leaf.values);
+  }
+
+ private:
+  const PredicateSet& set_;
+  const std::vector<const ChannelBricks*>& channels_;
+  const LabelBricks* labels_;
+  Eigen::Vector3i count_;
+};
+
+}  // namespace
+
+ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) {
+  ChannelBricks out{make_brick_grid(*channel.codes, threads), {}};
+  if (!channel.has_undefined) return out;
+  const auto& size = channel.codes->grid().size;
+  const std::span<const std::int16_t> codes = channel.codes->hu();
+  std::fill(out.range.low.begin(), out.range.low.end(), std::numeric_limits<std::int16_t>::max());
+  std::fill(out.range.high.begin(), out.range.high.end(), FeatureVolume::kUndefined);
+  out.undefined.resize(out.range.low.size());
+  for_each_index(out.range.count.z(), threads, [&](int bz) {
+    for_each_row(size, bz, [&](std::size_t b, std::size_t first, std::size_t n) {
+      for (const std::int16_t code : codes.subspan(first, n)) {
+        if (code == FeatureVolume::kUndefined) {
+          out.undefined[b] = 1;
+        } else {
+          out.range.low[b] = std::min(out.range.low[b], code);
+          out.range.high[b] = std::max(out.range.high[b], code);
+        }
+      }
+    });
+  });
+  return out;
+}
+
+LabelBricks label_bricks(const LabelVolume& labels, int threads) {
+  const auto& size = labels.grid().size;
+  const std::size_t count = brick_count(size);
+  LabelBricks out{std::vector<std::uint32_t>(count), std::vector<std::uint32_t>(count, ~0U)};
+  for_each_index((size[2] - 1) / kBrickVoxels + 1, threads, [&](int bz) {
+    for_each_row(size, bz, [&](std::size_t b, std::size_t first, std::size_t n) {
+      for (const std::uint32_t bits : labels.bits().subspan(first, n)) {
+        out.any[b] |= bits;
+        out.all[b] &= bits;
+      }
+    });
+  });
+  return out;
+}
+
+LeafBricks leaf_bricks(const PredicateSet& set, const std::vector<const ChannelBricks*>& channels,
+                       const LabelBricks* labels, int threads) {
+  const BrickReader reader(set, channels, labels);
+  const Eigen::Vector3i& n = channels[0]->range.count;
+  const std::size_t count = size_of(n.prod());
+  LeafBricks out{std::vector<std::int32_t>(count), std::vector<std::int32_t>(count),
+                 std::vector<std::uint8_t>(count)};
+  const PredicateSet::Channel& volume = set.channels()[0];
+  const std::size_t slice = size_of(n.x() * n.y());
+  for_each_index(n.z(), threads, [&](int z) {
+    for (std::size_t b = size_of(z) * slice; b < size_of(z + 1) * slice; ++b) {
+      // Rounding cannot brighten what is black by more than the slack.
+      const double most = channels[0]->range.high[b] + kCodeSlack;
+      out.dark[b] = volume.offset + volume.scale * most <= 0 ? 1 : 0;
+      if (out.dark[b] != 0) continue;
+      PredicateBounds bounds = reader.place(b);
+      for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+        const Truth truth = reader.truth(b, set.leaves()[i], bounds);
+        const auto bit = static_cast<std::int32_t>(1U << i);
+        if (truth == Truth::kTrue) out.sure[b] |= bit;
+        if (truth == Truth::kUnknown) out.open[b] |= bit;
+      }
+    }
+  });
+  return out;
+}
+
+std::vector<double> brick_importances(const PredicateSet& set, const LeafBricks& leaves,
+                                      int threads) {
+  std::vector<double> out(leaves.sure.size());
+  constexpr std::size_t kChunk = 4096;
+  const auto chunks = static_cast<int>((out.size() + kChunk - 1) / kChunk);
+  for_each_index(chunks, threads, [&](int chunk) {
+    // Few combinations occur.
+    std::unordered_map<std::uint64_t, double> seen;
+    std::vector<Truth> truths(set.leaves().size());
+    const std::size_t end = std::min(out.size(), (size_of(chunk) + 1) * kChunk);
+    for (std::size_t b = size_of(chunk) * kChunk; b < end; ++b) {
+      if (leaves.dark[b] != 0) continue;
+      const auto sure = static_cast<std::uint32_t>(leaves.sure[b]);
+      const auto open = static_cast<std::uint32_t>(leaves.open[b]);
+      const auto [at, fresh] = seen.try_emplace((std::uint64_t{sure} << 32) | open, 0);
+      if (fresh) {
+        for (std::size_t i = 0; i < truths.size(); ++i) {
+          truths[i] = ((open >> i) & 1U) != 0 ? Truth::kUnknown : truth_of(((sure >> i) & 1U) != 0);
+        }
+        at->second = set.possible(truths).importance;
+      }
+      out[b] = at->second;
+    }
+  });
+  return out;
+}
+
+}  // namespace nav::render

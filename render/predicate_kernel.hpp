@@ -1,0 +1,432 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_kernel_classify.hpp"
+#include "render/cpu_kernel_leap.hpp"
+#include "render/predicate_march.hpp"
+
+/// Predicates in lanes, in single precision: predicate_scene.hpp. See cpu_kernel.hpp for V, which
+/// here also has the integer logic of predicate_lanes_*.hpp, and for where this may be included.
+namespace nav::render {
+
+/// Leaves of one sample of every lane. What a lane computes never depends on the other lanes.
+template <class V>
+struct LeafTests {
+  using F = typename V::F;
+  using I = typename V::I;
+  using M = typename V::M;
+
+  const PredicateInputs& in;
+  const Sampler<V>& sampler;
+  F cell;
+  F volume;  ///< Code of channel 0.
+  typename Sampler<V>::Place place;
+
+  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at, F value)
+      : in(inputs), sampler(s), cell(at), volume(value), place(s.locate(at)) {}
+
+  F row(const std::int16_t* codes, int y, int z, F& least) const {
+    F a;
+    F b;
+    V::load_pair(codes + sampler.row_offset(y, z), place.base, a, b);
+    least = V::min(least, V::min(a, b));
+    return Sampler<V>::lerp(a, b, place.w[0]);
+  }
+
+  /// Code of a channel; defined: lanes where all eight voxels have one.
+  F code(int channel, M& defined) const {
+    if (channel == 0) return volume;
+    const std::int16_t* codes = in.codes[channel];
+    F least = V::set(0.0F);
+    const F below = Sampler<V>::lerp(row(codes, 0, 0, least), row(codes, 1, 0, least), place.w[1]);
+    const F above = Sampler<V>::lerp(row(codes, 0, 1, least), row(codes, 1, 1, least), place.w[1]);
+    if (in.has_undefined[channel]) {
+      defined = V::both(defined, V::less(V::set(-32767.5F), least));
+    }
+    return Sampler<V>::lerp(below, above, place.w[2]);
+  }
+
+  static M between(F x, float low, float high) {
+    return V::both(V::not_less(x, V::set(low)), V::not_less(V::set(high), x));
+  }
+
+  F position(int axis) const {
+    return V::mul(sampler.coordinate(axis, cell), V::set(in.spacing_mm[axis]));
+  }
+
+  M wedge(const PredicateAtom& atom) const {
+    M defined = V::not_less(place.w[0], place.w[0]);
+    F v[2];
+    for (int i = 0; i < 2; ++i) {
+      v[i] = V::madd(code(atom.channel[i], defined), V::set(atom.scale[i]), V::set(atom.offset[i]));
+    }
+    const F square = V::madd(v[0], v[0], V::mul(v[1], v[1]));
+    M out = V::both(defined, V::not_less(square, V::set(atom.low)));
+    for (const auto& form : atom.wedge) {
+      const F side = V::madd(v[0], V::set(form[0]), V::mul(v[1], V::set(form[1])));
+      out = V::both(out, V::not_less(side, V::set(0.0F)));
+    }
+    return out;
+  }
+
+  M segment(const PredicateAtom& atom) const {
+    F d[3];
+    F foot = V::set(0.0F);
+    for (int i = 0; i < 3; ++i) {
+      d[i] = V::sub(position(i), V::set(atom.a[i]));
+      foot = V::madd(d[i], V::set(atom.foot[i]), foot);
+    }
+    foot = V::max(V::set(0.0F), V::min(V::set(1.0F), foot));
+    F square = V::set(0.0F);
+    for (int i = 0; i < 3; ++i) {
+      const F off = V::sub(d[i], V::mul(foot, V::set(atom.axis[i])));
+      square = V::madd(off, off, square);
+    }
+    return between(square, atom.low, atom.high);
+  }
+
+  M slab(const PredicateAtom& atom) const {
+    F depth = V::set(0.0F);
+    for (int i = 0; i < 3; ++i) depth = V::madd(position(i), V::set(atom.a[i]), depth);
+    return between(depth, atom.low, atom.high);
+  }
+
+  M bits(const PredicateAtom& atom) const {
+    I index[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      index[axis] = V::truncate(V::add(sampler.coordinate(axis, cell), V::set(0.5F)));
+    }
+    const I at = V::add(V::add(V::mul(index[2], V::set_int(in.label_slice)),
+                               V::mul(index[1], V::set_int(in.label_row))),
+                        index[0]);
+    return V::has_bits(V::load_int(reinterpret_cast<const std::int32_t*>(in.labels), at),
+                       V::set_int(atom.mask));
+  }
+
+  M test(const PredicateAtom& atom) const {
+    switch (atom.kind) {
+      case PredicateAtom::kRange: {
+        M defined = V::not_less(place.w[0], place.w[0]);
+        const F value = code(atom.channel[0], defined);
+        return V::both(defined, between(value, atom.low, atom.high));
+      }
+      case PredicateAtom::kWedge:
+        return wedge(atom);
+      case PredicateAtom::kBits:
+        return bits(atom);
+      case PredicateAtom::kSegment:
+        return segment(atom);
+      case PredicateAtom::kSlab:
+        return slab(atom);
+      default:
+        return V::none();
+    }
+  }
+};
+
+/// The march of predicate_scene.hpp.
+template <class V, PredicateBlend kBlend, bool kFade>
+class PredicateMarcher {
+  using F = typename V::F;
+  using I = typename V::I;
+  using M = typename V::M;
+
+  static constexpr float kAhead = 8;      ///< Cells for which bricks are looked up at once.
+  static constexpr int kMostBricks = 12;  ///< More are not worth looking up.
+
+ public:
+  PredicateMarcher(const PredicateInputs& inputs, RayPacket& rays, PredicateRays& more, int lane,
+                   MarchCounts& counts)
+      : in_(inputs),
+        rays_(rays),
+        more_(more),
+        lane_(lane),
+        counts_(counts),
+        sampler_(inputs.base, rays, lane),
+        bricks_(sampler_),
+        fading_(inputs.base, rays, lane),
+        begin_(V::load(rays.begin + lane)),
+        end_(V::load(rays.end + lane)),
+        alpha_(V::load(rays.alpha + lane)),
+        picture_(V::load(more.picture + lane)),
+        importance_(V::load(more.importance + lane)) {
+    for (int c = 0; c < 3; ++c) rgb_[c] = V::load(rays.rgb[c] + lane);
+  }
+
+  void march() {
+    F cell = V::floor(begin_);
+    M active = V::less(begin_, end_);
+    if constexpr (kBlend == PredicateBlend::kOver) {
+      active = V::both(active, V::less(alpha_, V::set(in_.end_at)));
+    }
+    if (!V::any(active)) return;
+    Leaper<V, false, false> leaper(sampler_, rays_, lane_, cell);
+    M moved = V::none();
+    until_ = V::set(-1e30F);
+    while (V::any(active)) {
+      if (in_.base.brick_leap != nullptr) leaper.leap(cell, end_, active, moved);
+      if constexpr (kBlend != PredicateBlend::kOver) cell = leave_out(cell, active);
+      active = V::both(active, V::less(cell, end_));
+      if (!V::any(active)) break;
+      active = V::both(active, V::negate(add_cell(cell, active)));
+      cell = V::add(cell, V::set(1.0F));
+      active = V::both(active, V::less(cell, end_));
+    }
+    V::store(rays_.alpha + lane_, alpha_);
+    V::store(more_.picture + lane_, picture_);
+    V::store(more_.importance + lane_, importance_);
+    for (int c = 0; c < 3; ++c) V::store(rays_.rgb[c] + lane_, rgb_[c]);
+  }
+
+ private:
+  /// Rule 1 of spec::TerminationBudget, brick by brick.
+  F leave_out(F cell, M active) const {
+    M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
+    while (V::any(open)) {
+      const auto brick = bricks_.find(cell);
+      const F most = V::load_float(in_.brick_importance, brick.at);
+      open = V::both(open, V::not_less(importance_, most));
+      cell = V::select(open, bricks_.leave(brick, V::set_int(0), cell), cell);
+      open = V::both(open, V::less(cell, end_));
+    }
+    return cell;
+  }
+
+  /// Rule 2: lanes whose light is final.
+  M finished(F cell, M lanes) {
+    const M dense = V::both(lanes, V::not_less(alpha_, V::set(in_.end_at)));
+    if (!V::any(dense)) return V::none();
+    if constexpr (kBlend == PredicateBlend::kOver) return dense;
+    const M stale = V::both(dense, V::not_less(cell, greatest_until_));
+    if (V::any(stale)) look_ahead(cell, stale);
+    F kept;
+    if constexpr (kBlend == PredicateBlend::kLog) {
+      const F more = V::max(V::set(0.0F), V::sub(greatest_, importance_));
+      kept = V::sub(V::set(1.0F), V::one_minus_exp(more));
+    } else {
+      const F most = V::max(greatest_, V::set(1e-37F));
+      kept = V::min(V::set(1.0F), V::div(importance_, most));
+    }
+    return V::both(dense, V::not_less(V::mul(alpha_, kept), V::set(in_.end_at)));
+  }
+
+  /// The greatest importance on the rest of the rays of some lanes, and up to which cell it stays
+  /// the greatest.
+  void look_ahead(F cell, M lanes) {
+    greatest_ = V::select(lanes, V::set(0.0F), greatest_);
+    greatest_until_ = V::select(lanes, end_, greatest_until_);
+    F at = V::add(cell, V::set(1.0F));
+    M open = V::both(lanes, V::less(at, end_));
+    while (V::any(open)) {
+      const auto brick = bricks_.find(at);
+      const F most = V::load_float(in_.brick_importance, brick.at);
+      const F leave = bricks_.leave(brick, V::set_int(0), at);
+      const M more = V::both(open, V::not_less(most, greatest_));
+      greatest_ = V::select(more, most, greatest_);
+      greatest_until_ = V::select(more, leave, greatest_until_);
+      at = V::select(open, leave, at);
+      open = V::both(open, V::less(at, end_));
+    }
+  }
+
+  /// Which leaves are true in each lane, where shown.
+  I leaves_at(F cell, F volume, M active, M shown) {
+    const LeafTests<V> tests(in_, sampler_, cell, volume);
+    if (V::any(V::both(active, V::not_less(cell, until_)))) look_around(cell, active);
+    I bits = V::set_int(static_cast<int>(sure_));
+    for (std::uint32_t ask = ask_; ask != 0; ask &= ask - 1) {
+      const int i = __builtin_ctz(ask);
+      const M is = V::both(shown, tests.test(in_.atoms[i]));
+      bits = V::or_where(is, V::set_int(static_cast<int>(1U << i)), bits);
+    }
+    return bits;
+  }
+
+  /// Which leaves are decided in all the bricks that active lanes cross in their next cells.
+  void look_around(F cell, M active) {
+    until_ = V::select(active, V::add(cell, V::set(kAhead)), until_);
+    sure_ = 0;
+    ask_ = in_.all_leaves;
+    if (in_.brick_open == nullptr) return;
+    int low[3];
+    int high[3];
+    int count = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const F from = sampler_.coordinate(axis, cell);
+      const F to = sampler_.coordinate(axis, V::add(cell, V::set(kAhead - 1)));
+      const F least = V::select(active, V::min(from, to), V::set(1e9F));
+      const F most = V::select(active, V::max(from, to), V::set(0.0F));
+      low[axis] = static_cast<int>(V::least_of(least)) >> 3;
+      high[axis] = static_cast<int>(V::greatest_of(most)) >> 3;
+      count *= high[axis] - low[axis] + 1;
+    }
+    if (count <= kMostBricks) agree(low, high);
+  }
+
+  void agree(const int* low, const int* high) {
+    std::uint32_t all = ~0U;
+    std::uint32_t any = 0;
+    std::uint32_t open = 0;
+    for (int z = low[2]; z <= high[2]; ++z) {
+      for (int y = low[1]; y <= high[1]; ++y) {
+        for (int x = low[0]; x <= high[0]; ++x) {
+          const int at = (z * in_.base.bricks[1] + y) * in_.base.bricks[0] + x;
+          const auto sure = static_cast<std::uint32_t>(in_.brick_sure[at]);
+          all &= sure;
+          any |= sure;
+          open |= static_cast<std::uint32_t>(in_.brick_open[at]);
+        }
+      }
+    }
+    sure_ = all;
+    ask_ = (open | any) & ~all;
+  }
+
+  F fade(F tau, F importance, F t_a, F t_b) const {
+    F count = importance;
+    if constexpr (kBlend == PredicateBlend::kWeight) {
+      count = V::add(V::log(V::max(importance, V::set(1e-37F))), V::set(in_.cutaway_greatest));
+    }
+    const F share = V::max(V::set(0.0F), V::mul(count, V::set(in_.cutaway_scale)));
+    F sum = V::set(0.0F);
+    for (int j = 0; j < kMarchFadeSteps; ++j) {
+      const F w = V::set((static_cast<float>(j) + 0.5F) / kMarchFadeSteps);
+      const F t = Sampler<V>::lerp(t_a, t_b, w);
+      sum = V::add(sum, Fading<V>::faded(tau, fading_.visibility(share, t)));
+    }
+    const F mean = V::mul(sum, V::set(1.0F / kMarchFadeSteps));
+    return V::select(V::less(t_a, fading_.t2), mean, tau);
+  }
+
+  /// Returns the lanes that are finished.
+  M add_cell(F cell, M active) {
+    counts_.samples += static_cast<std::uint64_t>(V::count(active));
+    const F volume = sampler_.value(cell);
+    const F entry = V::madd(volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
+    const F zero = V::set(0.0F);
+    const M bright = V::both(active, V::less(zero, entry));
+    if (!V::any(bright)) return V::none();
+    const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
+    F look[4];
+    find_looks(leaves_at(cell, volume, active, bright), look);
+    const M shown = V::both(bright, V::less(zero, look[3]));
+    if (!V::any(shown)) return V::none();
+    const F t_a = V::max(cell, begin_);
+    const F t_b = V::min(V::add(cell, V::set(1.0F)), end_);
+    F tau = tau_of(x);
+    if constexpr (kFade) {
+      counts_.faded +=
+          static_cast<std::uint64_t>(V::count(V::both(shown, V::less(t_a, fading_.t2))));
+      tau = fade(tau, look[3], t_a, t_b);
+    }
+    const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), V::sub(t_b, t_a));
+    const F opacity = V::mask(shown, V::one_minus_exp(V::max(depth, zero)));
+    blend(V::mul(x, V::set(in_.per_entry)), look, opacity);
+    return finished(cell, shown);
+  }
+
+  F tau_of(F x) const {
+    const F floor = V::floor(V::min(x, V::set(in_.last_entry - 1)));
+    const I at = V::truncate(V::add(floor, floor));
+    return V::madd(V::sub(x, floor), V::load_float(in_.tau + 1, at), V::load_float(in_.tau, at));
+  }
+
+  void find_looks(I leaves, F* look) const {
+    std::uint32_t bits[V::kLanes];
+    const PredicateLook* entries[V::kLanes];
+    PredicateLook found[V::kLanes];
+    V::store_int(reinterpret_cast<std::int32_t*>(bits), leaves);
+    for (int lane = 0; lane < V::kLanes; ++lane) {
+      if (in_.looks != nullptr) {
+        entries[lane] = in_.looks + bits[lane];
+        continue;
+      }
+      if (lane == 0 || bits[lane] != bits[lane - 1]) {
+        in_.find_look(in_.look_finder, bits[lane], found + lane);
+        entries[lane] = found + lane;
+      } else {
+        entries[lane] = entries[lane - 1];
+      }
+    }
+    V::load_looks(entries, look);
+  }
+
+  /// spec::composite_over(), composite_weight() or composite_log(); opacity 0 changes nothing.
+  void blend(F x, const F* look, F opacity) {
+    const F one = V::set(1.0F);
+    const F zero = V::set(0.0F);
+    const F importance = look[3];
+    const M counts = V::less(zero, opacity);
+    F a = alpha_;
+    F next = importance_;
+    if constexpr (kBlend == PredicateBlend::kWeight) {
+      const F least = V::div(importance_, V::max(importance, V::set(1e-37F)));
+      a = V::select(V::not_less(importance_, importance), alpha_, V::min(alpha_, least));
+      next = V::max(importance_, V::madd(opacity, V::sub(importance, importance_), importance_));
+    } else if constexpr (kBlend == PredicateBlend::kLog) {
+      const F more = V::max(zero, V::sub(importance, importance_));
+      const F lost = V::one_minus_exp(more);
+      a = V::min(alpha_, V::sub(one, lost));
+      const F gained = V::log1p(V::sub(zero, V::mul(V::sub(one, opacity), lost)));
+      next = V::select(V::less(importance_, importance),
+                       V::max(importance_, V::add(importance, gained)), importance_);
+    }
+    const F over = V::mul(V::sub(one, a), opacity);
+    const F beta = V::mask(counts, V::div(over, V::max(V::add(a, over), V::set(1e-37F))));
+    const F chroma = V::sub(one, V::abs(V::sub(V::add(x, x), one)));
+    for (int c = 0; c < 3; ++c) {
+      const F colour = V::madd(chroma, look[c], x);
+      rgb_[c] = V::madd(beta, V::sub(colour, rgb_[c]), rgb_[c]);
+    }
+    picture_ = V::sub(picture_, V::mul(beta, picture_));
+    alpha_ = V::madd(V::sub(one, alpha_), opacity, alpha_);
+    importance_ = V::select(counts, next, importance_);
+  }
+
+  const PredicateInputs& in_;
+  RayPacket& rays_;
+  PredicateRays& more_;
+  int lane_;
+  MarchCounts& counts_;
+  Sampler<V> sampler_;
+  Bricks<V> bricks_;
+  Fading<V> fading_;
+  F begin_;
+  F end_;
+  F rgb_[3];
+  F alpha_;
+  F picture_;
+  F importance_;
+  F until_{};               ///< Cells before this lie where sure_ and ask_ are known.
+  std::uint32_t sure_ = 0;  ///< Leaves that are true there.
+  std::uint32_t ask_ = 0;   ///< Leaves to be tested.
+  F greatest_ = V::set(0.0F);
+  F greatest_until_ = V::set(-1e30F);
+};
+
+template <class V, PredicateBlend kBlend, bool kFade>
+void march_predicates(const PredicateInputs& in, RayPacket& rays, PredicateRays& more,
+                      MarchCounts& counts) {
+  for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
+    PredicateMarcher<V, kBlend, kFade>(in, rays, more, lane, counts).march();
+  }
+}
+
+template <class V>
+PredicateMarch predicate_march(PredicateBlend blend, bool fade) {
+  switch (blend) {
+    case PredicateBlend::kOver:
+      return fade ? march_predicates<V, PredicateBlend::kOver, true>
+                  : march_predicates<V, PredicateBlend::kOver, false>;
+    case PredicateBlend::kWeight:
+      return fade ? march_predicates<V, PredicateBlend::kWeight, true>
+                  : march_predicates<V, PredicateBlend::kWeight, false>;
+    case PredicateBlend::kLog:
+      return fade ? march_predicates<V, PredicateBlend::kLog, true>
+                  : march_predicates<V, PredicateBlend::kLog, false>;
+  }
+  return nullptr;
+}
+
+}  // namespace nav::render

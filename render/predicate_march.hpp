@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "render/cpu_march.hpp"
+
+// Plain data only, as cpu_march.hpp.
+namespace nav::render {
+
+/// Channels of a set, at most: the volume, and two for each leaf.
+inline constexpr int kMostChannels = 65;
+
+/// One leaf: PredicateForm in codes of its channels and single precision.
+struct PredicateAtom {
+  enum Kind : std::int32_t { kRange, kWedge, kBits, kSegment, kSlab, kNever };
+  std::int32_t kind;
+  std::int32_t channel[2];
+  float low;        ///< Range: code. Wedge: least square. Segment: square of mm. Slab: mm.
+  float high;       ///< As low.
+  float offset[2];  ///< Wedge: value = offset + scale · code.
+  float scale[2];
+  float wedge[2][2];
+  std::int32_t mask;
+  float a[3];     ///< Grid mm: end of a segment, normal of a slab.
+  float axis[3];  ///< Grid mm: from a to the other end.
+  float foot[3];  ///< axis / |axis|², or 0.
+};
+
+/// What samples look like for which the same leaves are true.
+struct alignas(16) PredicateLook {
+  float tint[3];     ///< spec::hsl_tint().
+  float importance;  ///< I, or exp(I - I_max) in the weight form; <= 0: invisible.
+};
+
+/// How a packet is composited.
+enum class PredicateBlend { kOver, kWeight, kLog };
+
+/// What all rays of a picture by predicates share.
+struct PredicateInputs {
+  MarchInputs base;  ///< Volume, grid, bricks, step and cutaway.
+
+  const std::int16_t* codes[kMostChannels];  ///< Laid out as base.voxels.
+  bool has_undefined[kMostChannels];
+  const std::uint32_t* labels;  ///< Without borders; null: no leaf needs them.
+  int label_row;
+  int label_slice;
+  float spacing_mm[3];
+
+  const PredicateAtom* atoms;
+  std::uint32_t all_leaves;  ///< A bit for each.
+  /// Looks by leaf bits; null above 12 leaves, then find_look() is asked.
+  const PredicateLook* looks;
+  void (*find_look)(const void* looks, std::uint32_t leaves, PredicateLook* out);
+  const void* look_finder;
+
+  /// Per brick: leaves true everywhere, and leaves to be tested. Null: test all.
+  const std::int32_t* brick_sure;
+  const std::int32_t* brick_open;
+  /// Per brick: no sample has more importance, in the measure of PredicateLook.
+  const float* brick_importance;
+
+  float intensity_offset;  ///< Of codes[0], in entries of the table of extinctions.
+  float intensity_scale;
+  float per_entry;   ///< Entries to intensity.
+  const float* tau;  ///< Per entry: extinction per mm, what to add to reach the next.
+  float last_entry;  ///< kTauEntries - 1.
+
+  float leave_out_from;  ///< spec::TerminationBudget; infinity: never.
+  float end_at;
+  float cutaway_scale;  ///< Cutaway importance of importance 1; weight form: see cutaway_greatest.
+  float cutaway_greatest;  ///< Weight form: I = cutaway_greatest + ln w.
+};
+
+/// The state of a packet's rays besides RayPacket, whose colour is not premultiplied here.
+struct alignas(32) PredicateRays {
+  float picture[kPacketLanes];     ///< Share of the ultrasound picture in the colour.
+  float importance[kPacketLanes];  ///< spec::ImportanceState::importance.
+};
+
+/// Marches the given part of each ray of a packet.
+using PredicateMarch = void (*)(const PredicateInputs&, RayPacket&, PredicateRays&, MarchCounts&);
+
+/// What is compiled for one instruction set.
+struct PredicateMarchSet {
+  PredicateMarch (*march)(PredicateBlend, bool fade);
+};
+PredicateMarchSet portable_predicate_marches();
+/// Needs AVX2 and FMA; a null pointer on processors of another family.
+PredicateMarchSet avx2_predicate_marches();
+
+}  // namespace nav::render

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled with -mavx2 -mfma and entered only where vector_marches() has some.
+#include "render/cpu_lanes_avx2.hpp"
+#include "render/predicate_kernel.hpp"
+
+namespace nav::render {
+namespace {
+
+/// With the integer logic that predicates need.
+struct PredicateAvx2 : Avx2 {
+  static I load_int(const std::int32_t* p, I at) { return {_mm256_i32gather_epi32(p, at.v, 4)}; }
+  static void store_int(std::int32_t* p, I a) {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), a.v);
+  }
+  static M has_bits(I a, I mask) {
+    const __m256i none = _mm256_cmpeq_epi32(_mm256_and_si256(a.v, mask.v), _mm256_setzero_si256());
+    return negate({_mm256_castsi256_ps(none)});
+  }
+  /// a | (m ? bits : 0).
+  static I or_where(M m, I bits, I a) {
+    return {_mm256_or_si256(a.v, _mm256_and_si256(_mm256_castps_si256(m.v), bits.v))};
+  }
+  static float least_of(F a) {
+    __m128 half = _mm_min_ps(low_lanes(a), high_lanes(a));
+    half = _mm_min_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_min_ss(half, _mm_shuffle_ps(half, half, 1)));
+  }
+  static float greatest_of(F a) {
+    __m128 half = _mm_max_ps(low_lanes(a), high_lanes(a));
+    half = _mm_max_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_max_ss(half, _mm_shuffle_ps(half, half, 1)));
+  }
+  static void load_looks(const PredicateLook* const* looks, F* out) {
+    F pair[4];
+    for (int i = 0; i < 4; ++i) pair[i] = load_two(looks[i]->tint, looks[i + 4]->tint);
+    transpose(pair, out);
+  }
+};
+
+}  // namespace
+
+PredicateMarchSet avx2_predicate_marches() { return {predicate_march<PredicateAvx2>}; }
+
+}  // namespace nav::render

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicate_sampler.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace nav::render {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+Eigen::Vector3d clamped(const VoxelGrid& grid, Eigen::Vector3d index) {
+  for (int axis = 0; axis < 3; ++axis) {
+    index[axis] = std::clamp(index[axis], 0.0, static_cast<double>(grid.size[size_of(axis)] - 1));
+  }
+  return index;
+}
+
+}  // namespace
+
+double PredicateSampler::value(std::size_t channel, const Eigen::Vector3d& index) const {
+  const PredicateSet::Channel& c = set_.channels()[channel];
+  const VoxelGrid& grid = c.codes->grid();
+  const Eigen::Vector3d at = clamped(grid, index);
+  const std::span<const std::int16_t> codes = c.codes->hu();
+  std::array<std::array<std::size_t, 2>, 3> near{};
+  Eigen::Vector3d w;
+  std::size_t stride = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int n = grid.size[size_of(axis)];
+    const int low = static_cast<int>(at[axis]);
+    w[axis] = at[axis] - low;
+    near[size_of(axis)] = {size_of(low) * stride, size_of(std::min(low + 1, n - 1)) * stride};
+    stride *= size_of(n);
+  }
+  bool undefined = false;
+  const auto row = [&](std::size_t y, std::size_t z) {
+    const std::int16_t a = codes[near[0][0] + near[1][y] + near[2][z]];
+    const std::int16_t b = codes[near[0][1] + near[1][y] + near[2][z]];
+    undefined = undefined || a == FeatureVolume::kUndefined || b == FeatureVolume::kUndefined;
+    return a + w.x() * (b - a);
+  };
+  const auto slice = [&](std::size_t z) {
+    const double a = row(0, z);
+    return a + w.y() * (row(1, z) - a);
+  };
+  const double a = slice(0);
+  const double code = a + w.z() * (slice(1) - a);
+  return undefined && c.has_undefined ? kNaN : c.offset + c.scale * code;
+}
+
+std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
+  const VoxelGrid& grid = set_.place().grid;
+  const Eigen::Vector3d at = clamped(grid, index);
+  PredicateSample sample{{kNaN, kNaN}, {0, 0}, 0, grid.spacing_mm.cwiseProduct(at)};
+  if (set_.labels()) {
+    std::size_t offset = 0;
+    for (int axis = 2; axis >= 0; --axis) {
+      offset =
+          offset * size_of(grid.size[size_of(axis)]) + static_cast<std::size_t>(at[axis] + 0.5);
+    }
+    sample.labels = set_.labels()->bits()[offset];
+  }
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < set_.leaves().size(); ++i) {
+    const PredicateSet::Leaf& leaf = set_.leaves()[i];
+    for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
+      const auto channel = size_of(leaf.channels[c]);
+      sample.value[c] = value(channel, at);
+      sample.quantum[c] = set_.channels()[channel].quantum;
+    }
+    if (set_.test(leaf, sample)) bits |= 1U << i;
+  }
+  return bits;
+}
+
+std::vector<std::uint64_t> count_true(const PredicateSet& set,
+                                      std::span<const std::size_t> voxels) {
+  const PredicateSampler sampler(set);
+  const auto& size = set.place().grid.size;
+  std::vector<std::uint64_t> counts(set.size());
+  for (const std::size_t v : voxels) {
+    NAV_CHECK(v < set.place().grid.voxel_count(), v);
+    const std::size_t row = v / size_of(size[0]);
+    const std::uint32_t mask = sampler.mask({static_cast<double>(v % size_of(size[0])),
+                                             static_cast<double>(row % size_of(size[1])),
+                                             static_cast<double>(row / size_of(size[1]))});
+    for (std::size_t j = 0; j < counts.size(); ++j) counts[j] += (mask >> j) & 1U;
+  }
+  return counts;
+}
+
+IntensityOpacity::IntensityOpacity(double opacity_length_mm) : tau_(PredicateScene::kTauEntries) {
+  for (std::size_t i = 0; i < tau_.size(); ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(tau_.size() - 1);
+    tau_[i] = static_cast<float>(-std::log1p(-std::min(x, PredicateScene::kMostOpacity)) /
+                                 opacity_length_mm);
+  }
+}
+
+double IntensityOpacity::tau(double intensity) const {
+  const double last = static_cast<double>(tau_.size() - 1);
+  const double x = std::clamp(intensity, 0.0, 1.0) * last;
+  const auto i = std::min(static_cast<std::size_t>(x), tau_.size() - 2);
+  const double below = tau_[i];
+  return below + (x - static_cast<double>(i)) * (static_cast<double>(tau_[i + 1]) - below);
+}
+
+}  // namespace nav::render

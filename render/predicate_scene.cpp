@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicate_scene.hpp"
+
+#include <limits>
+#include <sstream>
+#include <tuple>
+
+#include "render/predicates/set.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+namespace {
+
+Error refusal(const std::string& field, const std::string& expected, double found) {
+  std::ostringstream text;
+  text << "predicates." << field << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kMalformedData, text.str()};
+}
+
+bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeometry>& b) {
+  if (!a || !b || a->index() != b->index()) return !a && !b;
+  if (const auto* parallel = std::get_if<ParallelScan>(&*a)) {
+    const auto& other = std::get<ParallelScan>(*b);
+    return parallel->face_ct.mm == other.face_ct.mm && parallel->into_ct.v == other.into_ct.v;
+  }
+  if (const auto* fan = std::get_if<FanScan>(&*a)) {
+    const auto& other = std::get<FanScan>(*b);
+    return fan->apex_ct.mm == other.apex_ct.mm && fan->face_radius_mm == other.face_radius_mm;
+  }
+  return std::get<VoxelScan>(*a).into_ct == std::get<VoxelScan>(*b).into_ct;
+}
+
+bool same_features(const Features& a, const Features& b) {
+  if (a.volumes.size() != b.volumes.size() || a.labels.has_value() != b.labels.has_value()) {
+    return false;
+  }
+  if (a.labels && a.labels->bits().data() != b.labels->bits().data()) return false;
+  for (const auto& [name, volume] : a.volumes) {
+    const auto other = b.volumes.find(name);
+    if (other == b.volumes.end() || other->second.codes() != volume.codes()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
+  const auto& window = predicates.intensity;
+  constexpr double kMost = 1e6;
+  if (!(window.black >= -kMost && window.white <= kMost && window.white > window.black)) {
+    return refusal("intensity.white", "a value above black within 1e6", window.white);
+  }
+  if (!(predicates.opacity_length_mm > 0 && predicates.opacity_length_mm <= kMost)) {
+    return refusal("opacity_length_mm", "a length in (0, 1e6] mm", predicates.opacity_length_mm);
+  }
+  if (!(predicates.cutaway_importance >= 0 && predicates.cutaway_importance <= 1)) {
+    return refusal("cutaway_importance", "a number in [0, 1]", predicates.cutaway_importance);
+  }
+  if (!(predicates.termination_error >= 0 && predicates.termination_error <= 0.5)) {
+    return refusal("termination_error", "a number in [0, 0.5]", predicates.termination_error);
+  }
+  if (predicates.scan) {
+    if (const auto ok = validate(*predicates.scan, scene.ct->grid()); !ok) {
+      return Error{ok.error().code, "predicates." + ok.error().message};
+    }
+  }
+  const auto set = PredicateSet::create(predicates, scene.ct, place_of(scene));
+  if (!set) return set.error();
+  return {};
+}
+
+bool same_drawing(const PredicateScene& a, const PredicateScene& b) {
+  const auto all = [](const PredicateScene& p) {
+    return std::tie(p.intensity.black, p.intensity.white, p.opacity_length_mm, p.hue_mean,
+                    p.cutaway_importance, p.termination_error);
+  };
+  return all(a) == all(b) && a.model == b.model && same_scan(a.scan, b.scan) &&
+         same_features(a.features, b.features);
+}
+
+PredicatePlace place_of(const Scene& scene) {
+  PredicatePlace place{scene.ct->grid(), {}, {}, {}};
+  if (scene.predicates) place.scan = scene.predicates->scan;
+  if (scene.needle) {
+    const NeedleShape& needle = *scene.needle;
+    place.needle =
+        Segment{place.grid_mm(needle.tip_ct), place.grid_mm(needle.hub_ct), needle.radius_mm};
+    if (needle.safety.state == SafetyState::kLost) {
+      place.needle->a.setConstant(std::numeric_limits<double>::quiet_NaN());
+      place.needle->b = place.needle->a;
+    }
+  }
+  if (!scene.spheres.empty()) {
+    const Eigen::Vector3d centre = place.grid_mm(scene.spheres.front().centre_ct);
+    place.target = Segment{centre, centre, scene.spheres.front().radius_mm};
+  }
+  return place;
+}
+
+}  // namespace nav::render

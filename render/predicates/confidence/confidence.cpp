@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+
+const PredicateKind& confidence_predicate() {
+  static const RangePredicate kind(
+      "confidence", "Share of the ultrasound that reaches the place within a range.",
+      feature::kConfidence, {{"low", "1", 0, 1, 0.3}, {"high", "1", 0, 1, 1}});
+  return kind;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/feature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace nav::render {
+namespace {
+
+constexpr double kMostCode = 32767;
+
+Result<void> check_count(const VoxelGrid& grid, std::size_t count, const std::string& name) {
+  if (const auto ok = validate(grid, name); !ok) return ok.error();
+  if (count == grid.voxel_count()) return {};
+  return Error{ErrorCode::kMalformedData, name + ": expected " +
+                                              std::to_string(grid.voxel_count()) +
+                                              " voxels, found " + std::to_string(count)};
+}
+
+}  // namespace
+
+Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<const float> values,
+                                            std::string name) {
+  if (const auto ok = check_count(grid, values.size(), name); !ok) return ok.error();
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const float v : values) {
+    if (!std::isfinite(v)) continue;
+    low = std::min<double>(low, v);
+    high = std::max<double>(high, v);
+  }
+  FeatureVolume out;
+  // One value alone is kept exactly.
+  out.offset_ = low <= high ? 0.5 * (low + high) : 0;
+  out.scale_ = low < high ? 0.5 * (high - low) / kMostCode : 1;
+  std::vector<std::int16_t> codes(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const bool defined = std::isfinite(values[i]);
+    out.has_undefined_ = out.has_undefined_ || !defined;
+    const double code = defined ? std::round((values[i] - out.offset_) / out.scale_) : 0;
+    codes[i] =
+        defined ? static_cast<std::int16_t>(std::clamp(code, -kMostCode, kMostCode)) : kUndefined;
+  }
+  auto volume = Volume::create(grid, std::move(codes), std::move(name));
+  if (!volume) return volume.error();
+  out.codes_ = std::make_shared<const Volume>(*std::move(volume));
+  return out;
+}
+
+Result<LabelVolume> LabelVolume::create(const VoxelGrid& grid, std::vector<std::uint32_t> bits,
+                                        std::string name) {
+  if (const auto ok = check_count(grid, bits.size(), name); !ok) return ok.error();
+  LabelVolume out;
+  out.grid_ = grid;
+  out.bits_ = std::make_shared<const std::vector<std::uint32_t>>(std::move(bits));
+  out.name_ = std::move(name);
+  return out;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/gradient_features.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "render/parallel.hpp"
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+namespace {
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+/// A field of floats on a grid, with its borders repeated.
+struct Field {
+  const VoxelGrid& grid;
+  std::vector<float> values;
+
+  [[nodiscard]] std::size_t offset(int i, int j, int k) const {
+    return (size_of(k) * size_of(grid.size[1]) + size_of(j)) * size_of(grid.size[0]) + size_of(i);
+  }
+  [[nodiscard]] float at(std::array<int, 3> p) const { return values[offset(p[0], p[1], p[2])]; }
+};
+
+/// Half of a Gaussian kernel, of sum 1 with its mirror image; three sigmas wide.
+std::vector<float> gaussian(double sigma_voxels) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_voxels));
+  std::vector<float> half(size_of(reach) + 1);
+  double sum = 0;
+  for (int i = 0; i <= reach; ++i) {
+    const double w = std::exp(-0.5 * i * i / (sigma_voxels * sigma_voxels));
+    half[size_of(i)] = static_cast<float>(w);
+    sum += i == 0 ? w : 2 * w;
+  }
+  for (float& w : half) w = static_cast<float>(w / sum);
+  return half;
+}
+
+void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
+  const auto& size = field.grid.size;
+  const int n = size[size_of(axis)];
+  const double sigma = sigma_mm / field.grid.spacing_mm[axis];
+  if (n == 1 || sigma < 0.05) return;
+  const std::vector<float> half = gaussian(sigma);
+  const int u = axis == 0 ? 1 : 0;
+  const int v = axis == 2 ? 1 : 2;
+  for_each_index(size[size_of(v)], threads, [&](int b) {
+    std::vector<float> line(size_of(n));
+    for (int a = 0; a < size[size_of(u)]; ++a) {
+      std::array<int, 3> p{};
+      p[size_of(u)] = a;
+      p[size_of(v)] = b;
+      const std::size_t start = field.offset(p[0], p[1], p[2]);
+      p[size_of(axis)] = 1;
+      const std::size_t stride = field.offset(p[0], p[1], p[2]) - start;
+      for (int i = 0; i < n; ++i) line[size_of(i)] = field.values[start + size_of(i) * stride];
+      for (int i = 0; i < n; ++i) {
+        float sum = half[0] * line[size_of(i)];
+        for (int d = 1; d < static_cast<int>(half.size()); ++d) {
+          sum += half[size_of(d)] *
+                 (line[size_of(std::max(i - d, 0))] + line[size_of(std::min(i + d, n - 1))]);
+        }
+        field.values[start + size_of(i) * stride] = sum;
+      }
+    }
+  });
+}
+
+Field intensities(const Volume& volume, const PredicateScene::IntensityWindow& window) {
+  Field field{volume.grid(), std::vector<float>(volume.hu().size())};
+  const double scale = 1 / (window.white - window.black);
+  std::transform(volume.hu().begin(), volume.hu().end(), field.values.begin(),
+                 [&](std::int16_t v) { return static_cast<float>((v - window.black) * scale); });
+  return field;
+}
+
+/// Along the axes of the grid, per mm.
+Eigen::Vector3d gradient_at(const Field& field, const std::array<int, 3>& p) {
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = size_of(axis);
+    std::array<int, 3> low = p;
+    std::array<int, 3> high = p;
+    low[a] = std::max(p[a] - 1, 0);
+    high[a] = std::min(p[a] + 1, field.grid.size[a] - 1);
+    if (high[a] == low[a]) continue;
+    g[axis] = (static_cast<double>(field.at(high)) - static_cast<double>(field.at(low))) /
+              ((high[a] - low[a]) * field.grid.spacing_mm[axis]);
+  }
+  return g;
+}
+
+/// Of a gradient along and across a scan line, and its size.
+struct Parts {
+  std::vector<float> magnitude;
+  std::vector<float> along;
+  std::vector<float> across;
+
+  void set(std::size_t at, const Eigen::Vector3d& gradient, const Eigen::Vector3d& line) {
+    magnitude[at] = static_cast<float>(gradient.norm());
+    if (along.empty()) return;
+    if (line.isZero(0)) {
+      along[at] = across[at] = std::numeric_limits<float>::quiet_NaN();
+      return;
+    }
+    const double part = gradient.dot(line);
+    along[at] = static_cast<float>(part);
+    across[at] = static_cast<float>((gradient - part * line).norm());
+  }
+};
+
+}  // namespace
+
+Result<GradientFeatures> make_gradient_features(const Volume& volume,
+                                                const PredicateScene::IntensityWindow& intensity,
+                                                const std::optional<ScanGeometry>& scan,
+                                                double smoothing_mm, int threads) {
+  const VoxelGrid& grid = volume.grid();
+  if (!(smoothing_mm >= 0 && smoothing_mm <= 100)) {
+    return Error{ErrorCode::kMalformedData, "smoothing_mm: expected a number in [0, 100], found " +
+                                                std::to_string(smoothing_mm)};
+  }
+  if (scan) {
+    if (const auto ok = validate(*scan, grid); !ok) return ok.error();
+  }
+  Field field = intensities(volume, intensity);
+  if (smoothing_mm > 0) {
+    for (int axis = 0; axis < 3; ++axis) smooth_along(axis, smoothing_mm, threads, field);
+  }
+  const std::size_t count = grid.voxel_count();
+  Parts parts{std::vector<float>(count), std::vector<float>(scan ? count : 0),
+              std::vector<float>(scan ? count : 0)};
+  for_each_index(grid.size[2], threads, [&](int k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Eigen::Vector3d line = scan ? Eigen::Vector3d(grid.directions.transpose() *
+                                                            scan_direction(*scan, grid, i, j, k))
+                                          : Eigen::Vector3d::Zero();
+        parts.set(field.offset(i, j, k), gradient_at(field, {i, j, k}), line);
+      }
+    }
+  });
+  auto magnitude = FeatureVolume::create(grid, parts.magnitude, feature::kGradientMagnitude);
+  if (!magnitude) return magnitude.error();
+  GradientFeatures out{*std::move(magnitude), {}, {}};
+  if (scan) {
+    out.along = *FeatureVolume::create(grid, parts.along, feature::kGradientAlong);
+    out.across = *FeatureVolume::create(grid, parts.across, feature::kGradientAcross);
+  }
+  return out;
+}
+
+namespace {
+
+/// Names of the kinds in an expression.
+void collect_kinds(const PredicateExpression& e, std::set<std::string>& names) {
+  if (e.op == PredicateExpression::Operator::kKind) names.insert(e.name);
+  for (const auto& operand : e.operands) collect_kinds(operand, names);
+}
+
+}  // namespace
+
+Result<void> add_gradient_features(const Volume& volume, double smoothing_mm,
+                                   PredicateScene& predicates, int threads) {
+  std::set<std::string> kinds;
+  for (const auto& entry : predicates.model.entries) collect_kinds(entry.expression, kinds);
+  auto& volumes = predicates.features.volumes;
+  const bool magnitude =
+      kinds.count("gradient_magnitude") != 0 && !volumes.count(feature::kGradientMagnitude);
+  const bool angle = kinds.count("gradient_angle") != 0 && !volumes.count(feature::kGradientAlong);
+  if (!magnitude && !angle) return {};
+  auto made = make_gradient_features(volume, predicates.intensity,
+                                     angle ? predicates.scan : std::nullopt, smoothing_mm, threads);
+  if (!made) return made.error();
+  if (magnitude) volumes.emplace(feature::kGradientMagnitude, made->magnitude);
+  if (made->along) volumes.emplace(feature::kGradientAlong, *made->along);
+  if (made->across) volumes.emplace(feature::kGradientAcross, *made->across);
+  return {};
+}
+
+}  // namespace nav::render

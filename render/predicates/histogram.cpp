@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/histogram.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "nav/check.hpp"
+
+namespace nav::render {
+namespace {
+
+double hue_in_turn(double hue_deg) {
+  const double h = std::fmod(hue_deg, 360);
+  const double positive = h < 0 ? h + 360 : h;
+  return positive < 360 ? positive : 0;  // -1e-20 + 360 rounds to 360.
+}
+
+Error refusal(std::size_t bar, const std::string& expected, double found) {
+  return {ErrorCode::kMalformedData, "predicate " + std::to_string(bar) + ": expected " + expected +
+                                         ", found " + std::to_string(found)};
+}
+
+double sum_of(const std::vector<PredicateHistogram::Bar>& bars) {
+  double sum = 0;
+  for (const auto& bar : bars) sum += bar.importance;
+  return sum;
+}
+
+}  // namespace
+
+bool operator==(const PredicateHistogram::Bar& a, const PredicateHistogram::Bar& b) {
+  return std::tie(a.importance, a.hue_deg, a.saturation) ==
+         std::tie(b.importance, b.hue_deg, b.saturation);
+}
+
+Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
+  if (bars.size() > kMostPredicates) {
+    return Error{ErrorCode::kMalformedData, "predicates: expected at most " +
+                                                std::to_string(kMostPredicates) + ", found " +
+                                                std::to_string(bars.size())};
+  }
+  for (std::size_t i = 0; i < bars.size(); ++i) {
+    constexpr double kMost = 1e100;
+    if (!(bars[i].importance >= 0 && bars[i].importance <= kMost)) {
+      return refusal(i, "an importance >= 0", bars[i].importance);
+    }
+    if (!std::isfinite(bars[i].hue_deg)) return refusal(i, "a hue in degrees", bars[i].hue_deg);
+    if (!(bars[i].saturation >= 0 && bars[i].saturation <= 1)) {
+      return refusal(i, "a saturation in [0, 1]", bars[i].saturation);
+    }
+    bars[i].hue_deg = hue_in_turn(bars[i].hue_deg);
+  }
+  PredicateHistogram out;
+  out.bars_ = std::move(bars);
+  // What sums to 1 already stays as it is: files give back what was written.
+  const double sum = sum_of(out.bars_);
+  if (!(sum <= 1 && sum > 1 - 0.1 * kSumTolerance)) out.normalise();
+  return out;
+}
+
+void PredicateHistogram::drag(std::size_t bar, double importance) {
+  NAV_CHECK(bar < size(), bar, size());
+  if (size() == 1 || std::isnan(importance)) return;
+  const double to = std::clamp(importance, 0.0, 1.0);
+  bars_[bar].importance = 0;
+  const double others = sum_of(bars_);
+  const double share = (1 - to) / static_cast<double>(size() - 1);
+  for (std::size_t i = 0; i < size(); ++i) {
+    // Divided first: others may be as small as the least number there is.
+    if (i != bar) {
+      bars_[i].importance = others > 0 ? bars_[i].importance / others * (1 - to) : share;
+    }
+  }
+  bars_[bar].importance = to;
+  normalise();
+}
+
+void PredicateHistogram::set_colour(std::size_t bar, double hue_deg, double saturation) {
+  NAV_CHECK(bar < size() && std::isfinite(hue_deg), bar, size(), hue_deg);
+  bars_[bar].hue_deg = hue_in_turn(hue_deg);
+  bars_[bar].saturation = std::clamp(saturation, 0.0, 1.0);
+}
+
+void PredicateHistogram::add(double hue_deg, double saturation) {
+  NAV_CHECK(size() < kMostPredicates, size());
+  const double mean = bars_.empty() ? 1 : 1 / static_cast<double>(size());
+  bars_.push_back({mean, 0, 0});
+  set_colour(size() - 1, hue_deg, saturation);
+  normalise();
+}
+
+void PredicateHistogram::remove(std::size_t bar) {
+  NAV_CHECK(bar < size(), bar, size());
+  bars_.erase(bars_.begin() + static_cast<std::ptrdiff_t>(bar));
+  normalise();
+}
+
+void PredicateHistogram::scribble(std::span<const std::uint64_t> shown,
+                                  std::span<const std::uint64_t> hidden, double share) {
+  NAV_CHECK(shown.size() == size() && hidden.size() == size(), shown.size(), hidden.size());
+  NAV_CHECK(share >= 0 && share <= 1, share);
+  std::vector<double> change(size());
+  double sum = 0;
+  double sum_of_sizes = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    change[i] = static_cast<double>(shown[i]) - static_cast<double>(hidden[i]);
+    sum += change[i];
+    sum_of_sizes += std::abs(change[i]);
+  }
+  if (!(sum_of_sizes > 0)) return;
+  const double mean = sum / static_cast<double>(size());
+  for (std::size_t i = 0; i < size(); ++i) {
+    bars_[i].importance += share * (change[i] - mean) / sum_of_sizes;
+  }
+  // What is missing below 0 is taken alike from all that have some; each round empties one at
+  // least.
+  for (std::size_t round = 0; round < size(); ++round) {
+    double missing = 0;
+    std::size_t positive = 0;
+    for (Bar& bar : bars_) {
+      if (bar.importance < 0) missing -= std::exchange(bar.importance, 0.0);
+      if (bar.importance > 0) ++positive;
+    }
+    if (!(missing > 0) || positive == 0) break;
+    for (Bar& bar : bars_) {
+      if (bar.importance > 0) bar.importance -= missing / static_cast<double>(positive);
+    }
+  }
+  for (Bar& bar : bars_) bar.importance = std::max(bar.importance, 0.0);
+  normalise();
+}
+
+void PredicateHistogram::normalise() {
+  if (bars_.empty()) return;
+  double most = 0;
+  for (const Bar& bar : bars_) most = std::max(most, bar.importance);
+  // By the greatest first, so that no sum can overflow and no quotient vanish.
+  for (Bar& bar : bars_) bar.importance = most > 0 ? bar.importance / most : 1;
+  const double sum = sum_of(bars_);
+  for (Bar& bar : bars_) bar.importance /= sum;
+  NAV_CHECK(std::abs(sum_of(bars_) - 1) < kSumTolerance, sum_of(bars_));
+}
+
+}  // namespace nav::render

@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+
+const PredicateKind& intensity_predicate() {
+  static const RangePredicate kind("intensity", "Brightness within a range, as a share of white.",
+                                   feature::kIntensity,
+                                   {{"low", "1", -1e6, 1e6, 0.2}, {"high", "1", -1e6, 1e6, 1}});
+  return kind;
+}
+
+}  // namespace nav::render

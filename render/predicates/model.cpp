@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr int kDeepest = 16;
+using Operator = PredicateExpression::Operator;
+
+Error refusal(const std::string& text) { return {ErrorCode::kMalformedData, text}; }
+
+Result<void> check_values(const std::string& entry, const PredicateExpression& e) {
+  const auto kind = find_predicate_kind(e.name);
+  if (!kind) return Error{kind.error().code, entry + ": " + kind.error().message};
+  const auto parameters = (*kind)->parameters();
+  if (e.values.empty()) return {};
+  if (e.values.size() != parameters.size()) {
+    return refusal(entry + ": " + e.name + ": expected " + std::to_string(parameters.size()) +
+                   " parameters, found " + std::to_string(e.values.size()));
+  }
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const PredicateParameter& p = parameters[i];
+    if (e.values[i] >= p.low && e.values[i] <= p.high) continue;
+    std::ostringstream text;
+    text << entry << ": " << e.name << "." << p.name << ": expected a number in [" << p.low << ", "
+         << p.high << "], found " << e.values[i];
+    return refusal(text.str());
+  }
+  if (const auto ok = (*kind)->check(e.values); !ok) {
+    return Error{ok.error().code, entry + ": " + ok.error().message};
+  }
+  return {};
+}
+
+/// Walks through expressions and the entries that they refer to.
+class Checker {
+ public:
+  explicit Checker(const PredicateModel& model) : model_(model) {}
+
+  Result<void> check(const PredicateEntry& entry) {
+    path_ = {entry.name};
+    return visit(entry.expression, 0);
+  }
+
+ private:
+  Result<void> visit(const PredicateExpression& e, int depth) {
+    const std::string& name = path_.front();
+    if (depth > kDeepest) {
+      return refusal(name + ": expected combinations at most " + std::to_string(kDeepest) +
+                     " deep, found deeper ones");
+    }
+    if (e.op == Operator::kKind) return check_values(name, e);
+    if (e.op == Operator::kEntry) return follow(e.name);
+    const std::size_t count = e.operands.size();
+    if (count == 0 || (e.op == Operator::kNot && count != 1)) {
+      return refusal(name + ": expected " +
+                     (e.op == Operator::kNot ? "one operand of NOT" : "operands of AND or OR") +
+                     ", found " + std::to_string(count));
+    }
+    for (const auto& operand : e.operands) {
+      if (const auto ok = visit(operand, depth + 1); !ok) return ok;
+    }
+    return {};
+  }
+
+  Result<void> follow(const std::string& name) {
+    if (std::find(path_.begin(), path_.end(), name) != path_.end()) {
+      std::string cycle;
+      for (const auto& step : path_) cycle += "\"" + step + "\" -> ";
+      return refusal("predicates: expected combinations without a cycle, found " + cycle + "\"" +
+                     name + "\"");
+    }
+    if (good_.count(name) != 0) return {};  // Once each: references may share what they refer to.
+    for (const PredicateEntry& entry : model_.entries) {
+      if (entry.name != name) continue;
+      path_.push_back(name);
+      const auto ok = visit(entry.expression, 0);
+      path_.pop_back();
+      if (ok) good_.insert(name);
+      return ok;
+    }
+    return refusal(path_.front() + ": expected the name of an entry, found \"" + name + "\"");
+  }
+
+  const PredicateModel& model_;
+  std::vector<std::string> path_;
+  std::set<std::string> good_;
+};
+
+struct PresetEntry {
+  PredicateEntry entry;
+  PredicateHistogram::Bar bar;
+};
+
+Result<PredicateModel> assemble(std::vector<PresetEntry> entries) {
+  PredicateModel model;
+  std::vector<PredicateHistogram::Bar> bars;
+  for (PresetEntry& e : entries) {
+    model.entries.push_back(std::move(e.entry));
+    bars.push_back(e.bar);
+  }
+  auto histogram = PredicateHistogram::create(std::move(bars));
+  if (!histogram) return histogram.error();
+  model.histogram = *std::move(histogram);
+  return model;
+}
+
+using E = PredicateExpression;
+
+E bright(double low, double high = 1e6) { return E::kind("intensity", {low, high}); }
+E deep(double low_mm, double high_mm = 1e4) { return E::kind("depth", {low_mm, high_mm}); }
+E textured(double low, double high) { return E::kind("snr", {low, high}); }
+
+}  // namespace
+
+bool operator==(const PredicateExpression& a, const PredicateExpression& b) {
+  return std::tie(a.op, a.name, a.values, a.operands) ==
+         std::tie(b.op, b.name, b.values, b.operands);
+}
+bool operator==(const PredicateEntry& a, const PredicateEntry& b) {
+  return a.name == b.name && a.expression == b.expression;
+}
+bool operator==(const PredicateModel& a, const PredicateModel& b) {
+  return a.entries == b.entries && a.histogram.bars() == b.histogram.bars();
+}
+
+Result<void> validate(const PredicateModel& model) {
+  const std::size_t count = model.entries.size();
+  if (count < 1 || count > kMostPredicates) {
+    return refusal("predicates: expected 1 to " + std::to_string(kMostPredicates) + ", found " +
+                   std::to_string(count));
+  }
+  if (model.histogram.size() != count) {
+    return refusal("predicates: expected a bar for each of " + std::to_string(count) +
+                   " entries, found " + std::to_string(model.histogram.size()));
+  }
+  std::set<std::string> names;
+  for (const PredicateEntry& entry : model.entries) {
+    if (entry.name.empty() || !names.insert(entry.name).second) {
+      return refusal("predicates: expected a name of its own for each entry, found \"" +
+                     entry.name + "\"");
+    }
+  }
+  Checker checker(model);
+  for (const PredicateEntry& entry : model.entries) {
+    if (const auto ok = checker.check(entry); !ok) return ok;
+  }
+  return {};
+}
+
+Result<PredicateModel> preset_predicates(const std::string& name) {
+  if (name == "carotid-context") {
+    return assemble({{{"tissue", E::all({bright(0.15), deep(3)})}, {0.35, 30, 0.3}},
+                     {{"interfaces", E::all({E::kind("gradient_magnitude", {0.08, 1e6}), deep(3)})},
+                      {0.55, 45, 0.5}},
+                     {{"skin", deep(-1e4, 3)}, {0.1, 20, 0.2}}});
+  }
+  if (name == "carotid-vessel") {
+    return assemble({{{"vessel", E::kind("vesselness", {0.15, 1})}, {0.7, 0, 0.8}},
+                     {{"tissue", E::all({bright(0.2), deep(3)})}, {0.25, 35, 0.25}},
+                     {{"skin", deep(-1e4, 3)}, {0.05, 20, 0.2}}});
+  }
+  if (name == "tendon") {
+    return assemble(
+        {{{"along the scan", E::kind("gradient_angle", {0, 0.6, 0.03})}, {0.55, 45, 0.7}},
+         {{"fibres", E::all({textured(1.5, 4), bright(0.25)})}, {0.3, 200, 0.4}},
+         {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}});
+  }
+  if (name == "shoulder-bone") {
+    return assemble(
+        {{{"bone surface", E::all({bright(0.6), E::kind("gradient_magnitude", {0.1, 1e6})})},
+          {0.65, 50, 0.5}},
+         {{"muscle", E::all({textured(1.5, 5), E::negation(E::entry("bone surface"))})},
+          {0.3, 5, 0.6}},
+         {{"tissue", bright(0.1)}, {0.05, 30, 0.1}}});
+  }
+  if (name == "layers") {
+    return assemble({{{"skin", E::kind("label", {1})}, {0.1, 25, 0.4}},
+                     {{"muscle", E::kind("label", {2})}, {0.3, 5, 0.6}},
+                     {{"target", E::kind("label", {4})}, {0.6, 50, 0.7}}});
+  }
+  return Error{ErrorCode::kNotFound,
+               "predicate preset: expected one of carotid-context, carotid-vessel, tendon, "
+               "shoulder-bone, layers, found \"" +
+                   name + "\""};
+}
+
+}  // namespace nav::render

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/place.hpp"
+
+#include <cmath>
+
+namespace nav::render {
+namespace {
+
+Error refusal(const std::string& text) { return {ErrorCode::kMalformedData, text}; }
+
+Result<void> check(const ParallelScan& scan, const VoxelGrid&) {
+  if (!scan.face_ct.mm.allFinite()) return refusal("scan.face_ct: expected finite numbers");
+  if (!scan.into_ct.v.allFinite() || !(scan.into_ct.v.norm() > 0)) {
+    return refusal("scan.into_ct: expected a direction, found a zero vector or NaN");
+  }
+  return {};
+}
+
+Result<void> check(const FanScan& scan, const VoxelGrid&) {
+  if (!scan.apex_ct.mm.allFinite()) return refusal("scan.apex_ct: expected finite numbers");
+  if (!(scan.face_radius_mm >= 0 && std::isfinite(scan.face_radius_mm))) {
+    return refusal("scan.face_radius_mm: expected a radius >= 0 mm, found " +
+                   std::to_string(scan.face_radius_mm));
+  }
+  return {};
+}
+
+Result<void> check(const VoxelScan& scan, const VoxelGrid& grid) {
+  const std::size_t found = scan.into_ct ? scan.into_ct->size() : 0;
+  if (found == grid.voxel_count()) return {};
+  return refusal("scan.into_ct: expected a direction for each of " +
+                 std::to_string(grid.voxel_count()) + " voxels, found " + std::to_string(found));
+}
+
+Eigen::Vector3d unit_or_zero(const Eigen::Vector3d& v) {
+  const double norm = v.norm();
+  return norm > 0 && std::isfinite(norm) ? Eigen::Vector3d(v / norm) : Eigen::Vector3d::Zero();
+}
+
+}  // namespace
+
+Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid) {
+  return std::visit([&](const auto& s) { return check(s, grid); }, scan);
+}
+
+Eigen::Vector3d scan_direction(const ScanGeometry& scan, const VoxelGrid& grid, int i, int j,
+                               int k) {
+  if (const auto* parallel = std::get_if<ParallelScan>(&scan)) {
+    return unit_or_zero(parallel->into_ct.v);
+  }
+  if (const auto* fan = std::get_if<FanScan>(&scan)) {
+    return unit_or_zero(grid.at({double(i), double(j), double(k)}).mm - fan->apex_ct.mm);
+  }
+  const std::size_t at = (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.size[1]) +
+                          static_cast<std::size_t>(j)) *
+                             static_cast<std::size_t>(grid.size[0]) +
+                         static_cast<std::size_t>(i);
+  return unit_or_zero((*std::get<VoxelScan>(scan).into_ct)[at].cast<double>());
+}
+
+}  // namespace nav::render

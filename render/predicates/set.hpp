@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/predicate_scene.hpp"
+#include "render/predicates/kind.hpp"
+#include "render/predicates/program.hpp"
+
+namespace nav::render {
+
+/// Different point predicates of a model, at most: one bit each.
+inline constexpr std::size_t kMostLeaves = 32;
+
+/// A model made ready for a volume: its different point predicates ("leaves"), what they read, and
+/// how they combine. Immutable, thread-safe.
+class PredicateSet {
+ public:
+  struct Channel {
+    std::string name;
+    std::shared_ptr<const Volume> codes;
+    double offset;  ///< value = offset + scale · code.
+    double scale;
+    double quantum;
+    bool has_undefined;
+  };
+  struct Leaf {
+    const PredicateKind* kind;
+    std::vector<double> values;
+    std::vector<int> channels;  ///< Of channels().
+    bool labels;
+    bool position;
+  };
+
+  /// Refuses what validate(PredicateScene) lists.
+  static Result<PredicateSet> create(const PredicateScene& predicates,
+                                     const std::shared_ptr<const Volume>& ct, PredicatePlace place);
+
+  /// The first is the volume itself.
+  [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
+  /// Present only where a leaf needs it.
+  [[nodiscard]] const std::optional<LabelVolume>& labels() const { return labels_; }
+  [[nodiscard]] const std::vector<Leaf>& leaves() const { return leaves_; }
+  [[nodiscard]] const std::vector<PredicateProgram>& programs() const { return programs_; }
+  [[nodiscard]] const PredicatePlace& place() const { return place_; }
+  [[nodiscard]] std::size_t size() const { return weights_.size(); }
+  /// Of the entries, in order.
+  [[nodiscard]] const std::vector<spec::PredicateWeight>& weights() const { return weights_; }
+  [[nodiscard]] spec::HueMean hue_mean() const { return hue_mean_; }
+
+  /// Greatest impact of an entry; and the least that is > 0.
+  [[nodiscard]] double greatest_impact() const { return greatest_; }
+  [[nodiscard]] double least_impact() const { return least_; }
+  /// All visible samples are equally important.
+  [[nodiscard]] bool uniform() const { return greatest_ == least_; }
+
+  [[nodiscard]] bool test(const Leaf& leaf, const PredicateSample& sample) const {
+    return leaf.kind->test(sample, place_, leaf.values);
+  }
+  /// Which entries are true when these leaves are.
+  [[nodiscard]] std::uint32_t mask_of(std::uint32_t leaf_bits) const;
+  [[nodiscard]] spec::PredicateClass class_of(std::uint32_t mask) const {
+    return spec::classify(mask, weights_, hue_mean_);
+  }
+
+  /// What may hold in a set of samples.
+  struct Possible {
+    std::uint32_t sure = 0;  ///< Entries that are true everywhere.
+    std::uint32_t open = 0;  ///< Entries that may be either.
+    double importance = 0;   ///< No sample has more; 0: all are invisible.
+  };
+  [[nodiscard]] Possible possible(const std::vector<Truth>& leaves) const;
+  /// The greatest mean impact of the sure entries and any of the open ones.
+  [[nodiscard]] double greatest_mean(std::uint32_t sure, std::uint32_t open) const;
+
+ private:
+  PredicateSet() = default;
+  friend class PredicateSetBuilder;
+
+  std::vector<Channel> channels_;
+  std::optional<LabelVolume> labels_;
+  std::vector<Leaf> leaves_;
+  std::vector<PredicateProgram> programs_;  ///< An entry after those that it refers to.
+  PredicatePlace place_;
+  std::vector<spec::PredicateWeight> weights_;
+  std::vector<int> by_impact_;  ///< Entries, the greatest impact first.
+  spec::HueMean hue_mean_ = spec::HueMean::kCircular;
+  double greatest_ = 0;
+  double least_ = 0;
+};
+
+}  // namespace nav::render

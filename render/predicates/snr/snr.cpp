@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+
+const PredicateKind& snr_predicate() {
+  static const RangePredicate kind(
+      "snr", "Signal-to-noise ratio of the neighbourhood within a range.", feature::kSnr,
+      {{"low", "1", -1e6, 1e6, 2}, {"high", "1", -1e6, 1e6, 1e6}});
+  return kind;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicates/registry.hpp"
+
+namespace nav::render {
+namespace {
+
+Range range_of(std::span<const double> p) { return {p[0], p[1]}; }
+
+/// Distance from the target's surface within a range; negative inside.
+class TargetDistance final : public PredicateKind {
+ public:
+  [[nodiscard]] std::string name() const override { return "target_distance"; }
+  [[nodiscard]] std::string description() const override {
+    return "Distance from the target's surface within a range; negative inside.";
+  }
+  [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
+    return {{"low_mm", "mm", -1e4, 1e4, -1e4}, {"high_mm", "mm", -1e4, 1e4, 10}};
+  }
+  [[nodiscard]] PredicateNeeds needs(const PredicatePlace&) const override {
+    PredicateNeeds needs;
+    needs.position = true;
+    needs.target = true;
+    return needs;
+  }
+  [[nodiscard]] Result<void> check(std::span<const double> p) const override {
+    return check_order(*this, p, 0, 1);
+  }
+  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace& place,
+                          std::span<const double> p) const override {
+    return test_distance(*place.target, s.position_mm, range_of(p));
+  }
+  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace& place,
+                             std::span<const double> p) const override {
+    return bound_distance(*place.target, b.low_mm, b.high_mm, range_of(p));
+  }
+  [[nodiscard]] PredicateForm form(const PredicatePlace& place,
+                                   std::span<const double> p) const override {
+    return distance_form(*place.target, range_of(p));
+  }
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
+                                   std::span<const double> p) const override {
+    return distance_glsl(prefix, *place.target, range_of(p));
+  }
+};
+
+}  // namespace
+
+const PredicateKind& target_distance_predicate() {
+  static const TargetDistance kind;
+  return kind;
+}
+
+}  // namespace nav::render

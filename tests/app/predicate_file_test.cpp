@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicate_file.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::PredicateExpression;
+
+class PredicateFileTest : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(path_); }
+  Result<PredicateFile> read(const std::string& text) {
+    std::ofstream(path_) << text;
+    return read_predicate_file(path_);
+  }
+  ::testing::AssertionResult refuses(const std::string& text,
+                                     std::initializer_list<std::string> pieces,
+                                     ErrorCode code = ErrorCode::kMalformedData) {
+    return test::refuses(read(text), code, pieces);
+  }
+  std::filesystem::path path_ = std::filesystem::temp_directory_path() /
+                                ("sonde_predicates_" + std::to_string(getpid()) + ".json");
+};
+
+TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
+  for (const char* name :
+       {"carotid-context", "carotid-vessel", "tendon", "shoulder-bone", "layers"}) {
+    PredicateFile file{name, *render::preset_predicates(name)};
+    file.opacity_length_mm = 1.25;
+    file.cutaway_importance = 0.75;
+    file.hue_mean = render::spec::HueMean::kLinear;
+    const auto back = read(to_json_text(file));
+    ASSERT_TRUE(test::has_value(back)) << name;
+    EXPECT_EQ(back->name, name);
+    EXPECT_EQ(back->opacity_length_mm, 1.25);
+    EXPECT_EQ(back->cutaway_importance, 0.75);
+    EXPECT_EQ(back->hue_mean, render::spec::HueMean::kLinear);
+    ASSERT_EQ(back->model.entries.size(), file.model.entries.size());
+    for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
+      EXPECT_EQ(back->model.entries[j].name, file.model.entries[j].name);
+      EXPECT_EQ(back->model.entries[j].expression.op, file.model.entries[j].expression.op);
+      EXPECT_NEAR(back->model.histogram.bars()[j].importance,
+                  file.model.histogram.bars()[j].importance, 1e-15);
+    }
+    // Once through, nothing moves any more.
+    EXPECT_EQ(to_json_text(*back), to_json_text(file));
+  }
+}
+
+TEST_F(PredicateFileTest, AnglesAreDegreesInTheFile) {
+  const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 3,
+      "where": {"gradient_angle": {"high_deg": 45}}}]})");
+  ASSERT_TRUE(test::has_value(file));
+  const PredicateExpression& e = file->model.entries[0].expression;
+  EXPECT_EQ(e.name, "gradient_angle");
+  EXPECT_EQ(e.values[0], 0);
+  EXPECT_NEAR(e.values[1], M_PI / 4, 1e-15);
+  EXPECT_EQ(file->model.histogram.bars()[0].importance, 1) << "scaled to sum 1";
+}
+
+TEST_F(PredicateFileTest, ANewerVersionIsRefusedInOneSentence) {
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 2, "somethings": []})",
+                      {"expected version 1", "found 2", "newer"}, ErrorCode::kUnsupportedData));
+}
+
+TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
+  const auto with = [](const std::string& where) {
+    return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" + where + "}]}";
+  };
+  EXPECT_TRUE(refuses("[1, 2]", {"an object"}));
+  EXPECT_TRUE(refuses("{\"sonde_predicates\": 1", {"expected JSON"}));
+  EXPECT_TRUE(refuses(R"({"predicates": []})", {"sonde_predicates"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1})", {"1 to 32", "found 0"}));
+  EXPECT_TRUE(refuses(with(R"({"sharpness": {}})"), {"predicates[0].where", "sharpness"},
+                      ErrorCode::kNotFound));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": "x"}})"), {"where.snr.low", "a number"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"lowest": 1}})"), {"where.snr.lowest", "no such member"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 2, "high": 1}})"), {"low <= high"}));
+  EXPECT_TRUE(refuses(with(R"({"all": [{"not": {}}]})"), {"where.all[0].not", "one of"}));
+  EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
+  EXPECT_TRUE(refuses(with("7"), {"where", "an object"}));
+  EXPECT_TRUE(test::refuses(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
+                            {"/nowhere/x.json"}));
+}
+
+}  // namespace
+}  // namespace nav::app

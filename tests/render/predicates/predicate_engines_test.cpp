@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The CPU engine by predicates against the reference and against itself.
+#include <cstring>
+
+#include "tests/render/predicates/predicate_scenes.hpp"
+
+namespace nav::render {
+namespace {
+
+bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
+  const auto x = a.pixels.pixels();
+  const auto y = b.pixels.pixels();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
+}
+
+double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit) {
+  std::size_t beyond = 0;
+  for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
+    if (test::difference(a.pixels.pixels()[i], b.pixels.pixels()[i]) > limit) ++beyond;
+  }
+  return static_cast<double>(beyond) / static_cast<double>(a.pixels.pixels().size());
+}
+
+VoxelGrid grid_of(int i) {
+  const Eigen::Vector3d spacing =
+      i % 3 == 0 ? Eigen::Vector3d(0.4, 0.4, 2) : Eigen::Vector3d(1, 0.8, 0.9);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  if (i % 2 == 1) {
+    turn = Eigen::AngleAxisd(0.3 + i, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() *
+           Eigen::Vector3d(1, -1, 1).asDiagonal();
+  }
+  if (i % 7 == 6) return test::centred_grid({25, 17, 1}, spacing, turn);
+  return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
+}
+
+class PredicateEngineTest : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Vector, PredicateEngineTest, ::testing::Bool());
+
+TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
+  std::mt19937 random(GetParam() ? 1 : 2);
+  const auto engine = make_cpu_engine({1, GetParam()});
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  for (int v = 0; v < 14; ++v) {
+    const auto ct = test::small_ultrasound(grid_of(v), static_cast<unsigned>(v));
+    const Features features = test::random_features(ct, static_cast<unsigned>(v));
+    for (int s = 0; s < 12; ++s) {
+      Scene scene = test::random_predicate_scene(random, ct, features);
+      if (s % 3 == 0) scene.predicates->termination_error = 0;
+      if (s % 3 == 1) scene.predicates->opacity_length_mm = 0.2;
+      const RenderedImage skipped = test::draw(*engine, scene);
+      scene.quality.skip_empty_bricks = false;
+      const RenderedImage full = test::draw(*engine, scene);
+      ASSERT_TRUE(same_bytes(skipped, full))
+          << "volume " << v << ", scene " << s << ": " << test::max_difference(skipped, full);
+      with += skipped.statistics.volume_samples;
+      without += full.statistics.volume_samples;
+    }
+  }
+  EXPECT_LT(with, without) << "nothing was skipped";
+}
+
+TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
+  const auto engine = make_cpu_engine({1, GetParam()});
+  const VoxelGrid grid = test::centred_grid({64, 64, 64}, {0.5, 0.5, 0.5});
+  const auto ct = test::small_ultrasound(grid, 3);
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(80, 30, false));
+  scene.predicates.emplace();
+  scene.predicates->model =
+      test::model_of({{PredicateExpression::kind("vesselness", {0.5, 1}), 1}});
+  scene.predicates->features.volumes.emplace(
+      feature::kVesselness, test::feature(grid, feature::kVesselness, [](int, int j, int k) {
+        return std::exp(-0.1 * (std::pow(j - 38, 2) + std::pow(k - 32, 2)));
+      }));
+  const RenderedImage skipped = test::draw(*engine, scene);
+  scene.quality.skip_empty_bricks = false;
+  const RenderedImage full = test::draw(*engine, scene);
+  EXPECT_TRUE(same_bytes(skipped, full));
+  EXPECT_LT(5 * skipped.statistics.volume_samples, full.statistics.volume_samples);
+}
+
+TEST_P(PredicateEngineTest, AgreesWithTheReferenceOnEverythingAtOnce) {
+  constexpr float kTwoGreyLevels = 2.0F / 255;
+  constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+  std::mt19937 random(11);
+  const auto engine = make_cpu_engine({0, GetParam()});
+  const auto reference = make_reference_engine();
+  double beyond = 0;
+  constexpr int kScenes = 70;
+  for (int i = 0; i < kScenes; ++i) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    scene.predicates->termination_error = 0;
+    const double share =
+        share_beyond(test::draw(*engine, scene), test::draw(*reference, scene), kTwoGreyLevels);
+    EXPECT_LT(share, 0.02) << i;
+    beyond += share / kScenes;
+  }
+  EXPECT_LE(beyond, kShare);
+}
+
+TEST_P(PredicateEngineTest, EarlyTerminationStaysWithinItsError) {
+  std::mt19937 random(5);
+  const auto engine = make_cpu_engine({0, GetParam()});
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  float worst = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    scene.predicates->opacity_length_mm = 0.15;
+    const RenderedImage fast = test::draw(*engine, scene);
+    scene.predicates->termination_error = 0;
+    const RenderedImage full = test::draw(*engine, scene);
+    worst = std::max(worst, test::max_difference(fast, full));
+    with += fast.statistics.volume_samples;
+    without += full.statistics.volume_samples;
+  }
+  EXPECT_LE(worst, 1.0F / 255 + 1e-5F);
+  EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
+}
+
+TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
+  constexpr float kTolerance = 1e-4F;
+  const auto vector = make_cpu_engine({0, true});
+  const auto portable = make_cpu_engine({0, false});
+  if (vector->device().substr(0, 4) != "AVX2") GTEST_SKIP() << "this processor has no AVX2";
+  std::mt19937 random(4);
+  double beyond = 0;
+  for (int i = 0; i < 30; ++i) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    scene.predicates->termination_error = 0;
+    beyond +=
+        share_beyond(test::draw(*vector, scene), test::draw(*portable, scene), kTolerance) / 30;
+  }
+  EXPECT_LT(beyond, 0.002);
+}
+
+TEST(PredicateCpuEngineTest, PictureDoesNotDependOnThreads) {
+  std::mt19937 random(3);
+  const auto one = make_cpu_engine({1, true});
+  const auto two = make_cpu_engine({2, true});
+  for (int i = 0; i < 8; ++i) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    scene.width = 91;
+    scene.height = 67;
+    EXPECT_TRUE(same_bytes(test::draw(*one, scene), test::draw(*two, scene))) << i;
+  }
+}
+
+TEST(PredicateCpuEngineTest, CachesFollowEveryEdit) {
+  std::mt19937 random(6);
+  const auto kept = make_cpu_engine();
+  const auto ct = test::small_ultrasound(grid_of(1), 1);
+  const Features features = test::random_features(ct, 1);
+  Scene scene = test::random_predicate_scene(random, ct, features);
+  const auto check = [&](const char* what) {
+    EXPECT_TRUE(same_bytes(test::draw(*kept, scene), test::draw(*make_cpu_engine(), scene)))
+        << what;
+  };
+  check("first");
+  scene.predicates->model.histogram.drag(0, 0.3);
+  check("an importance");
+  scene.predicates->model = test::random_model(random);
+  EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates)));
+  check("another set");
+  scene.needle->tip_ct.mm.x() += 3;
+  check("the needle");
+  scene.predicates->intensity.white = 180;
+  check("the window");
+  scene.predicates->opacity_length_mm = 0.7;
+  check("the opacity");
+  scene.predicates.reset();
+  check("without predicates");
+  scene = test::random_predicate_scene(random, test::small_ultrasound(grid_of(2), 7), {});
+  scene.predicates->model = test::model_of({{PredicateExpression::kind("intensity"), 1}});
+  check("another volume");
+}
+
+TEST(PredicateCpuEngineTest, NewUltrasoundPictureNeedsNoSample) {
+  std::mt19937 random(8);
+  const auto ct = test::small_ultrasound(grid_of(1), 1);
+  const auto engine = make_cpu_engine();
+  for (int i = 0; i < 10; ++i) {
+    Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 1));
+    scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 8});
+    scene.plane->opacity = 0.5;
+    test::draw(*engine, scene);
+    scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
+    const RenderedImage live = test::draw(*engine, scene);
+    EXPECT_EQ(live.statistics.volume_samples, 0U);
+    EXPECT_LT(test::max_difference(live, test::draw(*make_reference_engine(), scene)), 0.05F);
+    EXPECT_TRUE(same_bytes(live, test::draw(*make_cpu_engine(), scene)));
+  }
+}
+
+}  // namespace
+}  // namespace nav::render

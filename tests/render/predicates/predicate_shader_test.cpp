@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The GLSL that building blocks are put together to.
+#include <cstdlib>
+#include <fstream>
+
+#include "render/predicates/shader.hpp"
+#include "tests/render/predicates/predicate_scenes.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::render {
+namespace {
+
+using E = PredicateExpression;
+
+PredicateSet set_of(const Scene& scene) {
+  return *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+}
+
+Scene some_scene(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto ct = test::small_ultrasound(test::centred_grid({9, 9, 9}, {1, 1, 1}), seed);
+  return test::random_predicate_scene(random, ct, test::random_features(ct, seed));
+}
+
+TEST(PredicateShaderTest, IsValidGlslForEveryKindAndCombination) {
+  if (std::system("command -v glslangValidator > /dev/null") != 0) {
+    GTEST_SKIP() << "glslangValidator not found (Debian: glslang-tools)";
+  }
+  const test::TemporaryFolder folder;
+  std::string files;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const std::string name = "predicates" + std::to_string(seed) + ".frag";
+    std::ofstream(folder / name)
+        << "#version 410 core\nlayout(location = 0) out vec4 colour;\n"
+        << predicate_shader(set_of(some_scene(seed)))
+        << "void main() {\n  float v[PREDICATE_CHANNELS];\n  bool d[PREDICATE_CHANNELS];\n"
+           "  for (int i = 0; i < PREDICATE_CHANNELS; ++i) { v[i] = gl_FragCoord.x; d[i] = true; "
+           "}\n"
+           "  colour = vec4(float(predicate_mask(v, d, 3u, gl_FragCoord.xyz)));\n}\n";
+    files += ' ' + (folder / name).string();
+  }
+  const std::string log = (folder / "log").string();
+  const int result = std::system(("glslangValidator" + files + " > " + log + " 2>&1").c_str());
+  std::ifstream said(log);
+  EXPECT_EQ(result, 0) << std::string(std::istreambuf_iterator<char>(said), {});
+}
+
+TEST(PredicateShaderTest, ChangesWithTheSetAndWithNothingElse) {
+  Scene scene = some_scene(3);
+  scene.predicates->model =
+      test::model_of({{E::kind("snr", {0.1, 0.5}), 1}, {E::negation(E::kind("label", {1})), 2}});
+  const std::string before = predicate_shader(set_of(scene));
+  const double low = predicate_uniforms(set_of(scene)).values[0].value[0];
+  scene.predicates->model.entries[0].expression.values = {0.2, 0.9};
+  scene.predicates->model.entries[1].expression.operands[0].values = {2};
+  scene.predicates->model.histogram.drag(0, 0.9);
+  scene.predicates->model.histogram.set_colour(1, 120, 1);
+  EXPECT_EQ(predicate_shader(set_of(scene)), before) << "parameters are uniforms";
+  EXPECT_NEAR(predicate_uniforms(set_of(scene)).values[0].value[0] - low, 0.1, 1e-12);
+  EXPECT_EQ(predicate_uniforms(set_of(scene)).masks[0].second, 2U);
+  scene.predicates->model.entries[1].expression = E::kind("label", {1});
+  EXPECT_NE(predicate_shader(set_of(scene)), before) << "another combination";
+}
+
+TEST(PredicateShaderTest, ReadsAsTheCombinationSays) {
+  Scene scene = some_scene(3);
+  scene.predicates->model = test::model_of(
+      {{E::any({E::kind("snr"), E::all({E::kind("label"), E::negation(E::entry("entry 1"))})}), 1},
+       {E::kind("confidence"), 2}});
+  const std::string text = predicate_shader(set_of(scene));
+  EXPECT_NE(text.find("bool entry0 = (leaf0 || (leaf1 && !entry1));"), std::string::npos) << text;
+  EXPECT_LT(text.find("bool entry1"), text.find("bool entry0")) << "what is referred to is first";
+}
+
+}  // namespace
+}  // namespace nav::render
