@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/grid_graph.hpp"
 
+#include <algorithm>
+
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
@@ -9,20 +11,31 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-/// Weights from one box of nodes to the 27 boxes around it.
-class BoxEdges {
- public:
-  void add(const std::array<int, 3>& step, float weight) {
-    sums_[index(9 * (step[2] + 1) + 3 * (step[1] + 1) + step[0] + 1)] +=
-        static_cast<double>(weight);
-  }
-  [[nodiscard]] float to(const std::array<int, 3>& step) const {
-    return static_cast<float>(sums_[index(9 * (step[2] + 1) + 3 * (step[1] + 1) + step[0] + 1)]);
-  }
-
- private:
-  std::array<double, 27> sums_{};
+/// An edge that leaves its box.
+struct Leaving {
+  std::size_t edge;
+  bool forward;      ///< From the node that it is stored at, or towards it.
+  std::size_t slot;  ///< Of kEdgeSteps for the boxes; kGraphEdges: stored at the other box.
 };
+
+/// Where the edges of a node lead, by its place in its box.
+std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
+                                   const std::array<int, 3>& factor) {
+  std::vector<Leaving> found;
+  for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
+    for (const int sign : {1, -1}) {
+      std::array<int, 3> step{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        // Within [-1, 2]; + factor: rounds down below 0 too.
+        step[a] = (place[a] + sign * kEdgeSteps[e][a] + factor[a]) / factor[a] - 1;
+      }
+      const auto slot = std::find(kEdgeSteps.begin(), kEdgeSteps.end(), step) - kEdgeSteps.begin();
+      if (slot == kGraphEdges) continue;  // Inside the box, or the other box will add it.
+      found.push_back({e, sign == 1, static_cast<std::size_t>(slot)});
+    }
+  }
+  return found;
+}
 
 }  // namespace
 
@@ -58,41 +71,40 @@ double GridGraph::degree(std::size_t node) const {
   return sum;
 }
 
+void GridGraph::degrees(int j, int k, float* out) const {
+  const std::size_t first = at(0, j, k);
+  const auto count = index(row_length());
+  std::copy_n(&leak[first], count, out);
+  for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
+    const float* after = &weights[e][first];
+    const float* before = &weights[e][first - static_cast<std::size_t>(offsets_[e])];
+    for (std::size_t i = 0; i < count; ++i) out[i] += after[i] + before[i];
+  }
+}
+
 GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const {
   std::array<int, 3> boxes{};
   for (std::size_t a = 0; a < 3; ++a) boxes[a] = (size_[a] - 1) / factor[a] + 1;
   GridGraph out(boxes);
-  const auto join = [&](int bi, int bj, int bk) {
-    BoxEdges edges;
-    double leaks = 0;
-    for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], size_[2]); ++k) {
-      for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], size_[1]); ++j) {
-        for (int i = bi * factor[0]; i < std::min((bi + 1) * factor[0], size_[0]); ++i) {
-          const std::size_t node = at(i, j, k);
-          leaks += static_cast<double>(leak[node]);
-          for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
-            const auto& s = kEdgeSteps[e];
-            // + factor: rounds down below 0 too.
-            const auto box_step = [&](int sign) {
-              return std::array<int, 3>{(i + sign * s[0] + factor[0]) / factor[0] - 1 - bi,
-                                        (j + sign * s[1] + factor[1]) / factor[1] - 1 - bj,
-                                        (k + sign * s[2] + factor[2]) / factor[2] - 1 - bk};
-            };
-            edges.add(box_step(1), weights[e][node]);
-            edges.add(box_step(-1), weights[e][node - static_cast<std::size_t>(offsets_[e])]);
-          }
-        }
-      }
-    }
-    const std::size_t box = out.at(bi, bj, bk);
-    out.leak[box] = static_cast<float>(leaks);
-    for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
-      out.weights[e][box] = edges.to(kEdgeSteps[e]);
+  std::array<std::vector<Leaving>, 8> leaving;
+  for (int p = 0; p < 8; ++p)
+    leaving[index(p)] = leaving_edges({p & 1, p >> 1 & 1, p >> 2}, factor);
+  const auto add_node = [&](int i, int j, int k) {
+    const std::size_t node = at(i, j, k);
+    const std::size_t box = out.at(i / factor[0], j / factor[1], k / factor[2]);
+    out.leak[box] += leak[node];
+    const int place = i % factor[0] + 2 * (j % factor[1]) + 4 * (k % factor[2]);
+    for (const Leaving& l : leaving[index(place)]) {
+      const std::size_t at_node =
+          l.forward ? node : node - static_cast<std::size_t>(offsets_[l.edge]);
+      out.weights[l.slot][box] += weights[l.edge][at_node];
     }
   };
   for_each_index(boxes[2], threads, [&](int bk) {
-    for (int bj = 0; bj < boxes[1]; ++bj) {
-      for (int bi = 0; bi < boxes[0]; ++bi) join(bi, bj, bk);
+    for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], size_[2]); ++k) {
+      for (int j = 0; j < size_[1]; ++j) {
+        for (int i = 0; i < size_[0]; ++i) add_node(i, j, k);
+      }
     }
   });
   return out;

@@ -50,8 +50,10 @@ class GridGraph {
 
   /// Sum of all edges at a node and its leak.
   [[nodiscard]] double degree(std::size_t node) const;
-  /// Galerkin: nodes joined in boxes of factor nodes, edges between boxes summed. Every edge leads
-  /// to a neighbour again because factors are 1, 2 or 4.
+  /// The same for a row, rounded to float; row_length() values.
+  void degrees(int j, int k, float* out) const;
+  /// Galerkin: nodes joined in boxes of factor nodes (1 or 2 along each axis), edges between boxes
+  /// summed. Every edge leads to one of the 18 neighbours again.
   [[nodiscard]] GridGraph coarse(const std::array<int, 3>& factor, int threads) const;
   /// Mean weight of the edges along each axis, [0] to [2].
   [[nodiscard]] std::array<double, 3> coupling(int threads) const;
@@ -67,7 +69,8 @@ class GridGraph {
 struct SolveReport {
   int iterations = 0;
   int refinements = 0;           ///< Residuals taken anew in double.
-  double relative_residual = 0;  ///< |b - A x| / |b| in double at the end.
+  double relative_residual = 0;  ///< |b - A x| / |b| in double before the last refinement.
+  double estimated_error = 0;    ///< Root mean square, as SolveOptions::error.
   bool converged = false;
 };
 

@@ -48,6 +48,11 @@ struct GraphRow {
   const float* leak;  ///< Sum of the edges to nodes whose value is fixed.
 };
 
+/// Of a random walk's edge: exp(-beta (|a - b| + penalty)) + floor.
+struct EdgeConstants {
+  float beta, floor;
+};
+
 /// The inner loops, compiled for plain x86-64 (or any other processor) and again with AVX2 and FMA.
 /// Thread-safe. The two sets round differently: compare their results with a tolerance.
 struct Kernels {
@@ -67,6 +72,9 @@ struct Kernels {
   /// out_i = leak_i x_i + sum over edges w_ij (x_i - x_j).
   void (*laplacian)(const GraphRow& row, const float* x, float* out, int count);
   void (*laplacian_double)(const GraphRow& row, const double* x, double* out, int count);
+  /// 0 where either end is NaN.
+  void (*edge_weights)(const float* here, const float* there, const float* penalty,
+                       const EdgeConstants& constants, float* out, int count);
 };
 
 /// The fastest set that this processor has.

@@ -291,9 +291,27 @@ static void laplacian_rows_double(const GraphRow& g, const double* x, double* ou
   }
 }
 
+static void edge_weight_rows(const float* here, const float* there, const float* penalty,
+                             const EdgeConstants& k, float* out, int count) {
+  for (int i = 0; i < count; i += 8) {
+    const Floats a = load(here + i);
+    const Floats b = load(there + i);
+    const Ints known = (a == a) & (b == b);
+    const Floats apart = select(known, abs_of(a - b), all(0.0F));
+    const Floats weight = exp_minus(k.beta * (apart + load(penalty + i))) + k.floor;
+    store(out + i, select(known, weight, all(0.0F)));
+  }
+}
+
 static constexpr Kernels make_kernels(const char* name) {
-  return {name,           filter_any,           tube_rows, eigenvalue_rows, merge_rows,
-          laplacian_rows, laplacian_rows_double};
+  return {name,
+          filter_any,
+          tube_rows,
+          eigenvalue_rows,
+          merge_rows,
+          laplacian_rows,
+          laplacian_rows_double,
+          edge_weight_rows};
 }
 
 #undef SONDE_INLINE
