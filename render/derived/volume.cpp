@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 
 #include "render/derived/digest.hpp"
 #include "render/parallel.hpp"
@@ -140,13 +141,23 @@ float ScalarVolume::at(int i, int j, int k) const {
   return unknown_ && value == *unknown_ ? kUnknown : static_cast<float>(value);
 }
 
+struct ScalarVolume::KnownDigest {
+  std::once_flag once;
+  std::string hex;
+};
+
+ScalarVolume::ScalarVolume() : digest_(std::make_shared<KnownDigest>()) {}
+
 std::string ScalarVolume::digest() const {
-  Digest digest;
-  digest.add(grid_);
-  digest.add(unknown_ ? static_cast<double>(*unknown_) : std::nan(""));
-  if (floats_) digest.add(std::as_bytes(std::span(*floats_)));
-  if (volume_) digest.add(std::as_bytes(volume_->hu()));
-  return digest.hex();
+  std::call_once(digest_->once, [this] {
+    Digest digest;
+    digest.add(grid_);
+    digest.add(unknown_ ? static_cast<double>(*unknown_) : std::nan(""));
+    if (floats_) digest.add(std::as_bytes(std::span(*floats_)));
+    if (volume_) digest.add(std::as_bytes(volume_->hu()));
+    digest_->hex = digest.hex();
+  });
+  return digest_->hex;
 }
 
 ValueRange value_range(const ScalarVolume& volume, double low_share, double high_share,

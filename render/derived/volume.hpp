@@ -43,16 +43,18 @@ class ScalarVolume {
   [[nodiscard]] float at(int i, int j, int k) const;
   /// Step between neighbouring values that can be stored: 1 for whole numbers, 0 for float.
   [[nodiscard]] double quantum() const { return volume_ ? 1 : 0; }
-  /// Of grid and values, SHA-256 as 64 hexadecimal digits. One pass over the voxels.
+  /// Of grid and values, SHA-256 as 64 hexadecimal digits. Reads the voxels the first time.
   [[nodiscard]] std::string digest() const;
 
  private:
-  ScalarVolume() = default;
+  ScalarVolume();
   VoxelGrid grid_;
   std::string name_;
   std::shared_ptr<const Volume> volume_;              ///< Either this
   std::shared_ptr<const std::vector<float>> floats_;  ///< or that.
   std::optional<std::int16_t> unknown_;
+  struct KnownDigest;
+  std::shared_ptr<KnownDigest> digest_;  ///< Shared by copies.
 };
 
 /// A feature per voxel, on the grid of the volume that it was derived from. NaN: undefined there,
