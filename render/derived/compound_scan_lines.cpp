@@ -100,7 +100,7 @@ Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
 }  // namespace
 
 Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const SweepPlane> planes,
-                                      double reach_mm, const Run& run) {
+                                      double reach_mm, const RunOptions& run) {
   const std::string name = "scan lines of a sweep";
   if (auto ok = validate(grid, name); !ok) return ok.error();
   if (auto ok = check(planes, reach_mm); !ok) return ok.error();

@@ -68,7 +68,7 @@ Result<void> validate(const ConfidenceOptions& options) {
 }
 
 Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,
-                              const ConfidenceOptions& options, const Run& run) {
+                              const ConfidenceOptions& options, const RunOptions& run) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": confidence";
@@ -96,7 +96,7 @@ namespace definition {
 
 Result<std::vector<double>> confidence(const ScalarVolume& volume, const ScanLines& lines,
                                        const ConfidenceOptions& options) {
-  Run run;
+  RunOptions run;
   run.threads = 1;
   auto system = confidence_system(volume, lines, options, run);
   if (!system) return system.error();

@@ -39,7 +39,7 @@ struct Confidence {
 /// Refuses volumes where no voxel is left then. kNumerical when it did not converge within its
 /// iterations.
 Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,
-                              const ConfidenceOptions& options = {}, const Run& run = {});
+                              const ConfidenceOptions& options = {}, const RunOptions& run = {});
 
 /// The linear system of a confidence map.
 struct ConfidenceSystem {
@@ -48,7 +48,7 @@ struct ConfidenceSystem {
   std::vector<double> x;  ///< Start: fixed values, NaN where unknown, depth from 1 to 0 between.
 };
 Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const ScanLines& lines,
-                                           const ConfidenceOptions& options, const Run& run);
+                                           const ConfidenceOptions& options, const RunOptions& run);
 
 namespace definition {
 /// The same system solved directly in double (Eigen's SimplicialLDLT): for small volumes.

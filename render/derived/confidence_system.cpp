@@ -25,7 +25,7 @@ struct DepthRange {
 class Assembly {
  public:
   Assembly(const ScalarVolume& volume, const ScanLines& lines, const ConfidenceOptions& options,
-           const Run& run)
+           const RunOptions& run)
       : volume_(volume),
         grid_(volume.grid()),
         lines_(lines),
@@ -280,7 +280,8 @@ class Assembly {
 }  // namespace
 
 Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const ScanLines& lines,
-                                           const ConfidenceOptions& options, const Run& run) {
+                                           const ConfidenceOptions& options,
+                                           const RunOptions& run) {
   const std::string name = volume.name() + ": confidence";
   if (auto ok = lines.check(volume.grid(), name); !ok) return ok.error();
   Assembly assembly(volume, lines, options, run);

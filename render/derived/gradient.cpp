@@ -97,7 +97,7 @@ class Writer {
   std::vector<float>* angle_;
 };
 
-bool by_differences(const ScalarVolume& volume, const Writer& writer, const Run& run) {
+bool by_differences(const ScalarVolume& volume, const Writer& writer, const RunOptions& run) {
   const auto& size = volume.grid().size;
   Steps steps(run, index(size[2]));
   for_each_index(size[2], run.threads, [&](int k) {
@@ -178,7 +178,7 @@ class SmoothPlane {
 };
 
 bool by_gaussian(const ScalarVolume& volume, double sigma_mm, const Writer& writer,
-                 const Run& run) {
+                 const RunOptions& run) {
   const VoxelGrid& grid = volume.grid();
   const int reach = gaussian_taps(sigma_mm / grid.spacing_mm.minCoeff(), 4).radius;
   const FilledField field = filled_field(volume, reach, run.threads);
@@ -234,7 +234,7 @@ double gradient_angle(const Eigen::Vector3d& gradient, const Eigen::Vector3d& aw
 }
 
 Result<GradientVolumes> gradient_volumes(const ScalarVolume& volume, const ScanLines* lines,
-                                         const GradientOptions& options, const Run& run) {
+                                         const GradientOptions& options, const RunOptions& run) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": gradient";

@@ -35,6 +35,7 @@ struct GradientVolumes {
 /// lines: null: no angle. Magnitudes of NaN gradients are NaN. Holds 4 bytes per voxel for each
 /// result, and 10 more with smoothing (borders and unknown voxels then as in FilledField).
 Result<GradientVolumes> gradient_volumes(const ScalarVolume& volume, const ScanLines* lines,
-                                         const GradientOptions& options = {}, const Run& run = {});
+                                         const GradientOptions& options = {},
+                                         const RunOptions& run = {});
 
 }  // namespace nav::render::derived

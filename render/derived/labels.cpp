@@ -45,10 +45,9 @@ Result<LabelVolume> LabelVolume::create(const VoxelGrid& grid, std::vector<std::
                                         const std::string& name) {
   if (const auto ok = validate(grid, name); !ok) return ok.error();
   if (masks.size() != grid.voxel_count()) {
-    return Error{ErrorCode::kMalformedData, name + ": expected " +
-                                                std::to_string(grid.voxel_count()) +
-                                                " label masks, found " +
-                                                std::to_string(masks.size())};
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected " + std::to_string(grid.voxel_count()) +
+                     " label masks, found " + std::to_string(masks.size())};
   }
   LabelVolume labels;
   labels.grid_ = grid;
@@ -100,8 +99,7 @@ double LayerSurface::height(double u, double v) const {
   const auto wv = cubic_weights(kv.t);
   double sum = 0;
   for (std::size_t y = 0; y < 4; ++y) {
-    const double* row =
-        &heights_[(index(kv.first) + y) * index(control_[0]) + index(ku.first)];
+    const double* row = &heights_[(index(kv.first) + y) * index(control_[0]) + index(ku.first)];
     for (std::size_t x = 0; x < 4; ++x) sum += wv[y] * wu[x] * row[x];
   }
   return sum;
@@ -149,16 +147,17 @@ int LayerModel::layer_at(const Eigen::Vector3d& voxel) const {
   const auto [a, b] = across(axis);
   const double u = voxel[static_cast<int>(a)];
   const double v = voxel[static_cast<int>(b)];
-  return static_cast<int>(std::count_if(
-      surfaces_.begin(), surfaces_.end(),
-      [&](const LayerSurface& s) { return s.height(u, v) <= voxel[axis]; }));
+  return static_cast<int>(
+      std::count_if(surfaces_.begin(), surfaces_.end(),
+                    [&](const LayerSurface& s) { return s.height(u, v) <= voxel[axis]; }));
 }
 
-Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const Run& run) const {
+Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOptions& run) const {
   const std::string name = "layer labels";
   if (grid.size != surfaces_.front().grid_size()) {
-    return Error{ErrorCode::kUsage, name + ": expected the grid that the surfaces were made for, "
-                                           "found one of another size"};
+    return Error{ErrorCode::kUsage, name +
+                                        ": expected the grid that the surfaces were made for, "
+                                        "found one of another size"};
   }
   if (auto ok = check_memory(name, grid.voxel_count(), 4, run.memory_limit); !ok) return ok.error();
   const int axis = surfaces_.front().axis();

@@ -72,9 +72,10 @@ class LayerModel {
   /// Layer at a continuous voxel index, exactly.
   [[nodiscard]] int layer_at(const Eigen::Vector3d& voxel) const;
   /// Bit n of every mask: the voxel's centre lies in layer n.
-  [[nodiscard]] Result<LabelVolume> rasterise(const VoxelGrid& grid, const Run& run = {}) const;
-  /// No point further than this from every surface, measured along the axis, gets another label from
-  /// the raster's nearest voxel than from layer_at(): (1 + |dh/du| + |dh/dv|) / 2, voxels.
+  [[nodiscard]] Result<LabelVolume> rasterise(const VoxelGrid& grid,
+                                              const RunOptions& run = {}) const;
+  /// No point further than this from every surface, measured along the axis, gets another label
+  /// from the raster's nearest voxel than from layer_at(): (1 + |dh/du| + |dh/dv|) / 2, voxels.
   [[nodiscard]] double raster_error_voxels() const;
 
  private:

@@ -266,7 +266,7 @@ namespace {
 /// Conjugate gradients on corrections, float vectors, sums in double over whole planes in order.
 class Inner {
  public:
-  Inner(Multigrid& system, const Run& run)
+  Inner(Multigrid& system, const RunOptions& run)
       : system_(system), graph_(system.fine()), run_(run), planes_(index(graph_.size()[2])) {
     for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) v->resize(graph_.cells());
   }
@@ -347,7 +347,7 @@ class Inner {
 
   Multigrid& system_;
   const GridGraph& graph_;
-  const Run& run_;
+  const RunOptions& run_;
   std::vector<double> planes_;
   std::vector<float> r_, z_, p_, ap_, e_;
   double estimate_ = 0;
@@ -379,7 +379,7 @@ double true_residual(const GridGraph& graph, const std::vector<float>& b,
 }  // namespace
 
 SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
-                  const SolveOptions& options, const Run& run) {
+                  const SolveOptions& options, const RunOptions& run) {
   const GridGraph& graph = system.fine();
   SolveReport report;
   Inner inner(system, run);

@@ -49,6 +49,6 @@ class Multigrid {
 /// residuals are in double, so that the result is as good as double arithmetic makes it. Reports
 /// what it reached; a stop request ends it early (converged = false).
 SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
-                  const SolveOptions& options, const Run& run);
+                  const SolveOptions& options, const RunOptions& run);
 
 }  // namespace nav::render::derived

@@ -14,7 +14,7 @@ namespace nav::render::derived {
 
 /// How a derived volume is computed; never what comes out: the same bytes for any number of
 /// threads.
-struct Run {
+struct RunOptions {
   int threads = 0;                       ///< At most; 0: all cores.
   std::stop_token stop{};                ///< Asked between planes and between iterations.
   std::function<void(double)> progress;  ///< Share done, [0, 1]; from any worker, or empty.
@@ -32,7 +32,7 @@ Error cancelled(const std::string& what);
 /// Counts steps done by many workers.
 class Steps {
  public:
-  Steps(const Run& run, std::size_t total) : run_(run), total_(total) {}
+  Steps(const RunOptions& run, std::size_t total) : run_(run), total_(total) {}
   /// False: stop, the caller asked for it.
   bool next() {
     if (run_.stop.stop_requested()) return false;
@@ -43,7 +43,7 @@ class Steps {
   [[nodiscard]] bool stopped() const { return run_.stop.stop_requested(); }
 
  private:
-  const Run& run_;
+  const RunOptions& run_;
   std::size_t total_;
   std::atomic<std::size_t> done_ = 0;
 };

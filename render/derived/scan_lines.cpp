@@ -143,7 +143,8 @@ std::string ScanLines::digest() const {
   return digest.hex();
 }
 
-Result<FeatureVolume> scan_depth(const VoxelGrid& grid, const ScanLines& lines, const Run& run) {
+Result<FeatureVolume> scan_depth(const VoxelGrid& grid, const ScanLines& lines,
+                                 const RunOptions& run) {
   const std::string name = "depth along the scan line";
   if (auto ok = lines.check(grid, name); !ok) return ok.error();
   if (auto ok = check_memory(name, grid.voxel_count(), 4, run.memory_limit); !ok) return ok.error();

@@ -77,10 +77,10 @@ struct SweepPlane {
 /// none passed, or where directions cancel, are undefined. Holds 8 bytes per voxel.
 /// Refuses: no pictures, reach outside (0, 100] mm, corners that are not apart.
 Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const SweepPlane> planes,
-                                      double reach_mm, const Run& run = {});
+                                      double reach_mm, const RunOptions& run = {});
 
 /// Depth along the scan line per voxel, mm; NaN where undefined.
 Result<FeatureVolume> scan_depth(const VoxelGrid& grid, const ScanLines& lines,
-                                 const Run& run = {});
+                                 const RunOptions& run = {});
 
 }  // namespace nav::render::derived

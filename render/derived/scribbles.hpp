@@ -35,8 +35,8 @@ class ScribbleMask {
   explicit ScribbleMask(const VoxelGrid& grid);
 
   /// Marks the voxels whose centres lie within radius_mm of the polyline and half_thickness_mm of
-  /// the plane through its first point; returns how many. Refuses strokes without points, numbers that
-  /// are not finite or out of range. What lies outside the volume is left out.
+  /// the plane through its first point; returns how many. Refuses strokes without points, numbers
+  /// that are not finite or out of range. What lies outside the volume is left out.
   Result<std::size_t> add(const Stroke& stroke);
   void clear();
 
@@ -55,8 +55,8 @@ class ScribbleMask {
 struct ScribbleCounts {
   std::vector<std::uint64_t> shown, hidden;
 };
-/// predicates_at: bit mask of the predicates that are true at a voxel (offset_of()); asked at marked
-/// voxels only, in order. Precondition: 1 to 32 predicates.
+/// predicates_at: bit mask of the predicates that are true at a voxel (offset_of()); asked at
+/// marked voxels only, in order. Precondition: 1 to 32 predicates.
 ScribbleCounts count_scribbles(const ScribbleMask& mask, int predicates,
                                const std::function<std::uint32_t(std::size_t)>& predicates_at);
 

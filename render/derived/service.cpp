@@ -138,7 +138,7 @@ struct DerivedVolumes::State {
       const std::lock_guard lock(mutex);
       ++counts.computed;
     }
-    Run how;
+    RunOptions how;
     how.threads = limits.threads;
     how.memory_limit = limits.memory_limit;
     how.stop = job->stop.get_token();
@@ -160,9 +160,8 @@ struct DerivedVolumes::State {
 
 DerivedVolumes::DerivedVolumes(const DerivedLimits& limits)
     : state_(std::make_unique<State>(limits)) {
-  state_->worker = std::jthread([state = state_.get()](const std::stop_token& quit) {
-    state->run(quit);
-  });
+  state_->worker =
+      std::jthread([state = state_.get()](const std::stop_token& quit) { state->run(quit); });
 }
 
 DerivedVolumes::~DerivedVolumes() {

@@ -24,9 +24,9 @@ struct GradientAngleOptions {
 struct ScanDepthOptions {};
 
 /// Which feature, with everything that it depends on besides the volume.
-using DerivedOptions = std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions,
-                                    GradientMagnitudeOptions, GradientAngleOptions,
-                                    ScanDepthOptions>;
+using DerivedOptions =
+    std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions, GradientMagnitudeOptions,
+                 GradientAngleOptions, ScanDepthOptions>;
 
 struct DerivedRequest {
   ScalarVolume volume;
@@ -45,10 +45,11 @@ struct DerivedVolume {
   std::string note;  ///< What the computation says of itself: iterations, estimated error.
 };
 /// Computes at once, on the caller's thread and workers.
-Result<DerivedVolume> compute(const DerivedRequest& request, const Run& run);
+Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& run);
 
 struct DerivedLimits {
-  std::size_t cache_bytes = std::size_t{2} << 30;   ///< Of finished volumes; the newest always stays.
+  std::size_t cache_bytes = std::size_t{2}
+                            << 30;  ///< Of finished volumes; the newest always stays.
   std::size_t memory_limit = std::size_t{6} << 30;  ///< Of one computation, its result included.
   int threads = 0;                                  ///< 0: all cores.
 };

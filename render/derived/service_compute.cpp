@@ -25,25 +25,24 @@ void add(const DerivedOptions& options, Digest& digest) {
   const auto add_all = [&digest](std::initializer_list<double> numbers) {
     for (const double number : numbers) digest.add(number);
   };
-  std::visit(
-      Overloaded{
-          [&](const SnrOptions& o) {
-            add_all({static_cast<double>(o.window_voxels), static_cast<double>(o.weights)});
-          },
-          [&](const VesselnessOptions& o) {
-            add_all({static_cast<double>(o.polarity), o.smallest_radius_mm, o.largest_radius_mm,
-                     static_cast<double>(o.scales), o.alpha, o.beta, o.contrast, o.truncate,
-                     o.negligible_response});
-          },
-          [&](const ConfidenceOptions& o) {
-            add_all({o.alpha, o.beta, o.gamma, o.solve.error,
-                     static_cast<double>(o.solve.max_iterations)});
-          },
-          [&](const GradientMagnitudeOptions& o) { add(o.gradient, digest); },
-          [&](const GradientAngleOptions& o) { add(o.gradient, digest); },
-          [&](const ScanDepthOptions&) {},
-      },
-      options);
+  std::visit(Overloaded{
+                 [&](const SnrOptions& o) {
+                   add_all({static_cast<double>(o.window_voxels), static_cast<double>(o.weights)});
+                 },
+                 [&](const VesselnessOptions& o) {
+                   add_all({static_cast<double>(o.polarity), o.smallest_radius_mm,
+                            o.largest_radius_mm, static_cast<double>(o.scales), o.alpha, o.beta,
+                            o.contrast, o.truncate, o.negligible_response});
+                 },
+                 [&](const ConfidenceOptions& o) {
+                   add_all({o.alpha, o.beta, o.gamma, o.solve.error,
+                            static_cast<double>(o.solve.max_iterations)});
+                 },
+                 [&](const GradientMagnitudeOptions& o) { add(o.gradient, digest); },
+                 [&](const GradientAngleOptions& o) { add(o.gradient, digest); },
+                 [&](const ScanDepthOptions&) {},
+             },
+             options);
 }
 
 bool needs_lines(const DerivedOptions& options) {
@@ -62,12 +61,12 @@ Result<DerivedVolume> taken(Result<T> result, const Take& take) {
 }  // namespace
 
 Result<void> validate(const DerivedRequest& request) {
-  const auto ok = std::visit(
-      Overloaded{[](const GradientMagnitudeOptions& o) { return validate(o.gradient); },
-                 [](const GradientAngleOptions& o) { return validate(o.gradient); },
-                 [](const ScanDepthOptions&) { return Result<void>(); },
-                 [](const auto& o) { return validate(o); }},
-      request.options);
+  const auto ok =
+      std::visit(Overloaded{[](const GradientMagnitudeOptions& o) { return validate(o.gradient); },
+                            [](const GradientAngleOptions& o) { return validate(o.gradient); },
+                            [](const ScanDepthOptions&) { return Result<void>(); },
+                            [](const auto& o) { return validate(o); }},
+                 request.options);
   if (!ok || !needs_lines(request.options)) return ok;
   if (!request.lines) {
     return Error{ErrorCode::kUsage,
@@ -86,7 +85,7 @@ std::string key_of(const DerivedRequest& request) {
   return digest.hex();
 }
 
-Result<DerivedVolume> compute(const DerivedRequest& request, const Run& run) {
+Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& run) {
   if (const auto ok = validate(request); !ok) return ok.error();
   const auto plain = [](const FeatureVolume& v) { return DerivedVolume{v, ""}; };
   const ScalarVolume& volume = request.volume;

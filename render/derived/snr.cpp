@@ -148,7 +148,7 @@ std::vector<double> window_weights(const SnrOptions& options) {
 }
 
 Result<FeatureVolume> signal_to_noise(const ScalarVolume& volume, const SnrOptions& options,
-                                      const Run& run) {
+                                      const RunOptions& run) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": signal-to-noise ratio";

@@ -31,7 +31,7 @@ std::vector<double> window_weights(const SnrOptions& options);
 
 /// SNR per voxel; NaN at unknown voxels. Double precision inside. Holds about 4 bytes per voxel.
 Result<FeatureVolume> signal_to_noise(const ScalarVolume& volume, const SnrOptions& options = {},
-                                      const Run& run = {});
+                                      const RunOptions& run = {});
 
 /// 0 at low and below, 1 at high and above, linear between; NaN stays NaN. Precondition: low <
 /// high.

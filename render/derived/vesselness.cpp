@@ -212,7 +212,7 @@ double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume,
 }
 
 Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOptions& options,
-                                 const Run& run) {
+                                 const RunOptions& run) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": vesselness";

@@ -39,6 +39,6 @@ double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume,
 /// Response in [0, 1]; NaN at unknown voxels, 0 everywhere in a constant volume. Holds about 8
 /// bytes per voxel, 14 with unknown voxels. Borders and unknown voxels: FilledField.
 Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOptions& options,
-                                 const Run& run = {});
+                                 const RunOptions& run = {});
 
 }  // namespace nav::render::derived
