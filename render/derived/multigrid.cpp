@@ -285,6 +285,8 @@ class Inner {
     while (iteration < most && !run_.stop.stop_requested()) {
       system_.apply(r_, z_);
       estimate_ = std::sqrt(dot(z_, z_));
+      if (first_estimate_ == 0) first_estimate_ = estimate_;
+      report_progress(goal);
       if (estimate_ <= goal) break;
       const double rz_new = dot(r_, z_);
       if (!(rz_new > 0)) break;
@@ -310,6 +312,12 @@ class Inner {
     double total = 0;
     for (const double plane : planes_) total += plane;
     return total;
+  }
+  /// Errors fall by a factor an iteration: the share done goes by their logarithm.
+  void report_progress(double goal) const {
+    if (!run_.progress || !(first_estimate_ > goal)) return;
+    const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
+    run_.progress(std::clamp(share, 0.0, 1.0));
   }
   double dot(const std::vector<float>& a, const std::vector<float>& b) {
     return sum([&](int, int, std::size_t first) { return row_dot(&a[first], &b[first]); });
@@ -351,6 +359,7 @@ class Inner {
   std::vector<double> planes_;
   std::vector<float> r_, z_, p_, ap_, e_;
   double estimate_ = 0;
+  double first_estimate_ = 0;
 };
 
 /// r = b - A x in double; returns |r|. Nodes without edges have no residual.
