@@ -10,8 +10,10 @@
 #include <sstream>
 
 #include "app/bench.hpp"
+#include "app/bench_derived.hpp"
 #include "app/bench_registration.hpp"
 #include "app/demo.hpp"
+#include "app/derive.hpp"
 #include "app/devices.hpp"
 #include "app/exit_code.hpp"
 #include "app/gallery.hpp"
@@ -122,6 +124,7 @@ class CommandLine {
     add_info();
     add_slices();
     add_predicates();
+    add_derive();
     add_bench();
     add_gallery();
     add_devices();
@@ -136,8 +139,10 @@ class CommandLine {
   void add_info();
   void add_slices();
   void add_predicates();
+  void add_derive();
   void add_bench();
   void add_bench_registration(CLI::App& bench);
+  void add_bench_derived(CLI::App& bench);
   void add_bench_predicates(CLI::App& bench);
   void add_gallery();
   void add_devices();
@@ -167,12 +172,14 @@ class CommandLine {
   DemoOptions demo_;
   RegisterOptions register_;
   SlicesOptions slices_;
+  DeriveOptions derive_;
   std::vector<double> target_;
   PredicatesOptions by_predicates_;
   BenchRenderOptions bench_;
   BenchPredicatesOptions predicates_;
   BenchScalingOptions scaling_;
   BenchRegistrationOptions bench_registration_;
+  BenchDerivedOptions derived_;
   GalleryOptions gallery_;
   bool accept_unknown_orientation_ = false;
   bool print_session_ = false;
@@ -350,6 +357,35 @@ void CommandLine::add_predicates() {
   });
 }
 
+void CommandLine::add_derive() {
+  CLI::App* verb = app_.add_subcommand(
+      "derive", "Write slices of the features that predicates read from an ultrasound volume");
+  DeriveOptions& o = derive_;
+  verb->add_option("volume", o.volume, "DICOM folder, NIfTI, MetaImage or NRRD")->required();
+  verb->add_option("--out", o.out, "folder to write to")->required();
+  verb->add_option(
+      "--feature", o.features,
+      "snr, vesselness, confidence, gradient-magnitude, gradient-angle or depth; none: "
+      "all");
+  auto* direction =
+      verb->add_option("--direction", o.direction,
+                       "x y z, LPS: of parallel scan lines, away from the probe; none: "
+                       "0 1 0")
+          ->expected(3);
+  verb->add_option("--apex", o.apex_mm, "x y z, LPS mm: apex of a fan of scan lines instead")
+      ->expected(3)
+      ->excludes(direction);
+  verb->add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
+      ->capture_default_str();
+  verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
+      ->capture_default_str();
+  verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
+  verb->add_option("--unknown", o.unknown, "value of voxels that no picture reached");
+  verb->add_option("--threads", o.threads, "0: all cores")->capture_default_str();
+  verb->callback(
+      [this] { verb_ = [this](Console& console) { return run_derive(derive_, console); }; });
+}
+
 void CommandLine::add_bench() {
   CLI::App* bench = app_.add_subcommand("bench", "Measure run time against error");
   bench->require_subcommand(1);
@@ -386,6 +422,7 @@ void CommandLine::add_bench() {
     };
   });
   add_bench_registration(*bench);
+  add_bench_derived(*bench);
 }
 
 void CommandLine::add_bench_registration(CLI::App& bench) {
@@ -418,6 +455,23 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
     verb_ = [this](Console& console) {
       predicates_.json = json();
       return run_bench_predicates(predicates_, console);
+    };
+  });
+}
+
+void CommandLine::add_bench_derived(CLI::App& bench) {
+  CLI::App* derived = bench.add_subcommand(
+      "derived", "Time, memory and error of the features that predicates read, beside ITK's");
+  derived->add_option("--side", derived_.side, "of the timed volume, voxels")
+      ->check(CLI::Range(32, 512))
+      ->capture_default_str();
+  derived->add_option("--threads", derived_.threads, "0: all cores")->capture_default_str();
+  derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
+  add_json(*derived);
+  derived->callback([this] {
+    verb_ = [this](Console& console) {
+      derived_.json = json();
+      return run_bench_derived(derived_, console);
     };
   });
 }

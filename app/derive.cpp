@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/derive.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "io/ct.hpp"
+#include "io/picture.hpp"
+#include "render/derived/service.hpp"
+
+namespace nav::app {
+namespace {
+
+using namespace render::derived;
+
+struct Feature {
+  std::string name;
+  DerivedOptions options;
+};
+
+std::vector<Feature> features_of(const DeriveOptions& options) {
+  VesselnessOptions vessels;
+  vessels.smallest_radius_mm = options.smallest_radius_mm;
+  vessels.largest_radius_mm = options.largest_radius_mm;
+  vessels.polarity = options.bright_vessels ? Polarity::kBright : Polarity::kDark;
+  return {{"snr", SnrOptions{}},
+          {"vesselness", vessels},
+          {"confidence", ConfidenceOptions{}},
+          {"gradient-magnitude", GradientMagnitudeOptions{}},
+          {"gradient-angle", GradientAngleOptions{}},
+          {"depth", ScanDepthOptions{}}};
+}
+
+Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
+  const auto all = features_of(options);
+  if (options.features.empty()) return all;
+  std::vector<Feature> some;
+  for (const std::string& name : options.features) {
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Feature& f) { return f.name == name; });
+    if (found == all.end()) {
+      return Error{ErrorCode::kUsage,
+                   "--feature: expected snr, vesselness, confidence, gradient-magnitude, "
+                   "gradient-angle or depth, found '" +
+                       name + "'"};
+    }
+    some.push_back(*found);
+  }
+  return some;
+}
+
+/// Depth 0 at the voxel that lies furthest towards the probe.
+Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) {
+  const auto vector = [](const std::vector<double>& v) {
+    return Eigen::Vector3d(v[0], v[1], v[2]);
+  };
+  if (!options.apex_mm.empty()) return ScanLines::fan({vector(options.apex_mm)}, 0);
+  const Eigen::Vector3d away =
+      options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
+  Point<frames::Ct> nearest = grid.at({0, 0, 0});
+  for (int corner = 1; corner < 8; ++corner) {
+    const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
+                                (corner >> 1 & 1) * (grid.size[1] - 1),
+                                (corner >> 2) * (grid.size[2] - 1));
+    if ((grid.at(index).mm - nearest.mm).dot(away) < 0) nearest = grid.at(index);
+  }
+  return ScanLines::parallel({away}, nearest);
+}
+
+/// The middle slice across an axis.
+Image2d<Rgba8> slice_of(const FeatureVolume& volume, int axis, const ValueRange& range) {
+  const auto& size = volume.grid.size;
+  const std::array<int, 2> across{axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+  const int width = size[static_cast<std::size_t>(across[0])];
+  const int height = size[static_cast<std::size_t>(across[1])];
+  std::vector<Rgba8> pixels;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      std::array<int, 3> at{};
+      at[static_cast<std::size_t>(axis)] = size[static_cast<std::size_t>(axis)] / 2;
+      at[static_cast<std::size_t>(across[0])] = u;
+      at[static_cast<std::size_t>(across[1])] = v;
+      const auto value = static_cast<double>(volume.at(at[0], at[1], at[2]));
+      if (std::isnan(value)) {
+        pixels.push_back({0, 0, 90, 255});
+        continue;
+      }
+      const double width_of_range = std::max(range.high - range.low, 1e-12);
+      const double share = std::clamp((value - range.low) / width_of_range, 0.0, 1.0);
+      const auto grey = static_cast<std::uint8_t>(std::lround(255 * share));
+      pixels.push_back({grey, grey, grey, 255});
+    }
+  }
+  return {width, height, std::move(pixels)};
+}
+
+Result<void> write_slices(const FeatureVolume& volume, const std::string& name,
+                          const std::filesystem::path& folder) {
+  std::vector<float> finite(*volume.values);
+  for (float& v : finite) v = std::isinf(v) ? kUnknown : v;
+  const auto scalar = ScalarVolume::create(volume.grid, std::move(finite), name);
+  if (!scalar) return scalar.error();
+  const ValueRange range = value_range(*scalar, 0.01, 0.99, 0);
+  std::printf("%-20s %10.4g %10.4g %10.4g %10.4g", name.c_str(), range.least, range.low, range.high,
+              range.greatest);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto path = folder / (name + "-across-" + "ijk"[axis] + ".png");
+    if (auto ok = io::write_png(slice_of(volume, axis, range), path); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> run_derive(const DeriveOptions& options, Console& console) {
+  const auto features = chosen(options);
+  if (!features) return features.error();
+  auto read = io::read_ct(options.volume, console);
+  if (!read) return read.error();
+  std::optional<std::int16_t> unknown;
+  if (options.unknown > -32768) unknown = static_cast<std::int16_t>(options.unknown);
+  const auto volume = ScalarVolume::of(std::make_shared<const Volume>(std::move(*read)), unknown);
+  const auto lines = lines_of(options, volume.grid());
+  if (!lines) return lines.error();
+  std::error_code failed;
+  std::filesystem::create_directories(options.out, failed);
+  if (failed) {
+    return Error{ErrorCode::kIo, options.out.string() + ": expected a folder to write to, found " +
+                                     failed.message()};
+  }
+  std::printf("%-20s %10s %10s %10s %10s %10s\n", "feature", "least", "1 %", "99 %", "greatest",
+              "seconds");
+  for (const Feature& feature : *features) {
+    const auto begun = std::chrono::steady_clock::now();
+    RunOptions run;
+    run.threads = options.threads;
+    const auto found = compute({volume, feature.options, *lines}, run);
+    if (!found) return found.error();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
+    if (auto ok = write_slices(found->volume, feature.name, options.out); !ok) return ok;
+    std::printf(" %10.2f  %s\n", taken.count(), found->note.c_str());
+  }
+  return {};
+}
+
+}  // namespace nav::app

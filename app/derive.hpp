@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/console.hpp"
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+struct DeriveOptions {
+  std::filesystem::path volume;  ///< DICOM folder, NIfTI, MetaImage or NRRD.
+  std::filesystem::path out;     ///< Folder of the pictures.
+  /// snr, vesselness, confidence, gradient-magnitude, gradient-angle, depth; none: all.
+  std::vector<std::string> features;
+  std::vector<double> direction;  ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
+  std::vector<double> apex_mm;    ///< Of a fan instead, LPS: 3 numbers.
+  double smallest_radius_mm = 0.8;
+  double largest_radius_mm = 3.0;
+  bool bright_vessels = false;
+  int unknown = -32768;  ///< Value of voxels that no picture reached; -32768: there are none.
+  int threads = 0;       ///< 0: all cores.
+};
+
+/// Computes the features that predicates read from an ultrasound volume and writes the middle slice
+/// of each along every axis as PNG, black at the 1st and white at the 99th percentile; blue where a
+/// feature is undefined. Prints ranges and times.
+Result<void> run_derive(const DeriveOptions& options, Console& console);
+
+}  // namespace nav::app

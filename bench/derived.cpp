@@ -1,0 +1,302 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/derived.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "bench/derived_itk.hpp"
+#include "render/derived/definition.hpp"
+#include "render/derived/service.hpp"
+
+namespace nav::bench {
+namespace {
+
+using namespace render::derived;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kVoxelMm = 0.4;
+
+/// In [0, 1), from a position: no state, no order.
+double hash01(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
+}
+
+/// Mean brightness at a place, shares of the side.
+double tissue(double x, double y, double z) {
+  const double layers = 90 + 30 * std::sin(14 * y + 2 * std::sin(5 * x)) + 10 * std::sin(9 * z);
+  const double vessels[3][3] = {{0.3, 0.45, 0.05}, {0.62, 0.6, 0.03}, {0.5, 0.25, 0.018}};
+  for (const auto& v : vessels) {
+    const double wander = 0.08 * std::sin(6 * z + 9 * v[0]);
+    if (std::hypot(x - v[0] - wander, y - v[1]) < v[2]) return 14;
+  }
+  if (std::hypot(x - 0.8, y - 0.35) < 0.08 && y < 0.35) return 230;
+  if (std::abs(x - 0.8) < 0.08 && y >= 0.35) return 6;
+  return layers;
+}
+
+ItkVoxels itk_voxels(const ScalarVolume& volume) {
+  const VoxelGrid& grid = volume.grid();
+  ItkVoxels voxels{grid.size,
+                   {grid.spacing_mm.x(), grid.spacing_mm.y(), grid.spacing_mm.z()},
+                   std::vector<float>(ItkPeer::built() ? grid.voxel_count() : 0)};
+  if (!ItkPeer::built()) return voxels;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      volume.read_row(j, k, voxels.values.data() + offset_of(grid, 0, j, k));
+    }
+  }
+  return voxels;
+}
+
+ScanLines down(const ScalarVolume& volume) {
+  return *ScanLines::parallel({{0, 1, 0}}, volume.grid().at({0, 0, 0}));
+}
+
+/// A feature with the ITK filter that computes the same.
+struct Subject {
+  std::string name;
+  DerivedOptions options;
+  double goal_s;
+  std::string peer;
+  std::function<void(ItkPeer&)> run_peer;
+};
+
+std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
+  const VesselnessOptions vessels;
+  const auto sigmas = sigmas_mm(vessels);
+  const ItkTubes tubes{
+      vessels.polarity == Polarity::kBright,
+      vessels.alpha,
+      vessels.beta,
+      contrast_of(vessels, volume, threads) / (std::numbers::sqrt2 * std::numbers::e),
+      sigmas.front(),
+      sigmas.back(),
+      vessels.scales};
+  return {
+      {"snr", SnrOptions{}, 1, "NoiseImageFilter + MeanImageFilter",
+       [](ItkPeer& p) { p.signal_to_noise(); }},
+      {"vesselness", vessels, 6, "MultiScaleHessianBasedMeasure, 4 scales",
+       [=](ItkPeer& p) { p.vesselness(tubes); }},
+      {"confidence", ConfidenceOptions{}, 10, "none", {}},
+      {"gradient_magnitude", GradientMagnitudeOptions{}, kNaN, "GradientMagnitudeImageFilter",
+       [](ItkPeer& p) { p.gradient_magnitude(); }},
+      {"gradient_angle", GradientAngleOptions{}, kNaN, "none", {}},
+  };
+}
+
+Result<DerivedTiming> time_subject(const Subject& subject, const ScalarVolume& volume,
+                                   const DerivedBenchOptions& options, ItkPeer& peer) {
+  DerivedTiming timing{subject.name, {}, subject.goal_s, 0, "", subject.peer, {kNaN, kNaN}};
+  const DerivedRequest request{volume, subject.options, down(volume)};
+  std::size_t before = 0;
+  std::atomic<std::size_t> most = 0;
+  RunOptions run;
+  run.threads = options.threads;
+  run.memory_limit = std::numeric_limits<std::size_t>::max();
+  run.progress = [&](double) {
+    const std::size_t now = resident_bytes();
+    std::size_t seen = most;
+    while (now > seen && !most.compare_exchange_weak(seen, now)) {
+    }
+  };
+  std::vector<Task> tasks{[&]() -> Result<void> {
+    before = resident_bytes();
+    most = before;
+    auto found = compute(request, run);
+    if (!found) return found.error();
+    timing.note = found->note;
+    return {};
+  }};
+  if (subject.run_peer && ItkPeer::built()) {
+    tasks.emplace_back([&]() -> Result<void> {
+      subject.run_peer(peer);
+      return {};
+    });
+  } else if (subject.run_peer) {
+    timing.peer = "not built";
+  }
+  auto taken = time_in_turn(tasks, options.repeats);
+  if (!taken) return taken.error();
+  timing.taken = taken->front();
+  if (taken->size() > 1) timing.peer_taken = taken->back();
+  timing.bytes_per_voxel =
+      static_cast<double>(most.load() - before) / static_cast<double>(volume.grid().voxel_count());
+  return timing;
+}
+
+struct Difference {
+  double rms = 0, max = 0, median_value = 0;
+};
+Difference difference(const FeatureVolume& found, const std::vector<double>& truth) {
+  Difference d;
+  std::vector<double> sizes;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    if (!std::isfinite(truth[n])) continue;
+    const double error = std::abs(truth[n] - static_cast<double>((*found.values)[n]));
+    d.rms += error * error;
+    d.max = std::max(d.max, error);
+    sizes.push_back(std::abs(truth[n]));
+  }
+  d.rms = std::sqrt(d.rms / static_cast<double>(std::max<std::size_t>(sizes.size(), 1)));
+  d.median_value = median(std::move(sizes));
+  return d;
+}
+
+/// Times a setting and holds it against the truth.
+Result<void> add_point(const std::string& feature, const std::string& setting,
+                       const ScalarVolume& volume, const DerivedOptions& options,
+                       const std::vector<double>& truth, DerivedBenchReport& report) {
+  std::optional<DerivedVolume> found;
+  const DerivedRequest request{volume, options, down(volume)};
+  const Task task = [&]() -> Result<void> {
+    auto one = compute(request, {});
+    if (!one) return one.error();
+    found = *one;
+    return {};
+  };
+  auto taken = time_in_turn({task}, {3, 5});
+  if (!taken) return taken.error();
+  const Difference d = difference(found->volume, truth);
+  report.errors.push_back({feature, setting, taken->front().cpu_s, d.rms, d.max, d.median_value});
+  return {};
+}
+
+template <class At>
+std::vector<double> everywhere(const VoxelGrid& grid, const At& at) {
+  std::vector<double> values;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) values.push_back(at(i, j, k));
+    }
+  }
+  return values;
+}
+
+Result<void> vesselness_curve(DerivedBenchReport& report) {
+  const ScalarVolume volume = derived_phantom(48);
+  VesselnessOptions options;
+  const auto truth = definition::vesselness(volume, options);
+  for (const double truncate : {2.5, 3.0, 4.0, 5.0, 6.0}) {
+    options.truncate = truncate;
+    char setting[32];
+    std::snprintf(setting, sizeof setting, "truncate=%.1f", truncate);
+    if (auto ok = add_point("vesselness", setting, volume, options, truth, report); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> confidence_curve(DerivedBenchReport& report) {
+  const ScalarVolume volume = derived_phantom(28);
+  ConfidenceOptions options;
+  const auto truth = definition::confidence(volume, down(volume), options);
+  if (!truth) return truth.error();
+  for (const double error : {1e-2, 1e-3, 1e-4, 1e-5, 1e-7}) {
+    options.solve.error = error;
+    options.solve.max_iterations = 1000;
+    char setting[32];
+    std::snprintf(setting, sizeof setting, "error=%.0e", error);
+    if (auto ok = add_point("confidence", setting, volume, options, *truth, report); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> window_and_gradient_points(DerivedBenchReport& report) {
+  const ScalarVolume volume = derived_phantom(40);
+  const SnrOptions snr;
+  auto truth = everywhere(volume.grid(), [&](int i, int j, int k) {
+    return definition::signal_to_noise(volume, snr, i, j, k);
+  });
+  if (auto ok = add_point("snr", "7^3 uniform", volume, snr, truth, report); !ok) return ok;
+  truth = everywhere(volume.grid(),
+                     [&](int i, int j, int k) { return gradient_at(volume, i, j, k).norm(); });
+  if (auto ok = add_point("gradient_magnitude", "central", volume, GradientMagnitudeOptions{},
+                          truth, report);
+      !ok) {
+    return ok;
+  }
+  truth = everywhere(volume.grid(), [&](int i, int j, int k) {
+    return gradient_angle(gradient_at(volume, i, j, k), {0, 1, 0}, 1e-3);
+  });
+  return add_point("gradient_angle", "central", volume, GradientAngleOptions{}, truth, report);
+}
+
+}  // namespace
+
+ScalarVolume derived_phantom(int side) {
+  VoxelGrid grid;
+  grid.size = {side, side, side};
+  grid.spacing_mm = {kVoxelMm, kVoxelMm, kVoxelMm};
+  std::vector<std::int16_t> voxels;
+  voxels.reserve(grid.voxel_count());
+  std::uint64_t cell = 0;
+  double kept = 1;
+  for (int k = 0; k < side; ++k) {
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i, ++cell) {
+        // An exponential power correlated along the row.
+        kept = 0.6 * kept - 0.4 * std::log(1 - hash01(cell));
+        const double mean = tissue((i + 0.5) / side, (j + 0.5) / side, (k + 0.5) / side);
+        voxels.push_back(static_cast<std::int16_t>(std::min(255.0, mean * std::sqrt(kept))));
+      }
+    }
+  }
+  return ScalarVolume::of(
+      std::make_shared<Volume>(*Volume::create(grid, std::move(voxels), "speckle phantom")));
+}
+
+Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,
+                                           const std::function<void(double)>& progress) {
+  DerivedBenchReport report;
+  report.side = options.side;
+  const ScalarVolume volume = derived_phantom(options.side);
+  ItkPeer peer(itk_voxels(volume), options.threads);
+  const auto all = subjects(volume, options.threads);
+  const double steps = static_cast<double>(all.size()) + 3;
+  for (const Subject& subject : all) {
+    auto timing = time_subject(subject, volume, options, peer);
+    if (!timing) return timing.error();
+    report.timings.push_back(std::move(*timing));
+    progress(static_cast<double>(report.timings.size()) / steps);
+  }
+  if (auto ok = window_and_gradient_points(report); !ok) return ok.error();
+  progress((steps - 2) / steps);
+  if (auto ok = vesselness_curve(report); !ok) return ok.error();
+  progress((steps - 1) / steps);
+  if (auto ok = confidence_curve(report); !ok) return ok.error();
+  return report;
+}
+
+std::string to_text(const DerivedBenchReport& report) {
+  std::string text;
+  char line[256];
+  std::snprintf(line, sizeof line, "\n%d^3 voxels\n%-20s %9s %9s %7s %8s %9s %7s  %s\n",
+                report.side, "feature", "cpu s", "wall s", "goal s", "B/voxel", "ITK cpu s",
+                "ratio", "beside");
+  text += line;
+  for (const auto& t : report.timings) {
+    std::snprintf(line, sizeof line, "%-20s %9.3f %9.3f %7.1f %8.1f %9.3f %7.2f  %s %s\n",
+                  t.feature.c_str(), t.taken.cpu_s, t.taken.wall_s, t.goal_s, t.bytes_per_voxel,
+                  t.peer_taken.cpu_s, t.ratio(), t.peer.c_str(), t.note.c_str());
+    text += line;
+  }
+  std::snprintf(line, sizeof line, "\n%-20s %-16s %10s %10s %10s %10s\n", "feature", "setting",
+                "cpu s", "rms", "max", "median");
+  text += line;
+  for (const auto& e : report.errors) {
+    std::snprintf(line, sizeof line, "%-20s %-16s %10.4f %10.2e %10.2e %10.3g\n", e.feature.c_str(),
+                  e.setting.c_str(), e.cpu_s, e.rms, e.max, e.median_value);
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace nav::bench

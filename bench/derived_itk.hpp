@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace nav::bench {
+
+/// Plain numbers: ITK brings an Eigen of its own, which must not meet ours in one source file.
+struct ItkVoxels {
+  std::array<int, 3> size;
+  std::array<double, 3> spacing_mm;
+  std::vector<float> values;
+};
+struct ItkTubes {
+  bool bright;
+  double alpha, beta, c;
+  double first_sigma_mm, last_sigma_mm;
+  int scales;
+};
+
+/// The filters of ITK that stand beside ours, on a copy of the same voxels. Without ITK at build
+/// time there are none.
+class ItkPeer {
+ public:
+  ItkPeer(const ItkVoxels& voxels, int threads);
+  ~ItkPeer();
+  ItkPeer(const ItkPeer&) = delete;
+  ItkPeer& operator=(const ItkPeer&) = delete;
+
+  static bool built();
+  /// itk::MeanImageFilter over itk::NoiseImageFilter (local standard deviation), 7^3.
+  void signal_to_noise();
+  /// itk::MultiScaleHessianBasedMeasureImageFilter with HessianToObjectnessMeasureImageFilter.
+  void vesselness(const ItkTubes& tubes);
+  /// itk::GradientMagnitudeImageFilter.
+  void gradient_magnitude();
+
+ private:
+  struct Image;
+  std::unique_ptr<Image> image_;
+};
+
+}  // namespace nav::bench

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived/confidence.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "render/parallel.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+/// Picks the voxels out of a vector on the graph's layout.
+template <class Visit>
+void for_each_voxel(const GridGraph& graph, const Visit& visit) {
+  std::size_t voxel = 0;
+  for (int k = 0; k < graph.size()[2]; ++k) {
+    for (int j = 0; j < graph.size()[1]; ++j) {
+      for (int i = 0; i < graph.size()[0]; ++i) visit(voxel++, graph.at(i, j, k));
+    }
+  }
+}
+
+/// Unknown voxels have no edges, but 0 times NaN would still be NaN.
+std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
+  std::vector<std::size_t> unknown;
+  for (std::size_t node = 0; node < system.x.size(); ++node) {
+    if (!std::isnan(system.x[node])) continue;
+    unknown.push_back(node);
+    system.x[node] = 0;
+  }
+  return unknown;
+}
+
+Error not_converged(const std::string& name, const ConfidenceOptions& options,
+                    const SolveReport& report) {
+  std::ostringstream text;
+  text << name << ": expected an estimated error of " << options.solve.error << " within "
+       << options.solve.max_iterations << " iterations, found " << report.estimated_error
+       << " after " << report.iterations;
+  return {ErrorCode::kNumerical, text.str()};
+}
+
+}  // namespace
+
+Result<void> validate(const ConfidenceOptions& options) {
+  struct Range {
+    const char* name;
+    double value, low, high;
+  };
+  const Range ranges[] = {
+      {"alpha", options.alpha, 0, 20},
+      {"beta", options.beta, 0, 1000},
+      {"gamma", options.gamma, 0, 1},
+      {"error", options.solve.error, 1e-12, 0.1},
+      {"max_iterations", static_cast<double>(options.solve.max_iterations), 1, 1e6},
+  };
+  for (const Range& r : ranges) {
+    if (r.value >= r.low && r.value <= r.high) continue;
+    std::ostringstream text;
+    text << "confidence: expected " << r.name << " in [" << r.low << ", " << r.high << "], found "
+         << r.value;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return {};
+}
+
+Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,
+                              const ConfidenceOptions& options, const RunOptions& run) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  const VoxelGrid& grid = volume.grid();
+  const std::string name = volume.name() + ": confidence";
+  constexpr double kBytesPerVoxel = 120;
+  if (auto ok = check_memory(name, grid.voxel_count(), kBytesPerVoxel, run.memory_limit); !ok) {
+    return ok.error();
+  }
+  auto system = confidence_system(volume, lines, options, run);
+  if (!system) return system.error();
+  const auto unknown = without_unknown(*system);
+  Multigrid multigrid(std::move(system->graph), run.threads);
+  const SolveReport report = solve(multigrid, system->b, system->x, options.solve, run);
+  if (run.stop.stop_requested()) return cancelled(name);
+  if (!report.converged) return not_converged(name, options, report);
+  for (const std::size_t node : unknown) system->x[node] = std::nan("");
+  std::vector<float> values(grid.voxel_count());
+  for_each_voxel(multigrid.fine(), [&](std::size_t voxel, std::size_t node) {
+    const double x = system->x[node];
+    values[voxel] = std::isnan(x) ? kUnknown : static_cast<float>(std::clamp(x, 0.0, 1.0));
+  });
+  return Confidence{{grid, std::make_shared<const std::vector<float>>(std::move(values))}, report};
+}
+
+namespace definition {
+
+Result<std::vector<double>> confidence(const ScalarVolume& volume, const ScanLines& lines,
+                                       const ConfidenceOptions& options) {
+  RunOptions run;
+  run.threads = 1;
+  auto system = confidence_system(volume, lines, options, run);
+  if (!system) return system.error();
+  const GridGraph& graph = system->graph;
+  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<int> number(graph.cells(), -1);
+  std::vector<std::size_t> nodes;
+  for_each_voxel(graph, [&](std::size_t, std::size_t node) {
+    if (!(graph.degree(node) > 0)) return;
+    number[node] = static_cast<int>(nodes.size());
+    nodes.push_back(node);
+  });
+  const auto size = static_cast<Eigen::Index>(nodes.size());
+  Eigen::VectorXd b(size);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const int row = static_cast<int>(n);
+    entries.emplace_back(row, row, graph.degree(nodes[n]));
+    b[row] = static_cast<double>(system->b[nodes[n]]);
+    for (int e = 0; e < kGraphEdges; ++e) {
+      const auto weight = static_cast<double>(graph.weights[static_cast<std::size_t>(e)][nodes[n]]);
+      if (!(weight > 0)) continue;
+      const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
+      entries.emplace_back(row, other, -weight);
+      entries.emplace_back(other, row, -weight);
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
+  const Eigen::VectorXd solved = factors.solve(b);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    system->x[nodes[n]] = solved[static_cast<Eigen::Index>(n)];
+  }
+  std::vector<double> out(volume.grid().voxel_count());
+  for_each_voxel(graph, [&](std::size_t voxel, std::size_t node) { out[voxel] = system->x[node]; });
+  return out;
+}
+
+}  // namespace definition
+
+}  // namespace nav::render::derived

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/derived/multigrid.hpp"
+#include "render/derived/scan_lines.hpp"
+#include "render/derived/volume.hpp"
+
+namespace nav::render::derived {
+
+/// Confidence by random walks (Karamalis et al. 2012): the probability that a walk from a voxel
+/// reaches the transducer before the far end of the scan lines.
+///
+/// Nodes are the known voxels, edges join 18 neighbours (along the axes and the diagonals of their
+/// planes; in the plane of the scan lines the paper's eight). With intensities g normalised to
+/// [0, 1] over the known voxels, l the depth normalised to [0, 1], c = g exp(-alpha l), an edge
+/// weighs exp(-beta (|c_i - c_j| + penalty)) + 1e-5; the floor, as in the authors' code, keeps
+/// every voxel connected. The paper's penalties are 0 along the scan line, gamma across and sqrt(2)
+/// gamma diagonally. For any angle phi to the scan line and length L of an edge in units of the
+/// smallest spacing they become gamma L min(1, sqrt(2) sin phi), which are the paper's on its own
+/// grid.
+///
+/// Fixed at 1: the first known voxel of a scan line, at 0: the last one (holes in between are
+/// neither). A line of one voxel is at the transducer.
+struct ConfidenceOptions {
+  double alpha = 2;     ///< Attenuation, [0, 20].
+  double beta = 90;     ///< Steepness, [0, 1000].
+  double gamma = 0.05;  ///< Penalty across scan lines, [0, 1].
+  SolveOptions solve;
+};
+Result<void> validate(const ConfidenceOptions& options);
+
+struct Confidence {
+  FeatureVolume volume;  ///< [0, 1]; NaN at unknown voxels and where no fixed voxel is connected.
+  SolveReport report;
+};
+
+/// Holds about 120 bytes per voxel. A known voxel without a scan line counts as unknown.
+/// Refuses volumes where no voxel is left then. kNumerical when it did not converge within its
+/// iterations.
+Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,
+                              const ConfidenceOptions& options = {}, const RunOptions& run = {});
+
+/// The linear system of a confidence map.
+struct ConfidenceSystem {
+  GridGraph graph;
+  std::vector<float> b;   ///< Sum of the edges to voxels fixed at 1.
+  std::vector<double> x;  ///< Start: fixed values, NaN where unknown, depth from 1 to 0 between.
+};
+Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const ScanLines& lines,
+                                           const ConfidenceOptions& options, const RunOptions& run);
+
+namespace definition {
+/// The same system solved directly in double (Eigen's SimplicialLDLT): for small volumes.
+Result<std::vector<double>> confidence(const ScalarVolume& volume, const ScanLines& lines,
+                                       const ConfidenceOptions& options);
+}  // namespace definition
+
+}  // namespace nav::render::derived

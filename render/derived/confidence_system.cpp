@@ -1,0 +1,300 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+
+#include "render/derived/confidence.hpp"
+#include "render/parallel.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+enum Kind : std::uint8_t { kNothing, kOpen, kSource, kSink };
+
+/// Least and greatest depth of the known voxels, mm.
+struct DepthRange {
+  double least = INFINITY;
+  double greatest = -INFINITY;
+};
+
+/// Builds the system on the graph's own layout, step by step.
+class Assembly {
+ public:
+  Assembly(const ScalarVolume& volume, const ScanLines& lines, const ConfidenceOptions& options,
+           const RunOptions& run)
+      : volume_(volume),
+        grid_(volume.grid()),
+        lines_(lines),
+        options_(options),
+        threads_(run.threads),
+        graph_(grid_.size),
+        attenuated_(graph_.cells(), kUnknown),
+        kind_(graph_.cells(), kNothing) {
+    const double smallest = grid_.spacing_mm.minCoeff();
+    for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
+      const auto& s = kEdgeSteps[e];
+      const Eigen::Vector3d along =
+          grid_.directions * grid_.spacing_mm.cwiseProduct(Eigen::Vector3d(s[0], s[1], s[2]));
+      edge_along_[e] = along.normalized();
+      edge_length_[e] = along.norm() / smallest;
+    }
+  }
+
+  /// False: no voxel is known.
+  bool attenuate() {
+    const ValueRange range = value_range(volume_, 0, 1, threads_);
+    depth_ = depth_range();
+    if (range.known == 0 || !(depth_.least <= depth_.greatest)) return false;
+    const double width = range.greatest - range.least;
+    const double per_value = width > 0 ? 1 / width : 0;
+    for_each_row([&](int j, int k, Row& row) {
+      const std::size_t first = graph_.at(0, j, k);
+      for (std::size_t i = 0; i < row.value.size(); ++i) {
+        // A voxel without a scan line is as unknown as one without a value.
+        if (std::isnan(row.value[i]) || std::isnan(row.depth[i])) {
+          all_known_ = false;
+          continue;
+        }
+        const double g = (static_cast<double>(row.value[i]) - range.least) * per_value;
+        attenuated_[first + i] =
+            static_cast<float>(g * std::exp(-options_.alpha * share_of_depth(row.depth[i])));
+        kind_[first + i] = kOpen;
+      }
+    });
+    return true;
+  }
+
+  void fix_ends() {
+    std::vector<std::vector<std::pair<std::size_t, Kind>>> planes(index(grid_.size[2]));
+    const auto common = lines_.common();
+    for_each_index(grid_.size[2], threads_, [&](int k) {
+      for (int j = 0; j < grid_.size[1]; ++j) {
+        for (int i = 0; i < grid_.size[0]; ++i) {
+          const std::size_t node = graph_.at(i, j, k);
+          if (kind_[node] == kNothing) continue;
+          const Eigen::Vector3d step = step_along(common ? *common : lines_.away(grid_, i, j, k));
+          if (leads_out(i, j, k, -step)) {
+            planes[index(k)].emplace_back(node, kSource);
+          } else if (leads_out(i, j, k, step)) {
+            planes[index(k)].emplace_back(node, kSink);
+          }
+        }
+      }
+    });
+    for (const auto& plane : planes) fixed_.insert(fixed_.end(), plane.begin(), plane.end());
+    for (const auto& [node, kind] : fixed_) kind_[node] = kind;
+  }
+
+  void weigh() {
+    const EdgeConstants constants{static_cast<float>(options_.beta), 1e-5F};
+    for_each_index(grid_.size[2], threads_, [&](int k) {
+      std::vector<float> penalty(index(graph_.row_length()));
+      for (int j = 0; j < grid_.size[1]; ++j) {
+        const std::size_t first = graph_.at(0, j, k);
+        for (int e = 0; e < kGraphEdges; ++e) {
+          penalties(e, j, k, penalty);
+          kernels().edge_weights(
+              &attenuated_[first], &attenuated_[first + static_cast<std::size_t>(graph_.offset(e))],
+              penalty.data(), constants, &graph_.weights[index(e)][first], graph_.row_length());
+        }
+      }
+    });
+  }
+
+  /// Edges to fixed voxels become leaks and right-hand side of the open ones.
+  void eliminate(std::vector<float>& b) {
+    b.assign(graph_.cells(), 0.0F);
+    for (const auto& [node, kind] : fixed_) {
+      for (int e = 0; e < kGraphEdges; ++e) {
+        const auto step = static_cast<std::size_t>(graph_.offset(e));
+        auto& w = graph_.weights[index(e)];
+        for (const auto& [other, edge] :
+             {std::pair{node + step, node}, {node - step, node - step}}) {
+          if (kind_[other] == kOpen) {
+            graph_.leak[other] += w[edge];
+            b[other] += kind == kSource ? w[edge] : 0.0F;
+          }
+          w[edge] = 0;
+        }
+      }
+    }
+  }
+
+  /// Open voxels that no fixed one is connected to lose their edges and become unknown.
+  void drop_islands() {
+    if (all_known_) return;  // Everything hangs together, and some voxel is the first of a line.
+    std::vector<std::size_t> queue;
+    std::vector<bool> reached(graph_.cells());
+    for (std::size_t node = 0; node < graph_.cells(); ++node) {
+      if (kind_[node] != kOpen || !(graph_.leak[node] > 0)) continue;
+      reached[node] = true;
+      queue.push_back(node);
+    }
+    while (!queue.empty()) {
+      const std::size_t node = queue.back();
+      queue.pop_back();
+      for (int e = 0; e < kGraphEdges; ++e) {
+        const auto step = static_cast<std::size_t>(graph_.offset(e));
+        const auto& w = graph_.weights[index(e)];
+        for (const auto& [other, weight] :
+             {std::pair{node + step, w[node]}, std::pair{node - step, w[node - step]}}) {
+          if (!(weight > 0) || reached[other]) continue;
+          reached[other] = true;
+          queue.push_back(other);
+        }
+      }
+    }
+    for (std::size_t node = 0; node < graph_.cells(); ++node) {
+      if (kind_[node] != kOpen || reached[node]) continue;
+      kind_[node] = kNothing;
+      for (auto& w : graph_.weights) w[node] = 0;
+    }
+  }
+
+  ConfidenceSystem finish(std::vector<float> b) {
+    std::vector<double> x(graph_.cells(), 0.0);
+    for_each_row([&](int j, int k, Row& row) {
+      const std::size_t first = graph_.at(0, j, k);
+      for (std::size_t i = 0; i < row.depth.size(); ++i) {
+        const Kind kind = kind_[first + i];
+        x[first + i] = kind == kSource    ? 1
+                       : kind == kSink    ? 0
+                       : kind == kNothing ? std::nan("")
+                                          : 1 - share_of_depth(row.depth[i]);
+      }
+    });
+    return {std::move(graph_), std::move(b), std::move(x)};
+  }
+
+ private:
+  /// Values and depths of a row; NaN where unknown.
+  struct Row {
+    std::vector<float> value;
+    std::vector<double> depth;
+  };
+  template <class Visit>
+  void for_each_row(const Visit& visit) const {
+    const auto count = index(grid_.size[0]);
+    const auto common = lines_.common();
+    const double per_voxel =
+        common ? common->dot(grid_.directions.col(0)) * grid_.spacing_mm.x() : 0;
+    for_each_index(grid_.size[2], threads_, [&](int k) {
+      Row row{std::vector<float>(count), std::vector<double>(count)};
+      for (int j = 0; j < grid_.size[1]; ++j) {
+        volume_.read_row(j, k, row.value.data());
+        const double start = lines_.depth_mm(grid_, 0, j, k);
+        for (int i = 0; i < grid_.size[0]; ++i) {
+          row.depth[index(i)] = common ? start + i * per_voxel : line_depth(i, j, k);
+        }
+        visit(j, k, row);
+      }
+    });
+  }
+  /// NaN too where there is a depth but no direction.
+  [[nodiscard]] double line_depth(int i, int j, int k) const {
+    const bool has_line = lines_.away(grid_, i, j, k).allFinite();
+    return has_line ? lines_.depth_mm(grid_, i, j, k) : std::nan("");
+  }
+  [[nodiscard]] double share_of_depth(double depth) const {
+    const double span = depth_.greatest - depth_.least;
+    return span > 0 ? (depth - depth_.least) / span : 0;
+  }
+  DepthRange depth_range() const {
+    std::vector<DepthRange> planes(index(grid_.size[2]));
+    for_each_row([&](int, int k, Row& row) {
+      DepthRange& plane = planes[index(k)];
+      for (std::size_t i = 0; i < row.depth.size(); ++i) {
+        if (std::isnan(row.depth[i]) || std::isnan(row.value[i])) continue;
+        plane.least = std::min(plane.least, row.depth[i]);
+        plane.greatest = std::max(plane.greatest, row.depth[i]);
+      }
+    });
+    DepthRange all;
+    for (const DepthRange& plane : planes) {
+      all.least = std::min(all.least, plane.least);
+      all.greatest = std::max(all.greatest, plane.greatest);
+    }
+    return all;
+  }
+  /// One voxel along the axis that the line follows most closely, in voxel indices.
+  [[nodiscard]] Eigen::Vector3d step_along(const Eigen::Vector3d& away) const {
+    const Eigen::Vector3d step =
+        (grid_.directions.transpose() * away).cwiseQuotient(grid_.spacing_mm);
+    return step / step.cwiseAbs().maxCoeff();
+  }
+  /// No known voxel lies on the way out of the volume.
+  bool leads_out(int i, int j, int k, const Eigen::Vector3d& step) const {
+    Eigen::Vector3d p(i, j, k);
+    while (true) {
+      p += step;
+      const int x = static_cast<int>(std::lround(p.x()));
+      const int y = static_cast<int>(std::lround(p.y()));
+      const int z = static_cast<int>(std::lround(p.z()));
+      const bool inside =
+          x >= 0 && y >= 0 && z >= 0 && x < grid_.size[0] && y < grid_.size[1] && z < grid_.size[2];
+      if (!inside) return true;
+      if (kind_[graph_.at(x, y, z)] != kNothing) return false;
+    }
+  }
+  [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
+    const double sine = edge_along_[index(e)].cross(along_line).norm();
+    return options_.gamma * edge_length_[index(e)] * std::min(1.0, std::numbers::sqrt2 * sine);
+  }
+  void penalties(int e, int j, int k, std::vector<float>& row) const {
+    if (const auto common = lines_.common()) {
+      std::fill(row.begin(), row.end(), static_cast<float>(penalty(e, *common)));
+      return;
+    }
+    const auto& s = kEdgeSteps[index(e)];
+    for (int i = 0; i < grid_.size[0]; ++i) {
+      const int x = i + s[0], y = j + s[1], z = k + s[2];
+      row[index(i)] = 0;
+      if (x >= grid_.size[0] || y < 0 || y >= grid_.size[1] || z < 0 || z >= grid_.size[2])
+        continue;
+      const Eigen::Vector3d both = lines_.away(grid_, i, j, k) + lines_.away(grid_, x, y, z);
+      if (both.allFinite() && both.norm() > 0) {
+        row[index(i)] = static_cast<float>(penalty(e, both.normalized()));
+      }
+    }
+  }
+
+  const ScalarVolume& volume_;
+  const VoxelGrid& grid_;
+  const ScanLines& lines_;
+  const ConfidenceOptions& options_;
+  int threads_;
+  GridGraph graph_;
+  std::vector<float> attenuated_;  ///< c; NaN where unknown, border included.
+  std::vector<Kind> kind_;
+  std::vector<std::pair<std::size_t, Kind>> fixed_;
+  std::atomic<bool> all_known_ = true;
+  std::array<Eigen::Vector3d, kGraphEdges> edge_along_;
+  std::array<double, kGraphEdges> edge_length_{};
+  DepthRange depth_;
+};
+
+}  // namespace
+
+Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const ScanLines& lines,
+                                           const ConfidenceOptions& options,
+                                           const RunOptions& run) {
+  const std::string name = volume.name() + ": confidence";
+  if (auto ok = lines.check(volume.grid(), name); !ok) return ok.error();
+  Assembly assembly(volume, lines, options, run);
+  if (!assembly.attenuate()) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected known voxels with a scan line, found none"};
+  }
+  assembly.fix_ends();
+  assembly.weigh();
+  std::vector<float> b;
+  assembly.eliminate(b);
+  assembly.drop_islands();
+  return assembly.finish(std::move(b));
+}
+
+}  // namespace nav::render::derived

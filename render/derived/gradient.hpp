@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "render/derived/run.hpp"
+#include "render/derived/scan_lines.hpp"
+#include "render/derived/volume.hpp"
+
+namespace nav::render::derived {
+
+struct GradientOptions {
+  /// Gaussian smoothing before ("the smoothed gradient", Schulte zu Berge et al. 2014, §3.1), mm,
+  /// [0, 20]; 0: central differences of the voxels themselves.
+  double smoothing_mm = 0;
+  /// Below this magnitude a gradient has no direction and its angle is NaN, per mm, > 0.
+  double least_per_mm = 1e-3;
+};
+Result<void> validate(const GradientOptions& options);
+
+/// Gradient at a voxel by central differences, per mm, in the frame of the volume; one-sided at
+/// borders and beside unknown voxels; 0 along an axis of one voxel. NaN at unknown voxels and where
+/// an axis has no known neighbour.
+Eigen::Vector3d gradient_at(const ScalarVolume& volume, int i, int j, int k);
+
+/// Angle between two vectors, rad, [0, pi]: atan2(|g x s|, g . s), exact near 0 and pi and for unit
+/// vectors that rounding made longer than 1. NaN when |g| < least or any part is NaN.
+double gradient_angle(const Eigen::Vector3d& gradient, const Eigen::Vector3d& away, double least);
+
+struct GradientVolumes {
+  FeatureVolume magnitude;             ///< Per mm.
+  std::optional<FeatureVolume> angle;  ///< To the scan line away from the transducer, rad.
+};
+/// lines: null: no angle. Magnitudes of NaN gradients are NaN. Holds 4 bytes per voxel for each
+/// result, and 10 more with smoothing (borders and unknown voxels then as in FilledField).
+Result<GradientVolumes> gradient_volumes(const ScalarVolume& volume, const ScanLines* lines,
+                                         const GradientOptions& options = {},
+                                         const RunOptions& run = {});
+
+}  // namespace nav::render::derived

@@ -1,0 +1,418 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived/multigrid.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "render/parallel.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Calls work(first node, nodes) for every row, planes in parallel.
+template <class Work>
+void for_each_row(const GridGraph& graph, int threads, const Work& work) {
+  for_each_index(graph.size()[2], threads, [&](int k) {
+    for (int j = 0; j < graph.size()[1]; ++j) work(j, k, graph.at(0, j, k));
+  });
+}
+
+/// The axis along which neighbours hold together most: that of the scan lines, mostly.
+int line_axis(const GridGraph& graph, int threads) {
+  const auto coupling = graph.coupling(threads);
+  int axis = 0;
+  double strongest = -1;
+  for (int a = 0; a < 3; ++a) {
+    if (graph.size()[index(a)] == 1 || coupling[index(a)] <= strongest) continue;
+    axis = a;
+    strongest = coupling[index(a)];
+  }
+  return axis;
+}
+
+/// Boxes of 2 across the lines, which are solved exactly; along them when nothing else is left.
+std::array<int, 3> factors_of(const GridGraph& graph, int axis) {
+  std::array<int, 3> factor{1, 1, 1};
+  bool across = false;
+  for (int a = 0; a < 3; ++a) {
+    if (a == axis || graph.size()[index(a)] == 1) continue;
+    factor[index(a)] = 2;
+    across = true;
+  }
+  if (!across) factor[index(axis)] = 2;
+  return factor;
+}
+
+}  // namespace
+
+struct Multigrid::Level {
+  GridGraph graph;
+  int axis;  ///< Of the lines that smoothing solves exactly.
+  /// Of the factorisation of each line; 0 where there is nothing to solve.
+  std::vector<float> pivot;
+  std::vector<float> x, b, t;
+  std::array<int, 3> factor{1, 1, 1};  ///< To the next level.
+
+  Level(GridGraph g, int threads)
+      : graph(std::move(g)), axis(line_axis(graph, threads)), pivot(graph.cells()) {
+    x.resize(graph.cells());
+    b.resize(graph.cells());
+    t.resize(graph.cells());
+    for_each_row(graph, threads,
+                 [&](int j, int k, std::size_t first) { graph.degrees(j, k, &pivot[first]); });
+    factorise(threads);
+  }
+
+  /// Block Jacobi with whole lines has eigenvalues in (0, 2].
+  static constexpr float kDamping = 0.9F;
+
+  /// One step from x = 0.
+  void smooth_from_zero(int threads) {
+    for_each_row(graph, threads, [&](int, int, std::size_t first) {
+      std::copy_n(&b[first], graph.row_length(), &t[first]);
+    });
+    solve_lines(threads);
+    for_each_row(graph, threads, [&](int, int, std::size_t first) {
+      for (std::size_t i = first; i < first + length(); ++i) x[i] = kDamping * t[i];
+    });
+  }
+  void smooth(int threads) {
+    residual(threads);
+    solve_lines(threads);
+    for_each_row(graph, threads, [&](int, int, std::size_t first) {
+      for (std::size_t i = first; i < first + length(); ++i) x[i] += kDamping * t[i];
+    });
+  }
+  /// Sums the residual over the boxes of the next level.
+  void restrict_to(Level& next, int threads) {
+    residual(threads);
+    for_each_row(next.graph, threads, [&](int bj, int bk, std::size_t box) {
+      std::fill_n(&next.b[box], next.graph.size()[0], 0.0F);
+      for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
+        for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
+          const float* from = &t[graph.at(0, j, k)];
+          const int shift = factor[0] / 2;  // Factors are 1 and 2.
+          for (int i = 0; i < graph.size()[0]; ++i) next.b[box + index(i >> shift)] += from[i];
+        }
+      }
+    });
+  }
+  void add_from(const Level& next, float scale, int threads) {
+    for_each_row(graph, threads, [&](int j, int k, std::size_t first) {
+      const float* box = &next.x[next.graph.at(0, j / factor[1], k / factor[2])];
+      const int shift = factor[0] / 2;
+      for (int i = 0; i < graph.size()[0]; ++i) {
+        const float there = scale * box[i >> shift];
+        x[first + index(i)] += pivot[first + index(i)] > 0 ? there : 0.0F;
+      }
+    });
+  }
+
+ private:
+  [[nodiscard]] std::size_t length() const { return index(graph.row_length()); }
+
+  /// t = b - A x, 0 where there is nothing to solve.
+  void residual(int threads) {
+    for_each_row(graph, threads, [&](int j, int k, std::size_t first) {
+      kernels().laplacian(graph.row(j, k), &x[first], &t[first], graph.row_length());
+      for (std::size_t i = first; i < first + length(); ++i) {
+        t[i] = pivot[i] > 0 ? b[i] - t[i] : 0.0F;
+      }
+    });
+  }
+  /// Rows in the order of the lines; those that do not depend on each other in parallel.
+  template <class Work>
+  void along_lines(int threads, bool forward, const Work& work) const {
+    const std::size_t outer = axis == 2 ? 1 : 2;
+    const std::size_t inner = axis == 2 ? 2 : 1;
+    for_each_index(graph.size()[outer], threads, [&](int at) {
+      const int count = graph.size()[inner];
+      for (int n = 0; n < count; ++n) {
+        const int step = forward ? n : count - 1 - n;
+        work(axis == 2 ? graph.at(0, at, step) : graph.at(0, step, at));
+      }
+    });
+  }
+  /// pivot: from degrees to 1 / (degree - w^2 pivot of the one before).
+  void factorise(int threads) {
+    const float* w = graph.weights[index(axis)].data();
+    const auto back = static_cast<std::size_t>(graph.offset(axis));
+    along_lines(threads, true, [&](std::size_t first) {
+      for (std::size_t i = first; i < first + length(); ++i) {
+        const float left = pivot[i] - w[i - back] * w[i - back] * pivot[i - back];
+        pivot[i] = pivot[i] > 0 ? 1 / left : 0.0F;
+      }
+    });
+  }
+  /// t = T^-1 t, T the degrees and the couplings along the lines.
+  void solve_lines(int threads) {
+    const float* w = graph.weights[index(axis)].data();
+    const auto back = static_cast<std::size_t>(graph.offset(axis));
+    along_lines(threads, true, [&](std::size_t first) {
+      float* v = t.data();
+      for (std::size_t i = first; i < first + length(); ++i) {
+        v[i] = (v[i] + w[i - back] * v[i - back]) * pivot[i];
+      }
+    });
+    along_lines(threads, false, [&](std::size_t first) {
+      float* v = t.data();
+      for (std::size_t n = length(); n > 0; --n) {
+        const std::size_t i = first + n - 1;
+        v[i] += pivot[i] * w[i] * v[i + back];
+      }
+    });
+  }
+};
+
+/// The last level, solved directly.
+struct Multigrid::Coarsest {
+  explicit Coarsest(const GridGraph& graph) {
+    for (int k = 0; k < graph.size()[2]; ++k) {
+      for (int j = 0; j < graph.size()[1]; ++j) {
+        for (int i = 0; i < graph.size()[0]; ++i) nodes.push_back(graph.at(i, j, k));
+      }
+    }
+    std::vector<int> number(graph.cells(), -1);
+    for (std::size_t n = 0; n < nodes.size(); ++n) number[nodes[n]] = static_cast<int>(n);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const int row = static_cast<int>(n);
+      const double degree = graph.degree(nodes[n]);
+      // A whisper on the diagonal: parts without any fixed value stay solvable.
+      entries.emplace_back(row, row, degree > 0 ? degree * (1 + 1e-9) : 1);
+      for (int e = 0; e < kGraphEdges; ++e) {
+        const auto weight = static_cast<double>(graph.weights[index(e)][nodes[n]]);
+        if (!(weight > 0)) continue;
+        const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
+        entries.emplace_back(row, other, -weight);
+        entries.emplace_back(other, row, -weight);
+      }
+    }
+    const auto size = static_cast<Eigen::Index>(nodes.size());
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    factors.compute(matrix);
+    NAV_CHECK(factors.info() == Eigen::Success, nodes.size());
+  }
+  void solve(const std::vector<float>& b, std::vector<float>& x) const {
+    Eigen::VectorXd right(static_cast<Eigen::Index>(nodes.size()));
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      right[static_cast<Eigen::Index>(n)] = static_cast<double>(b[nodes[n]]);
+    }
+    const Eigen::VectorXd solved = factors.solve(right);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      x[nodes[n]] = static_cast<float>(solved[static_cast<Eigen::Index>(n)]);
+    }
+  }
+  std::vector<std::size_t> nodes;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
+};
+
+Multigrid::Multigrid(GridGraph fine, int threads) : threads_(threads) {
+  levels_.emplace_back(std::move(fine), threads);
+  constexpr double kDirectNodes = 1500;
+  while (true) {
+    Level& last = levels_.back();
+    const auto& size = last.graph.size();
+    if (static_cast<double>(size[0]) * size[1] * size[2] <= kDirectNodes) break;
+    last.factor = factors_of(last.graph, last.axis);
+    GridGraph next = last.graph.coarse(last.factor, threads);
+    levels_.emplace_back(std::move(next), threads);
+  }
+  coarsest_ = std::make_unique<Coarsest>(levels_.back().graph);
+}
+Multigrid::~Multigrid() = default;
+Multigrid::Multigrid(Multigrid&&) noexcept = default;
+Multigrid& Multigrid::operator=(Multigrid&&) noexcept = default;
+
+const GridGraph& Multigrid::fine() const { return levels_.front().graph; }
+std::size_t Multigrid::open() const {
+  const auto& pivot = levels_.front().pivot;
+  return static_cast<std::size_t>(
+      std::count_if(pivot.begin(), pivot.end(), [](float p) { return p > 0; }));
+}
+int Multigrid::levels() const { return static_cast<int>(levels_.size()); }
+
+void Multigrid::cycle(std::size_t number) {
+  Level& level = levels_[number];
+  if (number + 1 == levels_.size()) {
+    coarsest_->solve(level.b, level.x);
+    return;
+  }
+  Level& next = levels_[number + 1];
+  level.smooth_from_zero(threads_);
+  level.restrict_to(next, threads_);
+  cycle(number + 1);
+  // Boxes are stiffer than what they stand for: their correction is too small (Braess 1995).
+  constexpr float kOverCorrection = 1.25F;
+  level.add_from(next, kOverCorrection, threads_);
+  level.smooth(threads_);
+}
+
+void Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {
+  Level& top = levels_.front();
+  top.b.swap(r);
+  cycle(0);
+  top.b.swap(r);
+  top.x.swap(z);
+}
+
+namespace {
+
+/// Conjugate gradients on corrections, float vectors, sums in double over whole planes in order.
+class Inner {
+ public:
+  Inner(Multigrid& system, const RunOptions& run)
+      : system_(system), graph_(system.fine()), run_(run), planes_(index(graph_.size()[2])) {
+    for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) v->resize(graph_.cells());
+  }
+  [[nodiscard]] std::vector<float>& residual() { return r_; }
+  [[nodiscard]] const std::vector<float>& correction() const { return e_; }
+  [[nodiscard]] double estimate() const { return estimate_; }
+
+  /// Until the estimated error |M r| is below goal, or the residual below 1e-3 of what it was;
+  /// returns the iterations used.
+  int run(double goal, int most) {
+    std::fill(e_.begin(), e_.end(), 0.0F);
+    const double start = std::sqrt(dot(r_, r_));
+    double rz = 0;
+    int iteration = 0;
+    constexpr double kReduction = 1e-3;  // What float vectors surely resolve.
+    while (iteration < most && !run_.stop.stop_requested()) {
+      system_.apply(r_, z_);
+      estimate_ = std::sqrt(dot(z_, z_));
+      if (first_estimate_ == 0) first_estimate_ = estimate_;
+      report_progress(goal);
+      if (estimate_ <= goal) break;
+      const double rz_new = dot(r_, z_);
+      if (!(rz_new > 0)) break;
+      advance_direction(iteration == 0 ? 0 : rz_new / rz);
+      rz = rz_new;
+      const double pap = multiply();
+      if (!(pap > 0)) break;
+      const double left = std::sqrt(step(static_cast<float>(rz / pap)));
+      ++iteration;
+      if (left <= kReduction * start) break;
+    }
+    return iteration;
+  }
+
+ private:
+  template <class Work>
+  double sum(const Work& work) {
+    for_each_index(graph_.size()[2], run_.threads, [&](int k) {
+      double plane = 0;
+      for (int j = 0; j < graph_.size()[1]; ++j) plane += work(j, k, graph_.at(0, j, k));
+      planes_[index(k)] = plane;
+    });
+    double total = 0;
+    for (const double plane : planes_) total += plane;
+    return total;
+  }
+  /// Errors fall by a factor an iteration: the share done goes by their logarithm.
+  void report_progress(double goal) const {
+    if (!run_.progress || !(first_estimate_ > goal)) return;
+    const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
+    run_.progress(std::clamp(share, 0.0, 1.0));
+  }
+  double dot(const std::vector<float>& a, const std::vector<float>& b) {
+    return sum([&](int, int, std::size_t first) { return row_dot(&a[first], &b[first]); });
+  }
+  [[nodiscard]] double row_dot(const float* a, const float* b) const {
+    double row = 0;
+    for (int i = 0; i < graph_.size()[0]; ++i) {
+      row += static_cast<double>(a[i]) * static_cast<double>(b[i]);
+    }
+    return row;
+  }
+  void advance_direction(double beta) {
+    const auto factor = static_cast<float>(beta);
+    for_each_row(graph_, run_.threads, [&](int, int, std::size_t first) {
+      for (std::size_t i = first; i < first + index(graph_.row_length()); ++i) {
+        p_[i] = z_[i] + factor * p_[i];
+      }
+    });
+  }
+  double multiply() {
+    return sum([&](int j, int k, std::size_t first) {
+      kernels().laplacian(graph_.row(j, k), &p_[first], &ap_[first], graph_.row_length());
+      return row_dot(&p_[first], &ap_[first]);
+    });
+  }
+  double step(float alpha) {
+    return sum([&](int, int, std::size_t first) {
+      for (std::size_t i = first; i < first + index(graph_.row_length()); ++i) {
+        e_[i] += alpha * p_[i];
+        r_[i] -= alpha * ap_[i];
+      }
+      return row_dot(&r_[first], &r_[first]);
+    });
+  }
+
+  Multigrid& system_;
+  const GridGraph& graph_;
+  const RunOptions& run_;
+  std::vector<double> planes_;
+  std::vector<float> r_, z_, p_, ap_, e_;
+  double estimate_ = 0;
+  double first_estimate_ = 0;
+};
+
+/// r = b - A x in double; returns |r|. Nodes without edges have no residual.
+double true_residual(const GridGraph& graph, const std::vector<float>& b,
+                     const std::vector<double>& x, std::vector<float>& r, int threads) {
+  std::vector<double> planes(index(graph.size()[2]));
+  for_each_index(graph.size()[2], threads, [&](int k) {
+    std::vector<double> ax(index(graph.row_length()));
+    double plane = 0;
+    for (int j = 0; j < graph.size()[1]; ++j) {
+      const std::size_t first = graph.at(0, j, k);
+      kernels().laplacian_double(graph.row(j, k), &x[first], ax.data(), graph.row_length());
+      for (std::size_t i = 0; i < index(graph.size()[0]); ++i) {
+        const double left = static_cast<double>(b[first + i]) - ax[i];
+        r[first + i] = static_cast<float>(left);
+        plane += left * left;
+      }
+    }
+    planes[index(k)] = plane;
+  });
+  double total = 0;
+  for (const double plane : planes) total += plane;
+  return std::sqrt(total);
+}
+
+}  // namespace
+
+SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
+                  const SolveOptions& options, const RunOptions& run) {
+  const GridGraph& graph = system.fine();
+  SolveReport report;
+  Inner inner(system, run);
+  double scale = 0;
+  for (const float v : b) scale += static_cast<double>(v) * static_cast<double>(v);
+  scale = scale > 0 ? std::sqrt(scale) : 1;
+  const double root = std::sqrt(static_cast<double>(std::max<std::size_t>(system.open(), 1)));
+  while (true) {
+    report.relative_residual = true_residual(graph, b, x, inner.residual(), run.threads) / scale;
+    report.converged = report.relative_residual <= 1e-12;  // Nothing open, or solved by the start.
+    if (report.converged || report.iterations >= options.max_iterations) break;
+    const int used = inner.run(options.error * root, options.max_iterations - report.iterations);
+    report.estimated_error = inner.estimate() / root;
+    report.converged = report.estimated_error <= options.error;
+    report.iterations += used;
+    if (used == 0 || run.stop.stop_requested()) break;
+    ++report.refinements;
+    for_each_row(graph, run.threads, [&](int, int, std::size_t first) {
+      for (std::size_t i = first; i < first + index(graph.size()[0]); ++i) {
+        x[i] += static_cast<double>(inner.correction()[i]);
+      }
+    });
+  }
+  return report;
+}
+
+}  // namespace nav::render::derived

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "render/derived/confidence.hpp"
+#include "render/derived/gradient.hpp"
+#include "render/derived/scan_lines.hpp"
+#include "render/derived/snr.hpp"
+#include "render/derived/vesselness.hpp"
+
+namespace nav::render::derived {
+
+struct GradientMagnitudeOptions {
+  GradientOptions gradient;
+};
+struct GradientAngleOptions {
+  GradientOptions gradient;
+};
+struct ScanDepthOptions {};
+
+/// Which feature, with everything that it depends on besides the volume.
+using DerivedOptions =
+    std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions, GradientMagnitudeOptions,
+                 GradientAngleOptions, ScanDepthOptions>;
+
+struct DerivedRequest {
+  ScalarVolume volume;
+  DerivedOptions options;
+  /// Needed by confidence, gradient angle and depth along the scan line; ignored by the others.
+  std::optional<ScanLines> lines;
+};
+
+/// Refuses options out of range, missing scan lines and those of another grid.
+Result<void> validate(const DerivedRequest& request);
+/// Digest of the volume and of all that the feature depends on.
+std::string key_of(const DerivedRequest& request);
+
+struct DerivedVolume {
+  FeatureVolume volume;
+  std::string note;  ///< What the computation says of itself: iterations, estimated error.
+};
+/// Computes at once, on the caller's thread and workers.
+Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& run);
+
+struct DerivedLimits {
+  std::size_t cache_bytes = std::size_t{2}
+                            << 30;  ///< Of finished volumes; the newest always stays.
+  std::size_t memory_limit = std::size_t{6} << 30;  ///< Of one computation, its result included.
+  int threads = 0;                                  ///< 0: all cores.
+};
+
+/// Features on demand: computed when asked for, one after the other in the background, and kept by
+/// content: the same volume and parameters are found again, whichever of them changed is computed
+/// anew; beyond the bound the least recently used go. Thread-safe.
+class DerivedVolumes {
+ public:
+  explicit DerivedVolumes(const DerivedLimits& limits = {});
+  /// Stops what runs and waits for it.
+  ~DerivedVolumes();
+  DerivedVolumes(const DerivedVolumes&) = delete;
+  DerivedVolumes& operator=(const DerivedVolumes&) = delete;
+
+  struct Job;
+  /// One asker's interest in a feature; without any left, its computation is stopped. Movable.
+  /// Valid beyond the service.
+  class Ticket {
+   public:
+    Ticket(Ticket&&) noexcept = default;
+    Ticket& operator=(Ticket&& other) noexcept;
+    ~Ticket();
+    /// [0, 1]; 1 when finished, however it ended.
+    [[nodiscard]] double progress() const;
+    /// Absent until finished.
+    [[nodiscard]] std::optional<Result<DerivedVolume>> poll() const;
+    /// Blocks.
+    [[nodiscard]] Result<DerivedVolume> wait() const;
+    /// Gives up the interest; wait() then says kCancelled unless somebody else lets it finish.
+    void cancel();
+
+   private:
+    friend class DerivedVolumes;
+    explicit Ticket(std::shared_ptr<Job> job) : job_(std::move(job)) {}
+    std::shared_ptr<Job> job_;
+    bool interested_ = true;
+  };
+
+  /// Never computes on the caller's thread, but the first request for a volume reads it once (for
+  /// its digest). Refuses as validate().
+  Result<Ticket> request(const DerivedRequest& request);
+
+  struct Counts {
+    std::size_t computed = 0;      ///< Computations begun.
+    std::size_t found = 0;         ///< Requests met by a finished or running one.
+    std::size_t cached_bytes = 0;  ///< Held now.
+  };
+  [[nodiscard]] Counts counts() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace nav::render::derived

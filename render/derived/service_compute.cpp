@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <sstream>
+
+#include "render/derived/digest.hpp"
+#include "render/derived/service.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+void add(const GradientOptions& o, Digest& digest) {
+  digest.add(o.smoothing_mm);
+  digest.add(o.least_per_mm);
+}
+
+void add(const DerivedOptions& options, Digest& digest) {
+  digest.add(static_cast<double>(options.index()));
+  const auto add_all = [&digest](std::initializer_list<double> numbers) {
+    for (const double number : numbers) digest.add(number);
+  };
+  std::visit(Overloaded{
+                 [&](const SnrOptions& o) {
+                   add_all({static_cast<double>(o.window_voxels), static_cast<double>(o.weights)});
+                 },
+                 [&](const VesselnessOptions& o) {
+                   add_all({static_cast<double>(o.polarity), o.smallest_radius_mm,
+                            o.largest_radius_mm, static_cast<double>(o.scales), o.alpha, o.beta,
+                            o.contrast, o.truncate, o.negligible_response});
+                 },
+                 [&](const ConfidenceOptions& o) {
+                   add_all({o.alpha, o.beta, o.gamma, o.solve.error,
+                            static_cast<double>(o.solve.max_iterations)});
+                 },
+                 [&](const GradientMagnitudeOptions& o) { add(o.gradient, digest); },
+                 [&](const GradientAngleOptions& o) { add(o.gradient, digest); },
+                 [&](const ScanDepthOptions&) {},
+             },
+             options);
+}
+
+bool needs_lines(const DerivedOptions& options) {
+  return std::holds_alternative<ConfidenceOptions>(options) ||
+         std::holds_alternative<GradientAngleOptions>(options) ||
+         std::holds_alternative<ScanDepthOptions>(options);
+}
+
+/// Without what a result merely carries along.
+template <class T, class Take>
+Result<DerivedVolume> taken(Result<T> result, const Take& take) {
+  if (!result) return result.error();
+  return take(*result);
+}
+
+}  // namespace
+
+Result<void> validate(const DerivedRequest& request) {
+  const auto ok =
+      std::visit(Overloaded{[](const GradientMagnitudeOptions& o) { return validate(o.gradient); },
+                            [](const GradientAngleOptions& o) { return validate(o.gradient); },
+                            [](const ScanDepthOptions&) { return Result<void>(); },
+                            [](const auto& o) { return validate(o); }},
+                 request.options);
+  if (!ok || !needs_lines(request.options)) return ok;
+  if (!request.lines) {
+    return Error{ErrorCode::kUsage,
+                 request.volume.name() +
+                     ": expected scan-line directions (one direction, a fan's apex or a sweep), "
+                     "which confidence, gradient angle and depth need, found none"};
+  }
+  return request.lines->check(request.volume.grid(), request.volume.name());
+}
+
+std::string key_of(const DerivedRequest& request) {
+  Digest digest;
+  digest.add(request.volume.digest());
+  add(request.options, digest);
+  if (needs_lines(request.options) && request.lines) digest.add(request.lines->digest());
+  return digest.hex();
+}
+
+Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& run) {
+  if (const auto ok = validate(request); !ok) return ok.error();
+  const auto plain = [](const FeatureVolume& v) { return DerivedVolume{v, ""}; };
+  const ScalarVolume& volume = request.volume;
+  return std::visit(
+      Overloaded{
+          [&](const SnrOptions& o) { return taken(signal_to_noise(volume, o, run), plain); },
+          [&](const VesselnessOptions& o) { return taken(vesselness(volume, o, run), plain); },
+          [&](const ConfidenceOptions& o) {
+            return taken(confidence(volume, *request.lines, o, run), [](const Confidence& c) {
+              std::ostringstream note;
+              note << c.report.iterations << " iterations, estimated error "
+                   << c.report.estimated_error << " rms, relative residual "
+                   << c.report.relative_residual;
+              return DerivedVolume{c.volume, note.str()};
+            });
+          },
+          [&](const GradientMagnitudeOptions& o) {
+            return taken(gradient_volumes(volume, nullptr, o.gradient, run),
+                         [&](const GradientVolumes& g) { return plain(g.magnitude); });
+          },
+          [&](const GradientAngleOptions& o) {
+            return taken(gradient_volumes(volume, &*request.lines, o.gradient, run),
+                         [&](const GradientVolumes& g) { return plain(*g.angle); });
+          },
+          [&](const ScanDepthOptions&) {
+            return taken(scan_depth(volume.grid(), *request.lines, run), plain);
+          },
+      },
+      request.options);
+}
+
+}  // namespace nav::render::derived

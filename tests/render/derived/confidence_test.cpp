@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived/confidence.hpp"
+
+#include "tests/render/derived/derived_support.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+ScanLines down() { return *ScanLines::parallel({{0, 1, 0}}, {{0, -100, 0}}); }
+
+ConfidenceOptions exact() {
+  ConfidenceOptions options;
+  options.solve.error = 1e-9;
+  options.solve.max_iterations = 2000;
+  return options;
+}
+
+double largest_difference(const FeatureVolume& found, const std::vector<double>& truth) {
+  double worst = 0;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    EXPECT_EQ(std::isnan(truth[n]), std::isnan((*found.values)[n])) << n;
+    if (!std::isnan(truth[n])) {
+      worst = std::max(worst, std::abs(truth[n] - static_cast<double>((*found.values)[n])));
+    }
+  }
+  return worst;
+}
+
+TEST(ConfidenceTest, OfAHomogeneousBlockFallsLinearlyWithDepth) {
+  auto options = exact();
+  options.alpha = 0;
+  for (const std::array<int, 3> size : {std::array{9, 17, 7}, {1, 33, 1}, {5, 12, 1}, {1, 9, 6}}) {
+    const auto grid = test::centred_grid(size, {0.2, 0.2, 1});
+    const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
+    const auto found = confidence(volume, down(), options);
+    ASSERT_TRUE(test::has_value(found));
+    for (int k = 0; k < size[2]; ++k) {
+      for (int j = 0; j < size[1]; ++j) {
+        for (int i = 0; i < size[0]; ++i) {
+          EXPECT_NEAR(found->volume.at(i, j, k), 1 - j / (size[1] - 1.0), 2e-6);
+        }
+      }
+    }
+  }
+}
+
+TEST(ConfidenceTest, OfAColumnIsTheVoltageAlongResistorsInSeries) {
+  const auto grid = test::centred_grid({1, 24, 1}, {1, 1, 1});
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> grey(100, 110);
+  const auto volume = test::make_scalar(grid, [&](int, int j, int) {
+    return j == 0 ? 0 : j == 23 ? 255 : grey(random);
+  });
+  const auto options = exact();
+  const auto found = confidence(volume, down(), options);
+  ASSERT_TRUE(test::has_value(found));
+  std::vector<double> drop{0};
+  const auto attenuated = [&](int j) {
+    return volume.at(0, j, 0) / 255.0 * std::exp(-options.alpha * j / 23.0);
+  };
+  for (int j = 1; j < 24; ++j) {
+    const double weight =
+        std::exp(-options.beta * std::abs(attenuated(j) - attenuated(j - 1))) + 1e-5;
+    drop.push_back(drop.back() + 1 / weight);
+  }
+  for (int j = 0; j < 24; ++j) {
+    // Attenuated intensities are kept as floats, which beta = 90 magnifies.
+    EXPECT_NEAR(found->volume.at(0, j, 0), 1 - drop[static_cast<std::size_t>(j)] / drop.back(),
+                2e-5);
+  }
+}
+
+TEST(ConfidenceTest, IsTheDirectSolutionForEveryGeometry) {
+  const auto grid = test::centred_grid({14, 19, 12}, {0.4, 0.4, 0.4});
+  const auto volume = test::speckled(grid, 3);
+  const std::vector<ScanLines> geometries{down(), *ScanLines::parallel({{1, 0, 0}}, {{0, 0, 0}}),
+                                          *ScanLines::parallel({{0.2, -0.3, -1}}, {{0, 0, 0}}),
+                                          *ScanLines::fan({{0, -12, 0}}, 5)};
+  for (const ScanLines& lines : geometries) {
+    const auto truth = definition::confidence(volume, lines, {});
+    ASSERT_TRUE(test::has_value(truth));
+    const auto found = confidence(volume, lines, exact());
+    ASSERT_TRUE(test::has_value(found));
+    EXPECT_TRUE(found->report.converged);
+    EXPECT_LT(largest_difference(found->volume, *truth), 1e-4);
+    EXPECT_LT(found->report.iterations, 400);
+    EXPECT_LT(found->report.relative_residual, 1e-3);
+  }
+}
+
+TEST(ConfidenceTest, TheDefaultErrorIsMet) {
+  const auto volume = test::speckled(test::centred_grid({24, 30, 16}, {0.4, 0.4, 0.4}), 6);
+  const auto truth = definition::confidence(volume, down(), {});
+  const auto found = confidence(volume, down(), {});
+  ASSERT_TRUE(test::has_value(found));
+  double squares = 0;
+  for (std::size_t n = 0; n < truth->size(); ++n) {
+    const double d = (*truth)[n] - static_cast<double>((*found->volume.values)[n]);
+    squares += d * d;
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(truth->size())), 3e-3);
+}
+
+TEST(ConfidenceTest, IsLowerBehindAShadow) {
+  const auto grid = test::centred_grid({20, 40, 20}, {0.5, 0.5, 0.5});
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> grain(-4, 4);
+  const auto volume = test::make_scalar(grid, [&](int i, int j, int) {
+    if (j == 12 && i < 10) return 250.0;  // Bone
+    return j > 12 && i < 10 ? 2.0 : 110 + grain(random);
+  });
+  const auto found = confidence(volume, down(), {});
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_LT(found->volume.at(4, 24, 10) + 0.1, found->volume.at(15, 24, 10));
+}
+
+TEST(ConfidenceTest, UnknownVoxelsAreHolesNotTransducers) {
+  const auto grid = test::centred_grid({12, 20, 9}, {1, 1, 1});
+  const auto volume = test::make_scalar(grid, [](int i, int j, int k) {
+    const bool hole = i > 3 && i < 8 && j > 8 && j < 12 && k > 2 && k < 6;
+    const bool island = i == 6 && j == 10 && k == 4;
+    return (hole && !island) || i == 0 || j < 2 ? std::nan("") : 80;
+  });
+  auto options = exact();
+  options.alpha = 0;
+  const auto found = confidence(volume, down(), options);
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_TRUE(std::isnan(found->volume.at(0, 9, 4)));
+  EXPECT_TRUE(std::isnan(found->volume.at(5, 10, 4)));
+  EXPECT_TRUE(std::isnan(found->volume.at(6, 10, 4)));  // Connected to nothing.
+  EXPECT_EQ(found->volume.at(5, 2, 4), 1);              // The first known voxel of its line.
+  EXPECT_EQ(found->volume.at(5, 19, 4), 0);
+  EXPECT_LT(found->volume.at(5, 12, 4), 0.6F);  // Just behind the hole.
+  EXPECT_GT(found->volume.at(5, 8, 4), 0.4F);   // Just in front.
+  EXPECT_LT(largest_difference(found->volume, *definition::confidence(volume, down(), options)),
+            1e-5);
+}
+
+TEST(ConfidenceTest, SaturatedConstantAndSingleVoxelVolumesAreSolved) {
+  for (const std::array<int, 3> size : {std::array{8, 8, 8}, {1, 1, 1}, {7, 1, 3}}) {
+    for (const double value : {0.0, 255.0}) {
+      const auto volume = test::make_scalar(test::centred_grid(size, {0.2, 0.2, 1}),
+                                            [&](int, int, int) { return value; });
+      const auto found = confidence(volume, down(), {});
+      ASSERT_TRUE(test::has_value(found));
+      for (const float v : *found->volume.values) EXPECT_TRUE(v >= 0 && v <= 1) << v;
+      EXPECT_EQ(found->volume.at(0, 0, 0), 1);
+    }
+  }
+}
+
+TEST(ConfidenceTest, RefusesByNameAndStops) {
+  const auto grid = test::centred_grid({6, 6, 6}, {1, 1, 1});
+  const auto nothing = test::make_scalar(grid, [](int, int, int) { return std::nan(""); });
+  EXPECT_EQ(confidence(nothing, down(), {}).error().code, ErrorCode::kMalformedData);
+  const auto volume = test::speckled(test::centred_grid({16, 16, 16}, {1, 1, 1}), 2);
+  ConfidenceOptions options;
+  options.solve.error = 1e-9;
+  options.solve.max_iterations = 1;
+  EXPECT_EQ(confidence(volume, down(), options).error().code, ErrorCode::kNumerical);
+  options.beta = -1;
+  EXPECT_NE(confidence(volume, down(), options).error().message.find("beta"), std::string::npos);
+  RunOptions run;
+  run.memory_limit = 1000;
+  EXPECT_EQ(confidence(volume, down(), {}, run).error().code, ErrorCode::kUnsupportedData);
+  std::stop_source stop;
+  stop.request_stop();
+  RunOptions stopped;
+  stopped.stop = stop.get_token();
+  EXPECT_EQ(confidence(volume, down(), {}, stopped).error().code, ErrorCode::kCancelled);
+}
+
+TEST(ConfidenceTest, DoesNotDependOnThreads) {
+  const auto volume = test::speckled(test::centred_grid({18, 25, 14}, {0.4, 0.4, 0.4}), 8);
+  RunOptions one;
+  one.threads = 1;
+  RunOptions three;
+  three.threads = 3;
+  EXPECT_TRUE(test::same_bytes(*confidence(volume, down(), {}, one)->volume.values,
+                               *confidence(volume, down(), {}, three)->volume.values));
+}
+
+}  // namespace
+}  // namespace nav::render::derived

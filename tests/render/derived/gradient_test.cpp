@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived/gradient.hpp"
+
+#include <numbers>
+
+#include "tests/render/derived/derived_support.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+Eigen::Matrix3d oblique() {
+  Eigen::Matrix3d m =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  m.col(2) = -m.col(2);  // Left-handed.
+  return m;
+}
+
+ScanLines along(const Eigen::Vector3d& d) { return *ScanLines::parallel({d}, {{0, 0, 0}}); }
+
+TEST(GradientTest, OfALinearRampIsExactOnObliqueAnisotropicGrids) {
+  const Eigen::Vector3d slope(3, -2, 5);
+  const Eigen::Vector3d line = Eigen::Vector3d(1, 1, 0.5).normalized();
+  for (const std::array<int, 3> size : {std::array{9, 8, 7}, {2, 2, 2}, {5, 1, 6}}) {
+    const auto grid = test::centred_grid(size, {0.2, 0.2, 1}, oblique());
+    const auto volume =
+        test::make_scalar_at(grid, [&](const Eigen::Vector3d& p) { return slope.dot(p); });
+    Eigen::Vector3d seen = slope;  // An axis of one voxel sees nothing.
+    if (size[1] == 1) seen -= slope.dot(oblique().col(1)) * oblique().col(1);
+    const auto lines = along(line);
+    const auto found = gradient_volumes(volume, &lines);
+    ASSERT_TRUE(test::has_value(found));
+    const double angle = std::atan2(seen.cross(line).norm(), seen.dot(line));
+    for (std::size_t n = 0; n < found->magnitude.values->size(); ++n) {
+      EXPECT_NEAR((*found->magnitude.values)[n], seen.norm(), 2e-4);
+      EXPECT_NEAR((*found->angle->values)[n], angle, 2e-5);
+    }
+    EXPECT_LT((gradient_at(volume, 1, 0, 1) - seen).norm(), 2e-4);
+  }
+}
+
+TEST(GradientTest, BesideUnknownVoxelsIsOneSided) {
+  const auto grid = test::centred_grid({7, 3, 3}, {0.5, 1, 1});
+  const auto volume = test::make_scalar(
+      grid, [](int i, int, int) { return i == 3 || i == 5 ? std::nan("") : 2.0 * i; });
+  const auto found = gradient_volumes(volume, nullptr);
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_FLOAT_EQ(found->magnitude.at(0, 1, 1), 4);
+  EXPECT_FLOAT_EQ(found->magnitude.at(2, 1, 1), 4);
+  EXPECT_TRUE(std::isnan(found->magnitude.at(3, 1, 1)));
+  EXPECT_TRUE(std::isnan(found->magnitude.at(4, 1, 1)));  // No neighbour along i.
+  EXPECT_FALSE(found->angle.has_value());
+}
+
+TEST(GradientTest, AngleIsExactNearZeroAndPiAndNaNWithoutADirection) {
+  const Eigen::Vector3d z(0, 0, 1);
+  EXPECT_EQ(gradient_angle({0, 0, 2}, z, 1e-3), 0);
+  EXPECT_DOUBLE_EQ(gradient_angle({0, 0, -2}, z, 1e-3), std::numbers::pi);
+  EXPECT_NEAR(gradient_angle({1e-9, 0, 1}, z, 1e-3), 1e-9, 1e-18);  // acos gives 0.
+  EXPECT_NEAR(gradient_angle({1, 0, 0}, z * (1 + 1e-15), 1e-3), std::numbers::pi / 2, 1e-15);
+  EXPECT_TRUE(std::isnan(gradient_angle({1e-4, 0, 0}, z, 1e-3)));
+  EXPECT_TRUE(std::isnan(gradient_angle({0, 0, 0}, z, 1e-3)));
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::nan(""));
+  EXPECT_TRUE(std::isnan(gradient_angle({1, 0, 0}, nowhere, 1e-3)));
+  EXPECT_TRUE(std::isnan(gradient_angle(nowhere, z, 1e-3)));
+}
+
+TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
+  const auto grid = test::centred_grid({40, 21, 21}, {0.5, 0.5, 1});
+  GradientOptions options;
+  options.smoothing_mm = 0.8;
+  const auto ramp = test::make_scalar_at(
+      grid, [](const Eigen::Vector3d& p) { return 1e5 + 3 * p.x() - 4 * p.z(); });
+  const auto of_ramp = gradient_volumes(ramp, nullptr, options);
+  ASSERT_TRUE(test::has_value(of_ramp));
+  EXPECT_NEAR(of_ramp->magnitude.at(20, 10, 10), 5, 0.01);  // 1e5 resolves 0.008.
+  const double q = 0.9;
+  const auto sine = test::make_scalar_at(
+      grid, [&](const Eigen::Vector3d& p) { return 100 * std::sin(q * p.x()); });
+  const double damped = 100 * q * std::exp(-0.5 * q * q * 0.64);
+  const Eigen::Vector3d p = grid.at(Eigen::Vector3d(20, 10, 10)).mm;
+  EXPECT_NEAR(gradient_volumes(sine, nullptr, options)->magnitude.at(20, 10, 10),
+              std::abs(damped * std::cos(q * p.x())), 0.01 * damped);
+}
+
+TEST(ScanLinesTest, FanPointsAwayFromItsApexAndCountsDepthFromItsFace) {
+  const auto grid = test::centred_grid({5, 5, 5}, {1, 1, 1});
+  const auto fan = ScanLines::fan({{0, 0, -10}}, 8);
+  ASSERT_TRUE(test::has_value(fan));
+  EXPECT_LT((fan->away(grid, 2, 2, 2) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(fan->depth_mm(grid, 2, 2, 2), 2);
+  EXPECT_DOUBLE_EQ(fan->depth_mm(grid, 4, 2, 4), std::hypot(2, 12) - 8);
+  const auto at_apex = ScanLines::fan({{0, 0, 0}}, 0);
+  EXPECT_TRUE(at_apex->away(grid, 2, 2, 2).hasNaN());
+}
+
+TEST(ScanLinesTest, PackedDirectionsAreNearlyExact) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  for (int n = 0; n < 20000; ++n) {
+    const Eigen::Vector3d d =
+        Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+    const Eigen::Vector3d back = PackedDirection::pack(d).unpack();
+    EXPECT_LT(std::atan2(d.cross(back).norm(), d.dot(back)), 1e-4);
+  }
+  for (int a = 0; a < 6; ++a) {
+    const Eigen::Vector3d d = (a < 3 ? 1 : -1) * Eigen::Vector3d::Unit(a % 3);
+    EXPECT_EQ(PackedDirection::pack(d).unpack(), d);
+  }
+  EXPECT_TRUE(PackedDirection{}.unpack().hasNaN());
+}
+
+/// Pictures side by side along z, each turned about y by an angle that grows.
+std::vector<SweepPlane> linear_sweep(int count, double turn_rad) {
+  std::vector<SweepPlane> planes;
+  for (int n = 0; n < count; ++n) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad * n, Eigen::Vector3d::UnitX()));
+    planes.push_back({{turn, {0, -10, n - 0.5 * count}}, {-8, 0}, {8, 20}, {}});
+  }
+  return planes;
+}
+
+TEST(ScanLinesTest, OfASweepAreThoseOfItsPictures) {
+  const auto grid = test::centred_grid({9, 21, 11}, {1, 1, 1});
+  const auto lines = compound_scan_lines(grid, linear_sweep(12, 0), 1.0);
+  ASSERT_TRUE(test::has_value(lines));
+  for (int j = 0; j < 21; ++j) {
+    EXPECT_LT((lines->away(grid, 4, j, 5) - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+    EXPECT_NEAR(lines->depth_mm(grid, 4, j, 5), j, 1e-5);
+  }
+  const auto few = compound_scan_lines(grid, linear_sweep(2, 0), 0.5);
+  EXPECT_TRUE(few->away(grid, 4, 4, 10).hasNaN());
+  EXPECT_TRUE(std::isnan(few->depth_mm(grid, 4, 4, 10)));
+}
+
+TEST(ScanLinesTest, OfTurnedConvexPicturesAreTheRaysOfTheirApex) {
+  const auto grid = test::centred_grid({15, 21, 3}, {1, 1, 1});
+  const SectorOutline outline{{0, -5}, 5, 40, 1.0};
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
+  const SweepPlane plane{{turn, {0, -12, 0}}, {-40, 0}, {40, 60}, outline};
+  const auto lines = compound_scan_lines(grid, std::vector{plane}, 0.6);
+  ASSERT_TRUE(test::has_value(lines));
+  const Eigen::Vector3d apex = (plane.ct_from_image * Point<frames::Image>{{0, -5, 0}}).mm;
+  const Eigen::Vector3d p = grid.at(Eigen::Vector3d(9, 15, 1)).mm;
+  EXPECT_LT((lines->away(grid, 9, 15, 1) - (p - apex).normalized()).norm(), 1e-4);
+  EXPECT_NEAR(lines->depth_mm(grid, 9, 15, 1), (p - apex).norm() - 5, 1e-5);
+  EXPECT_TRUE(lines->away(grid, 9, 15, 0).hasNaN());  // 1 mm beside the picture.
+}
+
+TEST(ScanLinesTest, RefuseByName) {
+  EXPECT_FALSE(ScanLines::parallel({{0, 0, 0}}, {{0, 0, 0}}));
+  EXPECT_FALSE(ScanLines::fan({{0, 0, 0}}, -1));
+  const auto grid = test::centred_grid({4, 4, 4}, {1, 1, 1});
+  EXPECT_FALSE(ScanLines::per_voxel(grid, {}, {}));
+  EXPECT_FALSE(compound_scan_lines(grid, {}, 1));
+  EXPECT_FALSE(compound_scan_lines(grid, linear_sweep(1, 0), 0));
+  const auto other = compound_scan_lines(grid, linear_sweep(4, 0), 1);
+  const auto volume = test::speckled(test::centred_grid({4, 4, 5}, {1, 1, 1}), 1);
+  EXPECT_NE(gradient_volumes(volume, &*other).error().message.find("scan-line"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nav::render::derived

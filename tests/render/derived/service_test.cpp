@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived/service.hpp"
+
+#include "tests/render/derived/derived_support.hpp"
+
+namespace nav::render::derived {
+namespace {
+
+ScalarVolume small(unsigned seed) {
+  return test::speckled(test::centred_grid({20, 18, 16}, {0.5, 0.5, 0.5}), seed);
+}
+
+/// Takes long enough to be stopped on any machine.
+DerivedRequest slow(unsigned seed) {
+  VesselnessOptions options;
+  options.smallest_radius_mm = 4;
+  options.largest_radius_mm = 8;
+  options.scales = 16;
+  options.truncate = 8;
+  return {test::speckled(test::centred_grid({64, 64, 64}, {0.5, 0.5, 0.5}), seed), options, {}};
+}
+
+TEST(DerivedVolumesTest, ComputesEveryFeatureAsTheDirectCallDoes) {
+  DerivedVolumes service;
+  const auto volume = small(1);
+  const auto lines = ScanLines::fan({{0, -20, 0}}, 10);
+  ASSERT_TRUE(test::has_value(lines));
+  for (const DerivedOptions& options :
+       {DerivedOptions(SnrOptions{}), DerivedOptions(VesselnessOptions{}),
+        DerivedOptions(ConfidenceOptions{}), DerivedOptions(GradientMagnitudeOptions{}),
+        DerivedOptions(GradientAngleOptions{}), DerivedOptions(ScanDepthOptions{})}) {
+    const DerivedRequest request{volume, options, *lines};
+    auto ticket = service.request(request);
+    ASSERT_TRUE(test::has_value(ticket));
+    const auto found = ticket->wait();
+    ASSERT_TRUE(test::has_value(found));
+    EXPECT_EQ(ticket->progress(), 1);
+    const auto direct = compute(request, {});
+    ASSERT_TRUE(test::has_value(direct));
+    EXPECT_TRUE(test::same_bytes(*found->volume.values, *direct->volume.values));
+  }
+  EXPECT_EQ(service.counts().computed, 6U);
+}
+
+TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {
+  DerivedVolumes service;
+  const auto ask = [&](const DerivedRequest& request) {
+    auto ticket = service.request(request);
+    EXPECT_TRUE(test::has_value(ticket));
+    return ticket->wait()->volume.values;
+  };
+  const auto first = ask({small(1), SnrOptions{}, {}});
+  EXPECT_EQ(ask({small(1), SnrOptions{}, {}}), first);  // Another volume object, the same content.
+  EXPECT_EQ(service.counts().computed, 1U);
+  EXPECT_EQ(service.counts().found, 1U);
+  EXPECT_NE(ask({small(2), SnrOptions{}, {}}), first);
+  EXPECT_NE(ask({small(1), SnrOptions{5, WindowWeights::kUniform}, {}}), first);
+  EXPECT_NE(ask({small(1), SnrOptions{7, WindowWeights::kGaussian}, {}}), first);
+  EXPECT_EQ(service.counts().computed, 4U);
+  const auto up = *ScanLines::parallel({{0, -1, 0}}, {{0, 0, 0}});
+  const auto down = *ScanLines::parallel({{0, 1, 0}}, {{0, 0, 0}});
+  EXPECT_NE(ask({small(1), ScanDepthOptions{}, up}), ask({small(1), ScanDepthOptions{}, down}));
+  EXPECT_EQ(ask({small(1), SnrOptions{}, up}), first);  // Does not depend on scan lines.
+}
+
+TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {
+  DerivedLimits limits;
+  limits.cache_bytes = 2 * 20 * 18 * 16 * sizeof(float);
+  DerivedVolumes service(limits);
+  const auto ask = [&](unsigned seed) {
+    auto ticket = service.request({small(seed), SnrOptions{}, {}});
+    EXPECT_TRUE(ticket->wait());
+  };
+  ask(1);
+  ask(2);
+  ask(1);
+  ask(3);  // 2 goes.
+  ask(1);
+  EXPECT_EQ(service.counts().computed, 3U);
+  EXPECT_LE(service.counts().cached_bytes, limits.cache_bytes);
+  ask(2);
+  EXPECT_EQ(service.counts().computed, 4U);
+}
+
+TEST(DerivedVolumesTest, StopsWhenNobodyIsInterestedAnyMore) {
+  DerivedVolumes service;
+  auto running = service.request(slow(1));
+  auto waiting = service.request({small(1), SnrOptions{}, {}});
+  ASSERT_TRUE(test::has_value(running));
+  ASSERT_TRUE(test::has_value(waiting));
+  running->cancel();
+  EXPECT_EQ(running->wait().error().code, ErrorCode::kCancelled);
+  EXPECT_TRUE(waiting->wait());  // The next one is served.
+}
+
+TEST(DerivedVolumesTest, GoesOnWhileSomebodyElseIsInterested) {
+  DerivedVolumes service;
+  const DerivedRequest request{test::speckled(test::centred_grid({48, 48, 48}, {0.5, 0.5, 0.5}), 3),
+                               VesselnessOptions{},
+                               {}};
+  auto one = service.request(request);
+  auto other = service.request(request);
+  one->cancel();
+  EXPECT_TRUE(other->wait());
+  EXPECT_EQ(service.counts().computed, 1U);
+}
+
+TEST(DerivedVolumesTest, EndsWithWorkLeft) {
+  std::optional<DerivedVolumes::Ticket> left;
+  {
+    DerivedVolumes service;
+    auto ticket = service.request(slow(2));
+    auto other = service.request(slow(3));
+    left.emplace(std::move(*ticket));
+  }
+  EXPECT_EQ(left->wait().error().code, ErrorCode::kCancelled);
+}
+
+TEST(DerivedVolumesTest, RefusesAtOnceWhatCannotBe) {
+  DerivedVolumes service;
+  EXPECT_NE(service.request({small(1), ConfidenceOptions{}, {}}).error().message.find("scan-line"),
+            std::string::npos);
+  VesselnessOptions wrong;
+  wrong.scales = 0;
+  EXPECT_FALSE(service.request({small(1), wrong, {}}));
+  DerivedLimits limits;
+  limits.memory_limit = 1000;
+  DerivedVolumes tight(limits);
+  EXPECT_EQ(tight.request({small(1), SnrOptions{}, {}})->wait().error().code,
+            ErrorCode::kUnsupportedData);
+}
+
+}  // namespace
+}  // namespace nav::render::derived
