@@ -6,20 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/parallel.hpp"
+#include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-/// Calls work(first node, nodes) for every row, planes in parallel.
-template <class Work>
-void for_each_row(const GridGraph& graph, int threads, const Work& work) {
-  for_each_index(graph.size()[2], threads, [&](int k) {
-    for (int j = 0; j < graph.size()[1]; ++j) work(j, k, graph.at(0, j, k));
-  });
-}
 
 /// The axis along which neighbours hold together most: that of the scan lines, mostly.
 int line_axis(const GridGraph& graph, int threads) {
@@ -259,160 +251,6 @@ void Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {
   cycle(0);
   top.b.swap(r);
   top.x.swap(z);
-}
-
-namespace {
-
-/// Conjugate gradients on corrections, float vectors, sums in double over whole planes in order.
-class Inner {
- public:
-  Inner(Multigrid& system, const RunOptions& run)
-      : system_(system), graph_(system.fine()), run_(run), planes_(index(graph_.size()[2])) {
-    for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) v->resize(graph_.cells());
-  }
-  [[nodiscard]] std::vector<float>& residual() { return r_; }
-  [[nodiscard]] const std::vector<float>& correction() const { return e_; }
-  [[nodiscard]] double estimate() const { return estimate_; }
-
-  /// Until the estimated error |M r| is below goal, or the residual below 1e-3 of what it was;
-  /// returns the iterations used.
-  int run(double goal, int most) {
-    std::fill(e_.begin(), e_.end(), 0.0F);
-    const double start = std::sqrt(dot(r_, r_));
-    double rz = 0;
-    int iteration = 0;
-    constexpr double kReduction = 1e-3;  // What float vectors surely resolve.
-    while (iteration < most && !run_.stop.stop_requested()) {
-      system_.apply(r_, z_);
-      estimate_ = std::sqrt(dot(z_, z_));
-      if (first_estimate_ == 0) first_estimate_ = estimate_;
-      report_progress(goal);
-      if (estimate_ <= goal) break;
-      const double rz_new = dot(r_, z_);
-      if (!(rz_new > 0)) break;
-      advance_direction(iteration == 0 ? 0 : rz_new / rz);
-      rz = rz_new;
-      const double pap = multiply();
-      if (!(pap > 0)) break;
-      const double left = std::sqrt(step(static_cast<float>(rz / pap)));
-      ++iteration;
-      if (left <= kReduction * start) break;
-    }
-    return iteration;
-  }
-
- private:
-  template <class Work>
-  double sum(const Work& work) {
-    for_each_index(graph_.size()[2], run_.threads, [&](int k) {
-      double plane = 0;
-      for (int j = 0; j < graph_.size()[1]; ++j) plane += work(j, k, graph_.at(0, j, k));
-      planes_[index(k)] = plane;
-    });
-    double total = 0;
-    for (const double plane : planes_) total += plane;
-    return total;
-  }
-  /// Errors fall by a factor an iteration: the share done goes by their logarithm.
-  void report_progress(double goal) const {
-    if (!run_.progress || !(first_estimate_ > goal)) return;
-    const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
-    run_.progress(std::clamp(share, 0.0, 1.0));
-  }
-  double dot(const std::vector<float>& a, const std::vector<float>& b) {
-    return sum([&](int, int, std::size_t first) { return row_dot(&a[first], &b[first]); });
-  }
-  [[nodiscard]] double row_dot(const float* a, const float* b) const {
-    double row = 0;
-    for (int i = 0; i < graph_.size()[0]; ++i) {
-      row += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-    }
-    return row;
-  }
-  void advance_direction(double beta) {
-    const auto factor = static_cast<float>(beta);
-    for_each_row(graph_, run_.threads, [&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + index(graph_.row_length()); ++i) {
-        p_[i] = z_[i] + factor * p_[i];
-      }
-    });
-  }
-  double multiply() {
-    return sum([&](int j, int k, std::size_t first) {
-      kernels().laplacian(graph_.row(j, k), &p_[first], &ap_[first], graph_.row_length());
-      return row_dot(&p_[first], &ap_[first]);
-    });
-  }
-  double step(float alpha) {
-    return sum([&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + index(graph_.row_length()); ++i) {
-        e_[i] += alpha * p_[i];
-        r_[i] -= alpha * ap_[i];
-      }
-      return row_dot(&r_[first], &r_[first]);
-    });
-  }
-
-  Multigrid& system_;
-  const GridGraph& graph_;
-  const RunOptions& run_;
-  std::vector<double> planes_;
-  std::vector<float> r_, z_, p_, ap_, e_;
-  double estimate_ = 0;
-  double first_estimate_ = 0;
-};
-
-/// r = b - A x in double; returns |r|. Nodes without edges have no residual.
-double true_residual(const GridGraph& graph, const std::vector<float>& b,
-                     const std::vector<double>& x, std::vector<float>& r, int threads) {
-  std::vector<double> planes(index(graph.size()[2]));
-  for_each_index(graph.size()[2], threads, [&](int k) {
-    std::vector<double> ax(index(graph.row_length()));
-    double plane = 0;
-    for (int j = 0; j < graph.size()[1]; ++j) {
-      const std::size_t first = graph.at(0, j, k);
-      kernels().laplacian_double(graph.row(j, k), &x[first], ax.data(), graph.row_length());
-      for (std::size_t i = 0; i < index(graph.size()[0]); ++i) {
-        const double left = static_cast<double>(b[first + i]) - ax[i];
-        r[first + i] = static_cast<float>(left);
-        plane += left * left;
-      }
-    }
-    planes[index(k)] = plane;
-  });
-  double total = 0;
-  for (const double plane : planes) total += plane;
-  return std::sqrt(total);
-}
-
-}  // namespace
-
-SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
-                  const SolveOptions& options, const RunOptions& run) {
-  const GridGraph& graph = system.fine();
-  SolveReport report;
-  Inner inner(system, run);
-  double scale = 0;
-  for (const float v : b) scale += static_cast<double>(v) * static_cast<double>(v);
-  scale = scale > 0 ? std::sqrt(scale) : 1;
-  const double root = std::sqrt(static_cast<double>(std::max<std::size_t>(system.open(), 1)));
-  while (true) {
-    report.relative_residual = true_residual(graph, b, x, inner.residual(), run.threads) / scale;
-    report.converged = report.relative_residual <= 1e-12;  // Nothing open, or solved by the start.
-    if (report.converged || report.iterations >= options.max_iterations) break;
-    const int used = inner.run(options.error * root, options.max_iterations - report.iterations);
-    report.estimated_error = inner.estimate() / root;
-    report.converged = report.estimated_error <= options.error;
-    report.iterations += used;
-    if (used == 0 || run.stop.stop_requested()) break;
-    ++report.refinements;
-    for_each_row(graph, run.threads, [&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + index(graph.size()[0]); ++i) {
-        x[i] += static_cast<double>(inner.correction()[i]);
-      }
-    });
-  }
-  return report;
 }
 
 }  // namespace nav::render::derived
