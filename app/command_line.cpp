@@ -346,6 +346,11 @@ void CommandLine::add_predicates() {
   verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
       ->capture_default_str();
   verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
+  verb->add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
+      ->capture_default_str();
+  verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
+      ->capture_default_str();
+  verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
   verb->add_option("--width", o.width, "of each half, pixels")
       ->check(CLI::Range(200, 4096))
       ->capture_default_str();

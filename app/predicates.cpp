@@ -10,6 +10,7 @@
 #include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "render/canvas.hpp"
+#include "render/derived_features.hpp"
 #include "render/engine.hpp"
 #include "render/predicates/gradient_features.hpp"
 
@@ -109,6 +110,15 @@ Result<void> run_predicates(const PredicatesOptions& options, Console& console) 
   const auto added =
       render::add_gradient_features(*volume->ultrasound, options.smoothing_mm, predicates);
   if (!added) return added;
+  render::DerivedFeatureOptions derive;
+  derive.vesselness.smallest_radius_mm = options.smallest_radius_mm;
+  derive.vesselness.largest_radius_mm = options.largest_radius_mm;
+  if (options.bright_vessels) derive.vesselness.polarity = render::derived::Polarity::kBright;
+  render::derived::DerivedVolumes service;
+  if (const auto ok = render::add_derived_features(volume->ultrasound, derive, service, predicates);
+      !ok) {
+    return ok;
+  }
   render::Scene scene =
       bench::predicate_scene(*volume, {file->name, file->model}, options.width, options.height);
   scene.predicates->opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);

@@ -23,7 +23,10 @@ struct PredicatesOptions {
   std::optional<Eigen::Vector3d> apex_ct;   ///< Of a fan, LPS mm; instead.
   double face_radius_mm = 0;                ///< Of the fan's probe.
   double smoothing_mm = 0.4;                ///< Of gradients.
-  int width = 640;                          ///< Of each half, pixels, [200, 4096].
+  double smallest_radius_mm = 0.8;          ///< Of vessels, for vesselness.
+  double largest_radius_mm = 3;
+  bool bright_vessels = false;  ///< Brighter than what surrounds them.
+  int width = 640;              ///< Of each half, pixels, [200, 4096].
   int height = 480;
 };
 

@@ -155,20 +155,9 @@ Result<GradientFeatures> make_gradient_features(const Volume& volume,
   return out;
 }
 
-namespace {
-
-/// Names of the kinds in an expression.
-void collect_kinds(const PredicateExpression& e, std::set<std::string>& names) {
-  if (e.op == PredicateExpression::Operator::kKind) names.insert(e.name);
-  for (const auto& operand : e.operands) collect_kinds(operand, names);
-}
-
-}  // namespace
-
 Result<void> add_gradient_features(const Volume& volume, double smoothing_mm,
                                    PredicateScene& predicates, int threads) {
-  std::set<std::string> kinds;
-  for (const auto& entry : predicates.model.entries) collect_kinds(entry.expression, kinds);
+  const std::set<std::string> kinds = kinds_of(predicates.model);
   auto& volumes = predicates.features.volumes;
   const bool magnitude =
       kinds.count("gradient_magnitude") != 0 && !volumes.count(feature::kGradientMagnitude);

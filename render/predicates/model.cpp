@@ -194,4 +194,19 @@ Result<PredicateModel> preset_predicates(const std::string& name) {
                    name + "\""};
 }
 
+namespace {
+
+void collect_kinds(const PredicateExpression& e, std::set<std::string>& names) {
+  if (e.op == PredicateExpression::Operator::kKind) names.insert(e.name);
+  for (const auto& operand : e.operands) collect_kinds(operand, names);
+}
+
+}  // namespace
+
+std::set<std::string> kinds_of(const PredicateModel& model) {
+  std::set<std::string> names;
+  for (const auto& entry : model.entries) collect_kinds(entry.expression, names);
+  return names;
+}
+
 }  // namespace nav::render

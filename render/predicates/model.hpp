@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,9 @@ bool operator==(const PredicateModel& a, const PredicateModel& b);
 /// inverted, operators without operands, nesting deeper than 16, entries that are not there or that
 /// refer to themselves through others.
 Result<void> validate(const PredicateModel& model);
+
+/// Names of the predicates of the library that a model asks.
+std::set<std::string> kinds_of(const PredicateModel& model);
 
 /// Built-in set-ups: "carotid-context", "carotid-vessel", "tendon", "shoulder-bone", "layers";
 /// kNotFound lists them.

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/derived_features.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+
+#include "tests/render/scene_support.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::render {
+namespace {
+
+using E = PredicateExpression;
+
+/// A dark tube of 2 mm along x in bright tissue, voxels of 0.5 mm, sound along y.
+std::shared_ptr<const Volume> tube() {
+  const VoxelGrid grid =
+      test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5}, Eigen::Matrix3d::Identity());
+  std::vector<std::int16_t> voxels;
+  for (int k = 0; k < 32; ++k) {
+    for (int j = 0; j < 32; ++j) {
+      for (int i = 0; i < 40; ++i) {
+        const Eigen::Vector3d p = grid.at({1.0 * i, 1.0 * j, 1.0 * k}).mm;
+        voxels.push_back(std::hypot(p.y(), p.z()) < 2 ? 20 : 180);
+      }
+    }
+  }
+  return std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "tube"));
+}
+
+PredicateScene asking_for(const std::vector<std::string>& kinds) {
+  PredicateScene scene;
+  std::vector<PredicateHistogram::Bar> bars;
+  for (const std::string& kind : kinds) {
+    scene.model.entries.push_back({kind, E::kind(kind)});
+    bars.push_back({1.0 / static_cast<double>(kinds.size()), 0, 0.5});
+  }
+  scene.model.histogram = *PredicateHistogram::create(std::move(bars));
+  return scene;
+}
+
+TEST(DerivedFeaturesTest, ComputeNothingThatNoPredicateAsksFor) {
+  derived::DerivedVolumes service;
+  PredicateScene scene = asking_for({"intensity"});
+  ASSERT_TRUE(test::has_value(add_derived_features(tube(), {}, service, scene)));
+  EXPECT_TRUE(scene.features.volumes.empty());
+  EXPECT_EQ(service.counts().computed, 0U);
+}
+
+TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
+  const auto volume = tube();
+  derived::DerivedVolumes service;
+  DerivedFeatureOptions options;
+  options.vesselness.smallest_radius_mm = options.vesselness.largest_radius_mm = 2;
+  options.vesselness.scales = 1;
+  PredicateScene scene = asking_for({"vesselness", "snr"});
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, options, service, scene)));
+  PredicateScene again = asking_for({"vesselness", "snr"});
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, options, service, again)));
+  EXPECT_EQ(service.counts().computed, 2U);
+  ASSERT_EQ(scene.features.volumes.size(), 2U);
+  const FeatureVolume& vessel = scene.features.volumes.at(feature::kVesselness);
+  const auto at = [&](int j, int k) {
+    const auto code = vessel.codes()->hu()[static_cast<std::size_t>((k * 32 + j) * 40 + 20)];
+    return vessel.offset() + vessel.scale() * code;
+  };
+  EXPECT_GT(at(16, 16), 0.5);
+  EXPECT_LT(at(4, 16), 0.05);
+}
+
+TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
+  derived::DerivedVolumes service;
+  PredicateScene scene = asking_for({"confidence"});
+  const auto refused = add_derived_features(tube(), {}, service, scene);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("no scan geometry"));
+  scene.scan = ParallelScan{{{0, -8, 0}}, {{0, 1, 0}}};
+  ASSERT_TRUE(test::has_value(add_derived_features(tube(), {}, service, scene)));
+  EXPECT_EQ(scene.features.volumes.count(feature::kConfidence), 1U);
+}
+
+}  // namespace
+}  // namespace nav::render
