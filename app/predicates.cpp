@@ -37,7 +37,12 @@ render::ScanGeometry scan_of(const PredicatesOptions& options, const VoxelGrid& 
 
 Result<bench::PredicateVolume> volume_of(const PredicatesOptions& options, Console& console) {
   constexpr int kPhantomSide = 192;
-  if (options.volume.empty()) return bench::neck_phantom(kPhantomSide);
+  if (options.volume.empty()) {
+    auto phantom = bench::neck_phantom(kPhantomSide);
+    // Vessels are to be found, as in any other volume, not taken from the phantom's truth.
+    if (phantom) phantom->predicates.features.volumes.erase(render::feature::kVesselness);
+    return phantom;
+  }
   auto read = io::read_ct(options.volume, console);
   if (!read) return read.error();
   bench::PredicateVolume out{

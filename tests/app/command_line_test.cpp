@@ -194,7 +194,10 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandard) {
   EXPECT_TRUE(std::filesystem::exists(out));
   expect_refusal(arguments + " --predicates kidney", 3,
                  {"--predicates", "carotid-context", "kidney"});
-  expect_refusal(arguments + " --predicates carotid-vessel", 3, {"vessel", "feature volume"});
+  EXPECT_EQ(sonde(arguments + " --predicates carotid-vessel").code, 0);
+  expect_refusal(arguments + " --predicates layers", 3, {"skin", "label volume"});
+  expect_refusal(arguments + " --predicates carotid-vessel --largest-radius -1", 2,
+                 {"largest_radius_mm", "-1"});
   expect_refusal(arguments + " --predicates carotid-context --white -1", 3,
                  {"intensity.white", "-1"});
   expect_refusal(arguments + " --predicates carotid-context --into 0 0 0", 3, {"scan.into_ct"});
