@@ -2,13 +2,16 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
 # Draws the pictures of docs/gallery.md anew: tools/make_gallery.sh [path of sonde]
-# Needs ImageMagick with WebP; figures 2 and 3 need SONDE_DATA_DIR.
+# Needs ImageMagick with WebP; figures 2 and 3 and the prostate need SONDE_DATA_DIR.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 sonde=${1:-$root/build/release/app/sonde}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$sonde" gallery --out "$folder"
+"$sonde" predicates --out "$folder/predicates-neck.png"
+"$sonde" predicates "${SONDE_DATA_DIR:-$root/../shared/data}/us-predicate/prostatePhantom.mha" \
+  --out "$folder/predicates-prostate.png"
 mkdir -p "$root/docs/gallery"
 for picture in "$folder"/*.png; do
   convert "$picture" -quality 88 "$root/docs/gallery/$(basename "$picture" .png).webp"
