@@ -10,8 +10,12 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$sonde" gallery --out "$folder"
 "$sonde" predicates --out "$folder/predicates-neck.png"
-"$sonde" predicates "${SONDE_DATA_DIR:-$root/../shared/data}/us-predicate/prostatePhantom.mha" \
-  --out "$folder/predicates-prostate.png"
+prostate=${SONDE_DATA_DIR:-$root/../shared/data}/us-predicate/prostatePhantom.mha
+if [ -e "$prostate" ]; then
+  "$sonde" predicates "$prostate" --out "$folder/predicates-prostate.png"
+else
+  echo "skipped: the prostate; expected $prostate, found nothing" >&2
+fi
 mkdir -p "$root/docs/gallery"
 for picture in "$folder"/*.png; do
   convert "$picture" -quality 88 "$root/docs/gallery/$(basename "$picture" .png).webp"
