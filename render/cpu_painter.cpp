@@ -3,20 +3,14 @@
 #include "render/cpu_painter.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 #include <vector>
-
-#include "render/cpu_inputs.hpp"
 
 namespace nav::render {
 namespace {
 
 constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
 constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
-
-constexpr double kNowhere = -1e30;  // As RayStart sets t1 and t2.
 
 static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
 static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
@@ -49,7 +43,7 @@ void add_bits(std::uint64_t& hash, T value) {
 std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1, float t2,
                            float overlay) {
   std::uint64_t hash = 1;
-  if (t2 > static_cast<float>(kNowhere)) {
+  if (t2 > static_cast<float>(kCutNowhere)) {
     add_bits(hash, t1);
     add_bits(hash, t2);
     add_bits(hash, overlay);
@@ -66,26 +60,11 @@ std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1,
   return hash == 0 ? 1 : hash;
 }
 
-/// A distance before which no ray of a view meets the volume, mm: by the ball around it.
-double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
-  const Eigen::Vector3d to = grid.centre().mm - grid.origin_mm - view.eye;
-  const double along = view.orthographic ? to.dot(view.forward) : to.norm();
-  // A voxel more, for axes that have but one.
-  return std::max(0.0, along - 0.5 * grid.extent_mm().norm() - grid.spacing_mm.norm());
-}
-
 }  // namespace
 
-struct CpuPainter::Packet {
-  RayPacket rays;
-  RayStarts starts;
-  std::vector<spec::Hit<double>> hits[kPacketLanes];
-  std::size_t most_hits;
-  int cut;  ///< Lanes that the cutaway meets within the box.
+struct CpuPainter::Packet : CpuPacket {
   std::uint64_t signature[kPacketLanes];
   PixelRecord seen[kPacketLanes];  ///< The ultrasound picture: weight, column, row.
-  CutRays cut_rays;
-  double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
 };
 
 /// What a tile works with.
@@ -109,26 +88,17 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
-      field_(field),
       picture_(picture),
       keep_(keep),
       plain_(marches.composite({key.classify, key.shade, false})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
-      cull_(marches.cull),
-      meet_(marches.meet),
-      aim_(marches.aim),
-      surfaces_(scene),
-      view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
-      cut_view_(cut_view(view_, cutaway.centre())),
-      bounds_(scene),
-      step_(spec::step_mm(scene.quality, scene.ct->grid())),
-      start_(marches.start),
-      ray_inputs_(ray_inputs(scene, key.classify == MarchClassify::kPreIntegrated &&
-                                            scene.projection == Projection::kComposite
-                                        ? 0.0
-                                        : 0.5)),
-      near_mm_(nearest_mm(view_, scene.ct->grid())),
+      rays_of_(scene, marches, cutaway, field,
+               key.classify == MarchClassify::kPreIntegrated &&
+                       scene.projection == Projection::kComposite
+                   ? 0.0
+                   : 0.5,
+               in.overlay_cells),
       tiles_across_((scene.width + kTile - 1) / kTile),
       tiles_down_((scene.height + kTile - 1) / kTile) {}
 
@@ -136,7 +106,7 @@ void CpuPainter::paint_tile(int index) {
   const int x0 = index % tiles_across_ * kTile;
   const int y0 = index / tiles_across_ * kTile;
   Tile tile(cutaway_.objects());
-  tile.cut = !cutaway_.empty() && cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
+  tile.cut = rays_of_.cuts() && rays_of_.cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
   for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kBlock) {
     for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) paint_block(x, y, tile);
   }
@@ -148,26 +118,15 @@ void CpuPainter::paint_tile(int index) {
   cutaway_rays_ += tile.cut_rays;
 }
 
-bool CpuPainter::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
-  const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
-  const double most = cull_(cutaway_.objects(), block, from, to);
-  // The foot of another ray may lie farther by the turn and the shift.
-  const double to_centre = (cutaway_.centre() - view_.eye).norm();
-  return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
-}
-
 void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
-  tile.solids = !surfaces_.empty() && bounds_.reach(view_, x0, y0, kBlock);
-  const bool cut = tile.cut && cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
+  tile.solids = rays_of_.solids(x0, y0, kBlock);
+  const bool cut =
+      tile.cut && rays_of_.cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
   Packet& p = tile.packet;
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
-      start_packet(x, y, p);
-      for (auto& hits : p.hits) hits.clear();
+      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, p);
       std::fill_n(p.seen, kPacketLanes, PixelRecord{});
-      if (tile.solids) meet_surfaces(x, y, p);
-      if (cut && p.starts.any) cut_packet(x, y, tile.block.choice(), p);
-      if (field_ != nullptr && p.starts.any) cut_by_field(x, y, p);
       for (int lane = 0; lane < kPacketLanes; ++lane) {
         p.signature[lane] =
             signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane], in_.overlay_cells);
@@ -216,62 +175,11 @@ std::uint64_t CpuPainter::store_packet(int x0, int y0, const Packet& p) const {
   return rays;
 }
 
-void CpuPainter::start_packet(int x0, int y0, Packet& p) const {
-  start_(ray_inputs_, x0, y0, p.rays, p.starts);
-  p.most_hits = 0;
-  p.cut = 0;
-}
-
-void CpuPainter::meet_surfaces(int x0, int y0, Packet& p) const {
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
-                   p.hits[lane]);
-    p.most_hits = std::max(p.most_hits, p.hits[lane].size());
-  }
-}
-
-void CpuPainter::cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const {
-  aim_(ray_inputs_, cut_view_, x0, y0, p.cut_rays, p.foot);
-  meet_(cutaway_.objects(), choice, p.cut_rays);
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
-    cut_lane(p.foot[lane] + static_cast<double>(p.cut_rays.t1[lane]),
-             p.foot[lane] + static_cast<double>(p.cut_rays.t2[lane]), lane, p);
-  }
-}
-
-void CpuPainter::cut_by_field(int x0, int y0, Packet& p) const {
-  std::array<spec::CutawaySpan<float>, kPacketLanes> spans{};
-  // By rows, so that a ray starts its search where its neighbour's ended.
-  for (int row = 0; row < kPacketHeight; ++row) {
-    field_->meet_row(view_, x0, y0 + row, kPacketWidth, spans.data() + row * kPacketWidth);
-  }
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
-    const spec::CutawaySpan<float>& span = spans[static_cast<std::size_t>(lane)];
-    cut_lane(span.t1, span.t2, lane, p);
-  }
-}
-
-void CpuPainter::cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const {
-  if (!(t2_mm > p.starts.begin[lane])) return;
-  const double t2 = t2_mm / step_ - p.starts.base[lane];
-  const double t1 = std::max(t1_mm / step_ - p.starts.base[lane], kNowhere);
-  p.rays.t2[lane] = static_cast<float>(t2);
-  p.rays.t1[lane] = static_cast<float>(t1);
-  p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kNowhere));
-  // Far more than single precision takes from t2, t1, their difference, and a sum of cells.
-  const double overlay = in_.overlay_cells < 1e29F ? static_cast<double>(in_.overlay_cells) : 0;
-  p.rays.margin[lane] =
-      static_cast<float>(0.02 + 2e-6 * (t2 - t1 + overlay + std::abs(t1) + std::abs(t2)));
-  ++p.cut;
-}
-
 void CpuPainter::composite(Packet& p, MarchCounts& counts) const {
   const March march = p.cut > 0 ? fading_ : plain_;
   for (std::size_t segment = 0; segment <= p.most_hits; ++segment) {
     if (p.starts.any) {
-      if (p.most_hits > 0) set_segment(segment, p);
+      if (p.most_hits > 0) rays_of_.set_segment(segment, p);
       march(in_, p.rays, counts);
     }
     for (int lane = 0; lane < kPacketLanes; ++lane) {
@@ -292,25 +200,6 @@ void CpuPainter::project(Packet& p, MarchCounts& counts) const {
     const double grey =
         std::clamp((hu - scene_.grey.level_hu) / scene_.grey.width_hu + 0.5, 0.0, 1.0);
     blend({p.starts.end[lane], spec::Vec3<double>::Constant(grey), 1.0}, lane, p);
-  }
-}
-
-// The stretch between the surfaces segment - 1 and segment of every lane.
-void CpuPainter::set_segment(std::size_t segment, Packet& p) const {
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const auto& hits = p.hits[lane];
-    double begin = p.starts.begin[lane];
-    double end = p.starts.end[lane];
-    if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
-    if (segment < hits.size()) end = std::min(end, hits[segment].t);
-    const bool past =
-        segment > hits.size() || (segment == hits.size() && segment > 0 && hits.back().alpha >= 1);
-    if (past || !(end > begin)) {
-      p.rays.begin[lane] = p.rays.end[lane] = 0;
-      continue;
-    }
-    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
-    p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
   }
 }
 

@@ -5,14 +5,9 @@
 #include <atomic>
 #include <cstdint>
 
-#include "render/cpu_cutaway_plan.hpp"
-#include "render/cpu_march.hpp"
 #include "render/cpu_picture.hpp"
-#include "render/cpu_surface_bounds.hpp"
-#include "render/cutaway_mesh.hpp"
+#include "render/cpu_rays.hpp"
 #include "render/engine.hpp"
-#include "render/ray_spec.hpp"
-#include "render/surfaces.hpp"
 
 namespace nav::render {
 
@@ -36,16 +31,8 @@ class CpuPainter {
   struct Tile;
 
   void paint_block(int x0, int y0, Tile& tile);
-  /// False: the cutaway reaches no ray of a block in the volume.
-  bool cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const;
-  void start_packet(int x0, int y0, Packet& p) const;
-  void meet_surfaces(int x0, int y0, Packet& p) const;
-  void cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const;
-  void cut_by_field(int x0, int y0, Packet& p) const;
-  void cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const;
   void composite(Packet& p, MarchCounts& counts) const;
   void project(Packet& p, MarchCounts& counts) const;
-  void set_segment(std::size_t segment, Packet& p) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
   [[nodiscard]] bool inside(int x, int y) const { return x < scene_.width && y < scene_.height; }
   [[nodiscard]] bool unchanged(int x0, int y0, const Packet& p) const;
@@ -55,23 +42,12 @@ class CpuPainter {
   const Scene& scene_;
   const MarchInputs& in_;
   const CutPlan& cutaway_;
-  const CutawayField* field_;
   CpuPicture& picture_;
   bool keep_;
   March plain_;
   March fading_;
   March project_;
-  CutCull cull_;
-  CutMeet meet_;
-  CutAim aim_;
-  Surfaces surfaces_;
-  spec::View<double> view_;
-  CutView cut_view_;
-  SurfaceBounds bounds_;
-  double step_;
-  RayStart start_;
-  RayInputs ray_inputs_;
-  double near_mm_;  ///< No ray enters the volume before.
+  CpuRays rays_of_;
   int tiles_across_;
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};

@@ -5,14 +5,10 @@
 #include <atomic>
 #include <cstdint>
 
-#include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_picture.hpp"
 #include "render/cpu_predicates.hpp"
-#include "render/cpu_surface_bounds.hpp"
-#include "render/cutaway_mesh.hpp"
+#include "render/cpu_rays.hpp"
 #include "render/engine.hpp"
-#include "render/ray_spec.hpp"
-#include "render/surfaces.hpp"
 
 namespace nav::render {
 
@@ -34,14 +30,8 @@ class CpuPredicatePainter {
   struct Packet;
   struct Tile;
 
-  [[nodiscard]] bool cull(int x0, int y0, const CutChoice& from, CutChoice& to) const;
   void paint_packet(int x0, int y0, bool solids, bool cut, Tile& tile) const;
-  void meet_surfaces(int x0, int y0, Packet& p) const;
-  void cut_packet(int x0, int y0, const CutChoice& choice, Packet& p) const;
-  void cut_by_field(int x0, int y0, Packet& p) const;
-  void cut_lane(double t1_mm, double t2_mm, int lane, Packet& p) const;
   void composite(Packet& p, MarchCounts& counts) const;
-  void set_segment(std::size_t segment, Packet& p) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
   [[nodiscard]] std::uint64_t store_packet(int x0, int y0, const Packet& p) const;
   void store(int x, int y, int lane, const Packet& p) const;
@@ -49,7 +39,6 @@ class CpuPredicatePainter {
 
   const Scene& scene_;
   const CutPlan& cutaway_;
-  const CutawayField* field_;
   CpuPicture& picture_;
   PredicateInputs in_;
   PredicateBlend how_;
@@ -57,13 +46,7 @@ class CpuPredicatePainter {
   float initial_importance_;
   PredicateMarch plain_;
   PredicateMarch fading_;
-  MarchSet rays_of_;
-  Surfaces surfaces_;
-  spec::View<double> view_;
-  CutView cut_view_;
-  SurfaceBounds bounds_;
-  double step_;
-  RayInputs ray_inputs_;
+  CpuRays rays_of_;
   int tiles_across_;
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};

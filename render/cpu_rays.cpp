@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu_rays.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "render/cpu_inputs.hpp"
+
+namespace nav::render {
+namespace {
+
+/// A distance before which no ray of a view meets the volume, mm: by the ball around it.
+double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
+  const Eigen::Vector3d to = grid.centre().mm - grid.origin_mm - view.eye;
+  const double along = view.orthographic ? to.dot(view.forward) : to.norm();
+  // A voxel more, for axes that have but one.
+  return std::max(0.0, along - 0.5 * grid.extent_mm().norm() - grid.spacing_mm.norm());
+}
+
+}  // namespace
+
+CpuRays::CpuRays(const Scene& scene, const MarchSet& marches, const CutPlan& cutaway,
+                 const CutawayField* field, double first_sample, float overlay_cells)
+    : marches_(marches),
+      cutaway_(cutaway),
+      field_(field),
+      surfaces_(scene),
+      view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
+      cut_view_(cut_view(view_, cutaway.centre())),
+      bounds_(scene),
+      step_(spec::step_mm(scene.quality, scene.ct->grid())),
+      inputs_(ray_inputs(scene, first_sample)),
+      near_mm_(nearest_mm(view_, scene.ct->grid())),
+      overlay_cells_(overlay_cells < 1e29F ? static_cast<double>(overlay_cells) : 0) {}
+
+bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
+  const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
+  const double most = marches_.cull(cutaway_.objects(), block, from, to);
+  // The foot of another ray may lie farther by the turn and the shift.
+  const double to_centre = (cutaway_.centre() - view_.eye).norm();
+  return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
+}
+
+void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
+  marches_.start(inputs_, x0, y0, p.rays, p.starts);
+  p.most_hits = 0;
+  p.cut = 0;
+  for (auto& hits : p.hits) hits.clear();
+  if (solids) meet_surfaces(x0, y0, p);
+  if (choice != nullptr && p.starts.any) cut(x0, y0, *choice, p);
+  if (field_ != nullptr && p.starts.any) cut_by_field(x0, y0, p);
+}
+
+void CpuRays::meet_surfaces(int x0, int y0, CpuPacket& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
+                   p.hits[lane]);
+    p.most_hits = std::max(p.most_hits, p.hits[lane].size());
+  }
+}
+
+void CpuRays::cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const {
+  marches_.aim(inputs_, cut_view_, x0, y0, p.cut_rays, p.foot);
+  marches_.meet(cutaway_.objects(), choice, p.cut_rays);
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
+    cut_lane(p.foot[lane] + static_cast<double>(p.cut_rays.t1[lane]),
+             p.foot[lane] + static_cast<double>(p.cut_rays.t2[lane]), lane, p);
+  }
+}
+
+void CpuRays::cut_by_field(int x0, int y0, CpuPacket& p) const {
+  std::array<spec::CutawaySpan<float>, kPacketLanes> spans{};
+  // By rows, so that a ray starts its search where its neighbour's ended.
+  for (int row = 0; row < kPacketHeight; ++row) {
+    field_->meet_row(view_, x0, y0 + row, kPacketWidth, spans.data() + row * kPacketWidth);
+  }
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
+    const spec::CutawaySpan<float>& span = spans[static_cast<std::size_t>(lane)];
+    cut_lane(span.t1, span.t2, lane, p);
+  }
+}
+
+void CpuRays::cut_lane(double t1_mm, double t2_mm, int lane, CpuPacket& p) const {
+  if (!(t2_mm > p.starts.begin[lane])) return;
+  const double t2 = t2_mm / step_ - p.starts.base[lane];
+  const double t1 = std::max(t1_mm / step_ - p.starts.base[lane], kCutNowhere);
+  p.rays.t2[lane] = static_cast<float>(t2);
+  p.rays.t1[lane] = static_cast<float>(t1);
+  p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kCutNowhere));
+  // Far more than single precision takes from t2, t1, their difference, and a sum of cells.
+  p.rays.margin[lane] =
+      static_cast<float>(0.02 + 2e-6 * (t2 - t1 + overlay_cells_ + std::abs(t1) + std::abs(t2)));
+  ++p.cut;
+}
+
+// The stretch between the surfaces segment - 1 and segment of every lane.
+void CpuRays::set_segment(std::size_t segment, CpuPacket& p) const {
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const auto& hits = p.hits[lane];
+    double begin = p.starts.begin[lane];
+    double end = p.starts.end[lane];
+    if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
+    if (segment < hits.size()) end = std::min(end, hits[segment].t);
+    const bool past =
+        segment > hits.size() || (segment == hits.size() && segment > 0 && hits.back().alpha >= 1);
+    if (past || !(end > begin)) {
+      p.rays.begin[lane] = p.rays.end[lane] = 0;
+      continue;
+    }
+    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
+    p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
+  }
+}
+
+}  // namespace nav::render
