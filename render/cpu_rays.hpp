@@ -65,7 +65,7 @@ class CpuRays {
   SurfaceBounds bounds_;
   double step_;  ///< mm.
   RayInputs inputs_;
-  double near_mm_;  ///< No ray enters the volume before.
+  double near_mm_;        ///< No ray enters the volume before.
   double overlay_cells_;  ///< 0 for infinity.
 };
 
