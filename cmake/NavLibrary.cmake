@@ -25,8 +25,8 @@ if(SONDE_SANITIZER)
   target_link_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER})
 endif()
 
-# Precompiled headers hide a missing include, so they are for builds that only test: the release
-# build, which has none, is the one that has to find every header named.
+# Precompiled headers hide a missing include, so they are for builds that only test: the daily
+# builds, which have none, are those that have to find every header named.
 option(SONDE_PRECOMPILE "Precompile the headers that most files include" OFF)
 function(nav_precompile target)
   if(SONDE_PRECOMPILE)

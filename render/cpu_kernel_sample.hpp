@@ -51,22 +51,19 @@ struct Sampler {
 
   static F lerp(F a, F b, F w) { return V::madd(w, V::sub(b, a), a); }
 
-  int row_offset(int y, int z) const { return y * in.row_stride + z * in.slice_stride; }
-
-  /// Row of two voxels at an offset, interpolated along x.
-  F row(const Place& c, int y, int z) const {
-    F a;
-    F b;
-    V::load_pair(in.voxels + row_offset(y, z), c.base, a, b);
-    return lerp(a, b, c.w[0]);
+  /// Of the voxels that V::load_cells() found.
+  static F interpolate(const F (*v)[2], const Place& c) {
+    F rows[4];
+    for (int i = 0; i < 4; ++i) rows[i] = lerp(v[i][0], v[i][1], c.w[0]);
+    return lerp(lerp(rows[0], rows[1], c.w[1]), lerp(rows[2], rows[3], c.w[1]), c.w[2]);
   }
 
   /// HU.
   F value(F at) const {
     const Place c = locate(at);
-    const F below = lerp(row(c, 0, 0), row(c, 1, 0), c.w[1]);
-    const F above = lerp(row(c, 0, 1), row(c, 1, 1), c.w[1]);
-    return lerp(below, above, c.w[2]);
+    F v[4][2];
+    V::load_cells(in.voxels, in.row_stride, in.slice_stride, c.base, v);
+    return interpolate(v, c);
   }
 
   /// HU/mm along the axes of the grid, where the ray's direction is known as well; anything in

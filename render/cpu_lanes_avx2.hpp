@@ -130,6 +130,35 @@ struct Avx2 {
     a = low_half(pair);
     b = high_half(pair);
   }
+  /// Voxel pairs at a lane's place and one row, one slice, and both further on.
+  static __m128i load_cell(const std::int16_t* p, int row, int slice) {
+    const auto pair = [](const std::int16_t* q) {
+      int word;
+      __builtin_memcpy(&word, q, sizeof word);
+      return word;
+    };
+    __m128i c = _mm_cvtsi32_si128(pair(p));
+    c = _mm_insert_epi32(c, pair(p + row), 1);
+    c = _mm_insert_epi32(c, pair(p + slice), 2);
+    return _mm_insert_epi32(c, pair(p + row + slice), 3);
+  }
+  /// The pairs of load_pair() at a place and one row, one slice, and both further on. Loads lane by
+  /// lane: gathers of eight are slower on some processors and not faster on others.
+  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+    const Lanes lanes(at);
+    F two[4];
+    for (int i = 0; i < 4; ++i) {
+      const __m128i low = load_cell(p + lanes.at[i], row, slice);
+      const __m128i high = load_cell(p + lanes.at[i + 4], row, slice);
+      two[i] = _mm256_castsi256_ps(_mm256_set_m128i(high, low));
+    }
+    F words[4];
+    transpose(two, words);
+    for (int i = 0; i < 4; ++i) {
+      pairs[i][0] = low_half(_mm256_castps_si256(words[i]));
+      pairs[i][1] = high_half(_mm256_castps_si256(words[i]));
+    }
+  }
   /// Four voxels in the lower half, four others in the upper one.
   static F load_rows(const std::int16_t* low, const std::int16_t* high) {
     const __m128 first = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(low)));

@@ -58,6 +58,12 @@ struct Scalar {
     a = p[at];
     b = p[at + 1];
   }
+  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+    load_pair(p, at, pairs[0][0], pairs[0][1]);
+    load_pair(p + row, at, pairs[1][0], pairs[1][1]);
+    load_pair(p + slice, at, pairs[2][0], pairs[2][1]);
+    load_pair(p + row + slice, at, pairs[3][0], pairs[3][1]);
+  }
   /// Trilinear central differences along each axis, index steps of two.
   static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {

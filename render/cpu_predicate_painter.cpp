@@ -78,6 +78,7 @@ void CpuPredicatePainter::paint_packet(int x0, int y0, bool solids, bool cut, Ti
   std::fill_n(p.seen, kPacketLanes, PixelRecord{});
   std::fill_n(p.more.picture, kPacketLanes, 0.0F);
   std::fill_n(p.more.importance, kPacketLanes, initial_importance_);
+  std::fill_n(p.more.left_out, kPacketLanes, 0.0F);
   tile.cut_rays += static_cast<std::uint64_t>(p.cut);
   composite(p, tile.counts);
   tile.rays += store_packet(x0, y0, p);

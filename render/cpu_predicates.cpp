@@ -110,12 +110,24 @@ void CpuPredicates::update(const Scene& scene, int threads) {
   }
   make_looks();
   make_bricks(threads);
-  const IntensityOpacity opacity(scene.predicates->opacity_length_mm);
-  tau_.resize(2 * opacity.entries().size());
-  for (std::size_t i = 0; i < opacity.entries().size(); ++i) {
-    const std::size_t next = std::min(i + 1, opacity.entries().size() - 1);
-    tau_[2 * i] = opacity.entries()[i];
-    tau_[2 * i + 1] = opacity.entries()[next] - opacity.entries()[i];
+  make_opacities(scene);
+}
+
+void CpuPredicates::make_opacities(const Scene& scene) {
+  const IntensityOpacity extinction(scene.predicates->opacity_length_mm);
+  const double step = spec::step_mm(scene.quality, scene.ct->grid());
+  const std::span<const float> tau = extinction.entries();
+  const auto opacity = [&](std::size_t i) {
+    return static_cast<float>(-std::expm1(-static_cast<double>(tau[i]) * step));
+  };
+  tau_.resize(2 * tau.size());
+  opacity_.resize(tau_.size());
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    const std::size_t next = std::min(i + 1, tau.size() - 1);
+    tau_[2 * i] = tau[i];
+    tau_[2 * i + 1] = tau[next] - tau[i];
+    opacity_[2 * i] = opacity(i);
+    opacity_[2 * i + 1] = opacity(next) - opacity(i);
   }
 }
 
@@ -276,6 +288,7 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   in.per_entry = static_cast<float>(1 / last);
   in.last_entry = static_cast<float>(last);
   in.tau = tau_.data();
+  in.opacity = opacity_.data();
   const double greatest = std::max(set_->greatest_impact(), 1e-30);
   in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
   in.cutaway_greatest = static_cast<float>(greatest);
@@ -283,6 +296,7 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   if (!(predicates.termination_error > 0)) return;
   const auto budget = spec::termination_budget<float>(predicates.termination_error);
   in.leave_out_from = budget.leave_out_from;
+  in.leave_out_for = budget.leave_out_for;
   // Plain over never brings back what is hidden.
   in.end_at = blend_ == PredicateBlend::kOver ? static_cast<float>(1 - predicates.termination_error)
                                               : budget.end_at;

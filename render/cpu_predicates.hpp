@@ -44,6 +44,7 @@ class CpuPredicates {
   void take_labels(int threads);
   void make_atoms();
   void make_looks();
+  void make_opacities(const Scene& scene);
   void make_bricks(int threads);
   [[nodiscard]] float measure(double importance) const;
   [[nodiscard]] PredicateLook look_of(std::uint32_t leaves) const;
@@ -64,6 +65,7 @@ class CpuPredicates {
   std::vector<PredicateAtom> atoms_;
   std::vector<PredicateLook> looks_;
   std::vector<float> tau_;
+  std::vector<float> opacity_;    ///< As tau_, of a whole cell.
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.
 };
 

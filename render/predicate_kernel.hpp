@@ -26,25 +26,17 @@ struct LeafTests {
   LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at, F value)
       : in(inputs), sampler(s), cell(at), volume(value), place(s.locate(at)) {}
 
-  F row(const std::int16_t* codes, int y, int z, F& least) const {
-    F a;
-    F b;
-    V::load_pair(codes + sampler.row_offset(y, z), place.base, a, b);
-    least = V::min(least, V::min(a, b));
-    return Sampler<V>::lerp(a, b, place.w[0]);
-  }
-
   /// Code of a channel; defined: lanes where all eight voxels have one.
   F code(int channel, M& defined) const {
     if (channel == 0) return volume;
-    const std::int16_t* codes = in.codes[channel];
-    F least = V::set(0.0F);
-    const F below = Sampler<V>::lerp(row(codes, 0, 0, least), row(codes, 1, 0, least), place.w[1]);
-    const F above = Sampler<V>::lerp(row(codes, 0, 1, least), row(codes, 1, 1, least), place.w[1]);
+    F v[4][2];
+    V::load_cells(in.codes[channel], in.base.row_stride, in.base.slice_stride, place.base, v);
     if (in.has_undefined[channel]) {
+      F least = V::min(v[0][0], v[0][1]);
+      for (int i = 1; i < 4; ++i) least = V::min(least, V::min(v[i][0], v[i][1]));
       defined = V::both(defined, V::less(V::set(-32767.5F), least));
     }
-    return Sampler<V>::lerp(below, above, place.w[2]);
+    return Sampler<V>::interpolate(v, place);
   }
 
   static M between(F x, float low, float high) {
@@ -133,6 +125,7 @@ class PredicateMarcher {
   using M = typename V::M;
 
   static constexpr float kAhead = 8;      ///< Cells for which bricks are looked up at once.
+  static constexpr float kAskAgain = 4;   ///< Cells.
   static constexpr int kMostBricks = 12;  ///< More are not worth looking up.
 
  public:
@@ -150,7 +143,8 @@ class PredicateMarcher {
         end_(V::load(rays.end + lane)),
         alpha_(V::load(rays.alpha + lane)),
         picture_(V::load(more.picture + lane)),
-        importance_(V::load(more.importance + lane)) {
+        importance_(V::load(more.importance + lane)),
+        left_out_(V::load(more.left_out + lane)) {
     for (int c = 0; c < 3; ++c) rgb_[c] = V::load(rays.rgb[c] + lane);
   }
 
@@ -176,21 +170,40 @@ class PredicateMarcher {
     V::store(rays_.alpha + lane_, alpha_);
     V::store(more_.picture + lane_, picture_);
     V::store(more_.importance + lane_, importance_);
+    V::store(more_.left_out + lane_, left_out_);
     for (int c = 0; c < 3; ++c) V::store(rays_.rgb[c] + lane_, rgb_[c]);
   }
 
  private:
-  /// Rule 1 of spec::TerminationBudget, brick by brick.
-  F leave_out(F cell, M active) const {
+  /// Rule 1 of spec::TerminationBudget, brick by brick. What cannot be left out is asked again
+  /// only some cells on.
+  F leave_out(F cell, M active) {
     M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
+    open = V::both(open, V::not_less(cell, needed_until_));
     while (V::any(open)) {
       const auto brick = bricks_.find(cell);
       const F most = V::load_float(in_.brick_importance, brick.at);
-      open = V::both(open, V::not_less(importance_, most));
-      cell = V::select(open, bricks_.leave(brick, V::set_int(0), cell), cell);
-      open = V::both(open, V::less(cell, end_));
+      const F leave = bricks_.leave(brick, V::set_int(0), cell);
+      const F paid = V::max(importance_, paid_);
+      const F spent = V::add(left_out_, cost_of(V::max(V::set(0.0F), V::sub(most, paid))));
+      const M free = V::both(open, V::not_less(V::set(in_.leave_out_for), spent));
+      const F ask_again = V::min(leave, V::add(cell, V::set(kAskAgain)));
+      needed_until_ = V::select(V::both(open, V::negate(free)), ask_again, needed_until_);
+      left_out_ = V::select(free, spent, left_out_);
+      paid_ = V::select(free, V::max(paid, most), paid_);
+      cell = V::select(free, leave, cell);
+      open = V::both(free, V::less(cell, end_));
     }
     return cell;
+  }
+
+  /// spec::LeaveOut::pay(): the cost of more importance than was paid for.
+  F cost_of(F more) const {
+    if constexpr (kBlend == PredicateBlend::kWeight) {
+      return V::div(more, V::max(importance_, V::set(1e-37F)));
+    }
+    // Whatever may be paid is less than error / 8, for which this is no less than the formula.
+    return V::mul(more, V::set(1.02F));
   }
 
   /// Rule 2: lanes whose light is final.
@@ -309,47 +322,68 @@ class PredicateMarcher {
     if (!V::any(bright)) return V::none();
     const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
     F look[4];
-    find_looks(leaves_at(cell, volume, active, bright), look);
+    find_looks(leaves_at(cell, volume, active, bright), bright, look);
     const M shown = V::both(bright, V::less(zero, look[3]));
     if (!V::any(shown)) return V::none();
     const F t_a = V::max(cell, begin_);
     const F t_b = V::min(V::add(cell, V::set(1.0F)), end_);
-    F tau = tau_of(x);
-    if constexpr (kFade) {
-      counts_.faded +=
-          static_cast<std::uint64_t>(V::count(V::both(shown, V::less(t_a, fading_.t2))));
-      tau = fade(tau, look[3], t_a, t_b);
-    }
-    const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), V::sub(t_b, t_a));
-    const F opacity = V::mask(shown, V::one_minus_exp(V::max(depth, zero)));
+    const F opacity = opacity_of(x, look[3], t_a, t_b, shown);
     blend(V::mul(x, V::set(in_.per_entry)), look, opacity);
     return finished(cell, shown);
   }
 
-  F tau_of(F x) const {
-    const F floor = V::floor(V::min(x, V::set(in_.last_entry - 1)));
-    const I at = V::truncate(V::add(floor, floor));
-    return V::madd(V::sub(x, floor), V::load_float(in_.tau + 1, at), V::load_float(in_.tau, at));
+  /// Of the part from t_a to t_b of a cell; 0 where nothing is shown.
+  F opacity_of(F x, F importance, F t_a, F t_b, M shown) {
+    const F length = V::sub(t_b, t_a);
+    const M whole = V::not_less(length, V::set(1.0F));
+    M faded = V::none();
+    if constexpr (kFade) {
+      faded = V::both(shown, V::less(t_a, fading_.t2));
+      counts_.faded += static_cast<std::uint64_t>(V::count(faded));
+    }
+    const M special = V::either(faded, V::negate(whole));
+    const F plain = entry(in_.opacity, x);
+    if (!V::any(V::both(shown, special))) return V::mask(shown, plain);
+    F tau = entry(in_.tau, x);
+    if constexpr (kFade) tau = fade(tau, importance, t_a, t_b);
+    const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), length);
+    const F exact = V::one_minus_exp(V::max(depth, V::set(0.0F)));
+    return V::mask(shown, V::select(special, exact, plain));
   }
 
-  void find_looks(I leaves, F* look) const {
+  /// A table of values and differences at x.
+  F entry(const float* table, F x) const {
+    const F floor = V::floor(V::min(x, V::set(in_.last_entry - 1)));
+    F value;
+    F rise;
+    V::load_float_pair(table, V::truncate(V::add(floor, floor)), value, rise);
+    return V::madd(V::sub(x, floor), rise, value);
+  }
+
+  /// The looks of lanes that are asked for.
+  void find_looks(I leaves, M asked, F* look) const {
     std::uint32_t bits[V::kLanes];
+    if (V::same(leaves, asked, bits[0])) {
+      PredicateLook found;
+      const PredicateLook* one = look_of(bits[0], found);
+      for (int c = 0; c < 3; ++c) look[c] = V::set(one->tint[c]);
+      look[3] = V::set(one->importance);
+      return;
+    }
     const PredicateLook* entries[V::kLanes];
     PredicateLook found[V::kLanes];
     V::store_int(reinterpret_cast<std::int32_t*>(bits), leaves);
     for (int lane = 0; lane < V::kLanes; ++lane) {
-      if (in_.looks != nullptr) {
-        entries[lane] = in_.looks + bits[lane];
-        continue;
-      }
-      if (lane == 0 || bits[lane] != bits[lane - 1]) {
-        in_.find_look(in_.look_finder, bits[lane], found + lane);
-        entries[lane] = found + lane;
-      } else {
-        entries[lane] = entries[lane - 1];
-      }
+      const bool again = lane > 0 && bits[lane] == bits[lane - 1];
+      entries[lane] = again ? entries[lane - 1] : look_of(bits[lane], found[lane]);
     }
     V::load_looks(entries, look);
+  }
+
+  const PredicateLook* look_of(std::uint32_t leaves, PredicateLook& found) const {
+    if (in_.looks != nullptr) return in_.looks + leaves;
+    in_.find_look(in_.look_finder, leaves, &found);
+    return &found;
   }
 
   /// spec::composite_over(), composite_weight() or composite_log(); opacity 0 changes nothing.
@@ -381,6 +415,9 @@ class PredicateMarcher {
     }
     picture_ = V::sub(picture_, V::mul(beta, picture_));
     alpha_ = V::madd(V::sub(one, alpha_), opacity, alpha_);
+    if constexpr (kBlend != PredicateBlend::kOver) {
+      paid_ = V::select(V::both(counts, V::less(importance_, next)), zero, paid_);
+    }
     importance_ = V::select(counts, next, importance_);
   }
 
@@ -398,9 +435,12 @@ class PredicateMarcher {
   F alpha_;
   F picture_;
   F importance_;
-  F until_{};               ///< Cells before this lie where sure_ and ask_ are known.
-  std::uint32_t sure_ = 0;  ///< Leaves that are true there.
-  std::uint32_t ask_ = 0;   ///< Leaves to be tested.
+  F left_out_;                       ///< spec::LeaveOut::spent.
+  F paid_ = V::set(0.0F);            ///< spec::LeaveOut::paid.
+  F needed_until_ = V::set(-1e30F);  ///< Cells before this are not left out.
+  F until_{};                        ///< Cells before this lie where sure_ and ask_ are known.
+  std::uint32_t sure_ = 0;           ///< Leaves that are true there.
+  std::uint32_t ask_ = 0;            ///< Leaves to be tested.
   F greatest_ = V::set(0.0F);
   F greatest_until_ = V::set(-1e30F);
 };

@@ -63,11 +63,13 @@ struct PredicateInputs {
 
   float intensity_offset;  ///< Of codes[0], in entries of the table of extinctions.
   float intensity_scale;
-  float per_entry;   ///< Entries to intensity.
-  const float* tau;  ///< Per entry: extinction per mm, what to add to reach the next.
-  float last_entry;  ///< kTauEntries - 1.
+  float per_entry;       ///< Entries to intensity.
+  const float* tau;      ///< Per entry: extinction per mm, what to add to reach the next.
+  const float* opacity;  ///< The same of the opacity of a whole cell.
+  float last_entry;      ///< kTauEntries - 1.
 
   float leave_out_from;  ///< spec::TerminationBudget; infinity: never.
+  float leave_out_for;
   float end_at;
   float cutaway_scale;  ///< Cutaway importance of importance 1; weight form: see cutaway_greatest.
   float cutaway_greatest;  ///< Weight form: I = cutaway_greatest + ln w.
@@ -77,6 +79,7 @@ struct PredicateInputs {
 struct alignas(32) PredicateRays {
   float picture[kPacketLanes];     ///< Share of the ultrasound picture in the colour.
   float importance[kPacketLanes];  ///< spec::ImportanceState::importance.
+  float left_out[kPacketLanes];    ///< spec::LeaveOut::spent.
 };
 
 /// Marches the given part of each ray of a packet.

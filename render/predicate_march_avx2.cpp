@@ -21,6 +21,28 @@ struct PredicateAvx2 : Avx2 {
   static I or_where(M m, I bits, I a) {
     return {_mm256_or_si256(a.v, _mm256_and_si256(_mm256_castps_si256(m.v), bits.v))};
   }
+  /// Floats at and at + 1.
+  static void load_float_pair(const float* p, I at, F& a, F& b) {
+    const Lanes lanes(at);
+    const auto two = [&](int i) {
+      const __m128 first =
+          _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p + lanes.at[i])));
+      return _mm_loadh_pi(first, reinterpret_cast<const __m64*>(p + lanes.at[i + 1]));
+    };
+    const F even = _mm256_set_m128(two(4), two(0));
+    const F odd = _mm256_set_m128(two(6), two(2));
+    a = _mm256_shuffle_ps(even, odd, 0x88);
+    b = _mm256_shuffle_ps(even, odd, 0xDD);
+  }
+  /// Whether all lanes of a mask, of which there are some, hold the same value.
+  static bool same(I a, M mask, std::uint32_t& value) {
+    const int lanes = _mm256_movemask_ps(mask.v);
+    alignas(32) std::uint32_t values[kLanes];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(values), a.v);
+    value = values[__builtin_ctz(static_cast<unsigned>(lanes))];
+    const __m256i equal = _mm256_cmpeq_epi32(a.v, _mm256_set1_epi32(static_cast<int>(value)));
+    return (lanes & ~_mm256_movemask_ps(_mm256_castsi256_ps(equal))) == 0;
+  }
   static float least_of(F a) {
     __m128 half = _mm_min_ps(low_lanes(a), high_lanes(a));
     half = _mm_min_ps(half, _mm_movehl_ps(half, half));

@@ -51,10 +51,24 @@ struct PredicateScalar {
     a = p[at];
     b = p[at + 1];
   }
+  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+    load_pair(p, at, pairs[0][0], pairs[0][1]);
+    load_pair(p + row, at, pairs[1][0], pairs[1][1]);
+    load_pair(p + slice, at, pairs[2][0], pairs[2][1]);
+    load_pair(p + row + slice, at, pairs[3][0], pairs[3][1]);
+  }
   static I load_signed_byte(const std::int8_t* p, I at) { return p[at]; }
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
   static F load_float(const float* p, I at) { return p[at]; }
   static I load_int(const std::int32_t* p, I at) { return p[at]; }
+  static void load_float_pair(const float* p, I at, F& a, F& b) {
+    a = p[at];
+    b = p[at + 1];
+  }
+  static bool same(I a, M, std::uint32_t& value) {
+    value = static_cast<std::uint32_t>(a);
+    return true;
+  }
   static float least_of(F a) { return a; }
   static float greatest_of(F a) { return a; }
   static void store_int(std::int32_t* p, I a) { *p = a; }
