@@ -2,20 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/abdomen_phantom.hpp"
 
-#include <array>
 #include <cmath>
-#include <numeric>
 
-#include "nav/check.hpp"
-#include "sim/anatomy.hpp"
-#include "sim/organ_grid.hpp"
+#include "sim/anatomy/abdomen_organs.hpp"
+#include "sim/anatomy/organ_stack.hpp"
 #include "sim/vessel_tree.hpp"
 
 namespace nav::sim {
 namespace {
 
-constexpr double kCtBlendMm = 1.0;
-constexpr double kAcousticBlendMm = 0.8;
+constexpr Blend kBlend = {1.0, 0.8};
+constexpr double kCellMm = 5;
 
 NeedlePlan build_body(const Build& build, std::uint64_t seed, std::vector<Organ>& organs) {
   Random random(seed, 0x6f7267616e73);
@@ -52,22 +49,20 @@ Organ lesion_organ(const NeedlePlan& plan, Random& random) {
   const Eigen::Vector3d b = random.direction() * 0.27;
   const Eigen::Vector3d pad = Eigen::Vector3d::Constant(radius + 5);
   return {Tissue::kLesion,
-          [=](const Eigen::Vector3d& p) {
-            const Eigen::Vector3d q = p - centre;
-            return q.norm() - radius + 0.7 * std::sin(a.dot(q) * 1.3) + 0.6 * std::sin(b.dot(q));
+          [=](const auto& p) {
+            using std::sin;
+            using S = ScalarOf<decltype(p)>;
+            const Vec3<S> q = p - centre.cast<S>();
+            return q.norm() - radius + 0.7 * sin(a.cast<S>().dot(q) * 1.3) +
+                   0.6 * sin(b.cast<S>().dot(q));
           },
           {centre - pad, centre + pad}};
 }
 
-/// How much of a voxel an organ fills, from its distance.
-double coverage(double distance_mm, double blend_mm) {
-  return std::clamp(0.5 - distance_mm / blend_mm, 0.0, 1.0);
-}
-
 }  // namespace
 
-struct AbdomenPhantom::Anatomy {
-  explicit Anatomy(const PhantomOptions& o)
+struct AbdomenPhantom::Body {
+  explicit Body(const PhantomOptions& o)
       : options(o), build(o.seed), plan(build_body(build, o.seed, organs)) {
     Random random(o.seed, 0x76657373656c73);
     organs.push_back(lesion_organ(plan, random));
@@ -78,30 +73,8 @@ struct AbdomenPhantom::Anatomy {
                                     plan};
     vessels = grow_liver_vessels(territory, random);
     add_vessels(vessels, organs);
-    grid = std::make_unique<const OrganGrid>(organs);
-    for (std::size_t t = 0; t < hu.size(); ++t) {
-      hu[t] = tissue_hu(static_cast<Tissue>(t), options.contrast);
-    }
-  }
-
-  [[nodiscard]] Tissue topmost(const OrgansNear& near, const Eigen::Vector3d& p) const {
-    for (std::size_t i = near.indices.size(); i-- > 0;) {
-      const Organ& organ = organs[near.indices[i]];
-      if ((i == 0 && near.first_fills) || organ.distance_mm(p) < 0) return organ.tissue;
-    }
-    return Tissue::kAir;
-  }
-
-  /// Calls blend(tissue, share) from the lowest organ up: each covers what was by its share.
-  template <class Blend>
-  void cover(const Eigen::Vector3d& p, double blend_mm, const Blend& blend) const {
-    const OrgansNear near = grid->organs_at(p);
-    for (std::size_t i = 0; i < near.indices.size(); ++i) {
-      const Organ& organ = organs[near.indices[i]];
-      const double share =
-          i == 0 && near.first_fills ? 1.0 : coverage(organ.distance_mm(p), blend_mm);
-      if (share > 0) blend(organ.tissue, share);
-    }
+    stack = std::make_unique<const OrganStack>(std::move(organs), anatomy_bounds(), kCellMm, kBlend,
+                                               options.contrast, options.seed);
   }
 
   PhantomOptions options;
@@ -109,88 +82,76 @@ struct AbdomenPhantom::Anatomy {
   std::vector<Organ> organs;
   NeedlePlan plan;
   std::vector<VesselSegment> vessels;
-  std::unique_ptr<const OrganGrid> grid;
-  std::array<double, static_cast<std::size_t>(Tissue::kCount)> hu{};
+  std::unique_ptr<const OrganStack> stack;
 };
 
 AbdomenPhantom::AbdomenPhantom(const PhantomOptions& options)
-    : anatomy_(std::make_shared<const Anatomy>(options)) {}
+    : body_(std::make_shared<const Body>(options)) {}
 AbdomenPhantom::~AbdomenPhantom() = default;
 AbdomenPhantom::AbdomenPhantom(const AbdomenPhantom&) = default;
 AbdomenPhantom& AbdomenPhantom::operator=(const AbdomenPhantom&) = default;
 
-const PhantomOptions& AbdomenPhantom::options() const { return anatomy_->options; }
+const PhantomOptions& AbdomenPhantom::options() const { return body_->options; }
 
+std::string AbdomenPhantom::name() const {
+  return "phantom " + std::to_string(body_->options.seed);
+}
 Tissue AbdomenPhantom::tissue(const Point<frames::Ct>& p) const {
-  return anatomy_->topmost(anatomy_->grid->organs_at(p.mm), p.mm);
+  return body_->stack->tissue(p.mm);
 }
-
 Tissue AbdomenPhantom::tissue_exhaustive(const Point<frames::Ct>& p) const {
-  std::vector<std::uint16_t> all(anatomy_->organs.size());
-  std::iota(all.begin(), all.end(), std::uint16_t{0});
-  return anatomy_->topmost({all, false}, p.mm);
+  return body_->stack->tissue_exhaustive(p.mm);
 }
-
-double AbdomenPhantom::hu(const Point<frames::Ct>& p) const {
-  double value = anatomy_->hu[static_cast<std::size_t>(Tissue::kAir)];
-  anatomy_->cover(p.mm, kCtBlendMm, [&](Tissue tissue, double share) {
-    value += share * (anatomy_->hu[static_cast<std::size_t>(tissue)] - value);
-  });
-  return value;
+double AbdomenPhantom::hu(const Point<frames::Ct>& p) const { return body_->stack->hu(p.mm); }
+ValueAndGradient AbdomenPhantom::hu_with_gradient(const Point<frames::Ct>& p) const {
+  return body_->stack->hu_with_gradient(p.mm);
 }
-
 Acoustics AbdomenPhantom::acoustics(const Point<frames::Ct>& p) const {
-  Acoustics value = tissue_acoustics(Tissue::kAir);
-  anatomy_->cover(p.mm, kAcousticBlendMm, [&](Tissue tissue, double part) {
-    const auto share = static_cast<float>(part);
-    const Acoustics& own = tissue_acoustics(tissue);
-    value.impedance_mrayl += share * (own.impedance_mrayl - value.impedance_mrayl);
-    value.attenuation_db_per_cm_mhz +=
-        share * (own.attenuation_db_per_cm_mhz - value.attenuation_db_per_cm_mhz);
-    value.scatter += share * (own.scatter - value.scatter);
-  });
-  return value;
+  return body_->stack->acoustics(p.mm);
+}
+Eigen::AlignedBox3d AbdomenPhantom::region_mm() const {
+  return {Eigen::Vector3d(-150, -120, -110), Eigen::Vector3d(150, 120, 110)};
 }
 
 double AbdomenPhantom::skin_distance_mm(const Point<frames::Ct>& p) const {
-  return anatomy_->build.body(p.mm);
+  return body_->build.body(p.mm);
 }
 double AbdomenPhantom::liver_distance_mm(const Point<frames::Ct>& p) const {
-  return anatomy_->build.liver_mm(p.mm);
+  return body_->build.liver_mm(p.mm);
 }
 
 Point<frames::Ct> AbdomenPhantom::skin_point(double angle_rad, double z_mm) const {
-  const double t = 1.0 / anatomy_->build.body.gauge(std::cos(angle_rad), std::sin(angle_rad));
+  const double t = 1.0 / body_->build.body.gauge(std::cos(angle_rad), std::sin(angle_rad));
   return {{t * std::cos(angle_rad), t * std::sin(angle_rad), z_mm}};
 }
 
-const std::vector<VesselSegment>& AbdomenPhantom::vessels() const { return anatomy_->vessels; }
-NeedlePlan AbdomenPhantom::plan() const { return anatomy_->plan; }
+const std::vector<VesselSegment>& AbdomenPhantom::vessels() const { return body_->vessels; }
+NeedlePlan AbdomenPhantom::plan() const { return body_->plan; }
 
 std::vector<NamedPoint> AbdomenPhantom::landmarks() const {
   std::vector<NamedPoint> points;
   const auto pole = [&](const char* name, const shapes::Ellipsoid& e, double side) {
     points.push_back({name, {e.centre + side * e.radii.z() * e.axes.col(2)}});
   };
-  const Build& b = anatomy_->build;
+  const Build& b = body_->build;
   pole("right kidney upper pole", b.right_kidney, 1);
   pole("right kidney lower pole", b.right_kidney, -1);
   pole("gallbladder fundus", b.gallbladder, -1);
   pole("gallbladder neck", b.gallbladder, 1);
-  points.push_back({"lesion centre", anatomy_->plan.target_ct});
+  points.push_back({"lesion centre", body_->plan.target_ct});
   // A bifurcation is the end of a piece from which at least two others grow.
-  std::vector<int> children(anatomy_->vessels.size(), 0);
-  for (const VesselSegment& s : anatomy_->vessels) {
+  std::vector<int> children(body_->vessels.size(), 0);
+  for (const VesselSegment& s : body_->vessels) {
     if (s.parent >= 0) ++children[static_cast<std::size_t>(s.parent)];
   }
   constexpr int kMaxBifurcations = 12;
   int named = 0;
   for (std::size_t i = 0; i < children.size() && named < kMaxBifurcations; ++i) {
     if (children[i] < 2) continue;
-    const bool portal = anatomy_->vessels[i].tissue == Tissue::kPortalVein;
+    const bool portal = body_->vessels[i].tissue == Tissue::kPortalVein;
     points.push_back(
         {std::string(portal ? "portal" : "hepatic") + " bifurcation " + std::to_string(++named),
-         anatomy_->vessels[i].to});
+         body_->vessels[i].to});
   }
   return points;
 }
@@ -202,7 +163,7 @@ std::vector<Point<frames::Ct>> AbdomenPhantom::targets() const {
   std::vector<Point<frames::Ct>> points;
   for (int i = 1; points.size() < kTargets; ++i) {
     const Eigen::Vector3d p = halton_in(box, i);
-    if (anatomy_->build.liver_mm(p) < -kInsideMm) points.push_back({p});
+    if (body_->build.liver_mm(p) < -kInsideMm) points.push_back({p});
   }
   return points;
 }

@@ -9,6 +9,7 @@
 
 #include "nav/plan.hpp"
 #include "nav/volume.hpp"
+#include "sim/anatomy/anatomy.hpp"
 #include "sim/tissue.hpp"
 
 namespace nav::sim {
@@ -27,33 +28,30 @@ struct VesselSegment {
   int parent;     ///< Index in vessels() of the piece it grows from; -1 for a trunk.
 };
 
-struct NamedPoint {
-  std::string name;
-  Point<frames::Ct> position_ct;
-};
-
 /// Analytic abdomen in CT coordinates (LPS, mm: +x left, +y posterior, +z superior; the liver is at
 /// negative x). Every tissue is a signed distance, so truth is known at every point. About 285 mm
 /// wide, 200 mm deep, endless along z; organs lie within |z| < 110 mm. Copies share the anatomy;
 /// thread-safe to read.
-class AbdomenPhantom {
+class AbdomenPhantom final : public Anatomy {
  public:
   explicit AbdomenPhantom(const PhantomOptions& options = {});
-  ~AbdomenPhantom();
+  ~AbdomenPhantom() override;
   AbdomenPhantom(const AbdomenPhantom&);
   AbdomenPhantom& operator=(const AbdomenPhantom&);
 
   [[nodiscard]] const PhantomOptions& options() const;
-  /// Tissue that fills a point.
-  [[nodiscard]] Tissue tissue(const Point<frames::Ct>& p) const;
-  /// CT value without noise, HU; boundaries are blended over about 1 mm (partial volume).
-  [[nodiscard]] double hu(const Point<frames::Ct>& p) const;
-  /// Acoustic values, boundaries blended over 0.8 mm.
-  [[nodiscard]] Acoustics acoustics(const Point<frames::Ct>& p) const;
+  [[nodiscard]] std::string name() const override;
+  [[nodiscard]] Tissue tissue(const Point<frames::Ct>& p) const override;
+  /// Boundaries are blended over about 1 mm.
+  [[nodiscard]] double hu(const Point<frames::Ct>& p) const override;
+  [[nodiscard]] ValueAndGradient hu_with_gradient(const Point<frames::Ct>& p) const override;
+  /// Boundaries are blended over 0.8 mm.
+  [[nodiscard]] Acoustics acoustics(const Point<frames::Ct>& p) const override;
   /// Same as tissue(), asking every organ: the oracle of the acceleration grid. Slow.
   [[nodiscard]] Tissue tissue_exhaustive(const Point<frames::Ct>& p) const;
-  /// Distance to the skin surface, mm; negative inside the patient. Exact within 10 % near it.
-  [[nodiscard]] double skin_distance_mm(const Point<frames::Ct>& p) const;
+  /// Exact within 10 % near the skin.
+  [[nodiscard]] double skin_distance_mm(const Point<frames::Ct>& p) const override;
+  [[nodiscard]] Eigen::AlignedBox3d region_mm() const override;
   /// Distance to the liver surface, mm, negative inside; same accuracy.
   [[nodiscard]] double liver_distance_mm(const Point<frames::Ct>& p) const;
   /// Point of the skin. angle_rad turns about +z in the x-y plane: pi is the right flank,
@@ -64,14 +62,14 @@ class AbdomenPhantom {
   /// Straight path from the skin to the lesion that keeps off ribs, lung, gallbladder and vessels
   /// of more than 2 mm radius.
   [[nodiscard]] NeedlePlan plan() const;
-  /// Anatomical points that a person can find again in both pictures; at least six.
-  [[nodiscard]] std::vector<NamedPoint> landmarks() const;
-  /// At least 100 points spread evenly in the liver: where target registration error is counted.
-  [[nodiscard]] std::vector<Point<frames::Ct>> targets() const;
+  /// At least six.
+  [[nodiscard]] std::vector<NamedPoint> landmarks() const override;
+  /// At least 100 points spread evenly in the liver.
+  [[nodiscard]] std::vector<Point<frames::Ct>> targets() const override;
 
  private:
-  struct Anatomy;
-  std::shared_ptr<const Anatomy> anatomy_;
+  struct Body;
+  std::shared_ptr<const Body> body_;
 };
 
 }  // namespace nav::sim

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "nav/check.hpp"
-#include "sim/anatomy.hpp"
+#include "sim/anatomy/abdomen_organs.hpp"
 
 namespace nav::sim {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "sim/probe_model.hpp"
+
 #include <cmath>
 #include <numbers>
 #include <sstream>
-
-#include "sim/ultrasound.hpp"
 
 namespace nav::sim {
 

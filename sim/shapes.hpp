@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-/// Signed distances in mm, negative inside. Ellipsoids are first-order distances: exact on the
-/// surface, with slope near one around it.
+#include "sim/anatomy/dual.hpp"
+
+/// Signed distances in mm, negative inside, of double or Dual positions. Ellipsoids are first-order
+/// distances: exact on the surface, with slope near one around it.
 namespace nav::sim::shapes {
 
 using Vec = Eigen::Vector3d;
@@ -16,12 +18,15 @@ struct Ellipsoid {
   Vec centre;
   Vec radii;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< Columns: its axes.
-  [[nodiscard]] double operator()(const Vec& p) const {
-    const Vec q = axes.transpose() * (p - centre);
-    const Vec scaled = q.cwiseQuotient(radii);
-    const double k0 = scaled.norm();
-    const double k1 = scaled.cwiseQuotient(radii).norm();
-    if (k1 < 1e-9) return -radii.minCoeff();
+  [[nodiscard]] double operator()(const Vec& p) const { return distance(p); }
+  [[nodiscard]] Dual operator()(const Vec3Dual& p) const { return distance(p); }
+  template <class S>
+  [[nodiscard]] S distance(const Vec3<S>& p) const {
+    const Vec3<S> q = axes.transpose().template cast<S>() * (p - centre.template cast<S>());
+    const Vec3<S> scaled = q.cwiseQuotient(radii.template cast<S>());
+    const S k0 = scaled.norm();
+    const S k1 = scaled.cwiseQuotient(radii.template cast<S>()).norm();
+    if (k1 < 1e-9) return S(-radii.minCoeff());
     return k0 * (k0 - 1.0) / k1;
   }
 };
@@ -31,11 +36,15 @@ struct Capsule {
   Vec to;
   double radius;
   [[nodiscard]] double operator()(const Vec& p) const { return axis_distance(p) - radius; }
-  [[nodiscard]] double axis_distance(const Vec& p) const {
+  [[nodiscard]] Dual operator()(const Vec3Dual& p) const { return off_axis(p) - radius; }
+  [[nodiscard]] double axis_distance(const Vec& p) const { return off_axis(p); }
+  template <class S>
+  [[nodiscard]] S off_axis(const Vec3<S>& p) const {
     const Vec along = to - from;
-    const Vec offset = p - from;
-    const double t = std::clamp(offset.dot(along) / along.squaredNorm(), 0.0, 1.0);
-    return (offset - t * along).norm();
+    const Vec3<S> offset = p - from.template cast<S>();
+    const S share = offset.dot(along.template cast<S>()) / S(along.squaredNorm());
+    const S t = std::clamp(share, S(0.0), S(1.0));
+    return (offset - t * along.template cast<S>()).norm();
   }
 };
 
@@ -52,14 +61,27 @@ inline double axis_gap(const Capsule& a, const Capsule& b) {
 }
 
 /// Union with a fillet of width k mm (polynomial smooth minimum, Quilez).
-inline double smooth_union(double a, double b, double k) {
-  const double h = std::max(k - std::abs(a - b), 0.0) / k;
+template <class S>
+S smooth_union(const S& a, const S& b, double k) {
+  using std::abs;
+  const S h = std::max(k - abs(a - b), S(0.0)) / S(k);
   return std::min(a, b) - h * h * k * 0.25;
 }
-inline double smooth_intersection(double a, double b, double k) { return -smooth_union(-a, -b, k); }
+template <class S>
+S smooth_intersection(const S& a, const S& b, double k) {
+  return -smooth_union(S(-a), S(-b), k);
+}
 /// a without b.
-inline double smooth_difference(double a, double b, double k) {
-  return smooth_intersection(a, -b, k);
+template <class S>
+S smooth_difference(const S& a, const S& b, double k) {
+  return smooth_intersection(a, S(-b), k);
+}
+
+/// 0 below 0, 1 above 1, a smooth cubic between.
+template <class S>
+S smooth_step(const S& t) {
+  const S s = std::clamp(t, S(0.0), S(1.0));
+  return s * s * (3.0 - 2.0 * s);
 }
 
 /// Cross-section |x/a|^2.5 + |y/b|^2.5 = 1, endless along z.
@@ -71,13 +93,17 @@ struct SuperEllipse {
     const double v = std::abs(y) / b;
     return std::pow(u * u * std::sqrt(u) + v * v * std::sqrt(v), 0.4);
   }
-  [[nodiscard]] double operator()(const Vec& p) const {
-    const double u = std::abs(p.x()) / a;
-    const double v = std::abs(p.y()) / b;
-    const double sum = u * u * std::sqrt(u) + v * v * std::sqrt(v);
-    if (sum < 1e-9) return -std::min(a, b);
-    const double k = std::pow(sum, 0.4);
-    const double slope = k / sum * std::hypot(u * std::sqrt(u) / a, v * std::sqrt(v) / b);
+  [[nodiscard]] double operator()(const Vec& p) const { return distance(p); }
+  [[nodiscard]] Dual operator()(const Vec3Dual& p) const { return distance(p); }
+  template <class S>
+  [[nodiscard]] S distance(const Vec3<S>& p) const {
+    using std::abs, std::hypot, std::pow, std::sqrt;
+    const S u = abs(p.x()) / S(a);
+    const S v = abs(p.y()) / S(b);
+    const S sum = u * u * sqrt(u) + v * v * sqrt(v);
+    if (sum < 1e-9) return S(-std::min(a, b));
+    const S k = pow(sum, 0.4);
+    const S slope = k / sum * hypot(u * sqrt(u) / S(a), v * sqrt(v) / S(b));
     return (k - 1.0) / slope;
   }
 };

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 namespace nav::sim {
@@ -36,6 +37,22 @@ enum class Tissue : std::uint8_t {
   kBowelWall,
   kBowelContent,
   kGas,
+  kArtery,      ///< Lumen of a large artery outside the abdomen.
+  kVein,        ///< Lumen of a large vein outside the abdomen.
+  kVesselWall,  ///< Intima and media.
+  kPlaque,      ///< Soft.
+  kCalcification,
+  kThyroid,
+  kNerve,
+  kTendon,
+  kFascia,  ///< Sheaths of muscle and tendon, paratenon, bursal fat.
+  kFluid,   ///< Bursa, joint, tear.
+  kGreyMatter,
+  kWhiteMatter,
+  kCerebrospinalFluid,
+  kDura,
+  kTumour,  ///< Of the brain.
+  kGel,     ///< Bath or pad that couples a probe.
   kCount
 };
 
@@ -43,9 +60,14 @@ enum class Tissue : std::uint8_t {
 const char* to_string(Tissue tissue);
 
 /// Contrast phase of the simulated CT.
-enum class Contrast { kNative, kArterial, kPortal };
+enum class Contrast {
+  kNative,
+  kArterial,
+  kPortal,
+  kMr  ///< Not a CT: T1-weighted-like grey values, 0 to 1000, of no unit.
+};
 
-/// Mean CT value of a tissue in a contrast phase, HU. Typical textbook values.
+/// Mean CT value of a tissue in a contrast phase, HU (kMr: grey value). Typical textbook values.
 double tissue_hu(Tissue tissue, Contrast contrast);
 
 /// Acoustic values of a tissue, chosen independently of its CT value (bile and blood, liver and
@@ -54,6 +76,8 @@ struct Acoustics {
   float impedance_mrayl;            ///< Density times speed of sound, MRayl.
   float attenuation_db_per_cm_mhz;  ///< One way, dB / (cm MHz).
   float scatter;                    ///< Backscatter amplitude relative to liver, >= 0.
+  /// Direction of fibres, CT axes, as long as the share of the scatter that they direct, [0, 1].
+  std::array<float, 3> fibre{};
 };
 const Acoustics& tissue_acoustics(Tissue tissue);
 

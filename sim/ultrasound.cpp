@@ -4,9 +4,9 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <tbb/parallel_for.h>
 
+#include "sim/beam.hpp"
 #include "sim/scan_geometry.hpp"
 #include "sim/speckle.hpp"
 
@@ -20,13 +20,6 @@ constexpr int kStride = 2;  // Echo samples per sample of tissue.
 constexpr int kSlices = 3;  // Across the slice thickness.
 constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
-constexpr double kFwhmToSigma = 0.42466;
-constexpr double kAxialSigmaMmTimesMhz = 1.1;  // Pulse of about two cycles.
-constexpr double kSpeckleCellMmTimesMhz = 1.6;
-constexpr float kInterfaceGain = 3.5F;  // Echo of a full reflection, 1 is white.
-constexpr float kDiffuseShare = 0.10F;  // Of an interface echo that goes everywhere.
-constexpr double kMaxCouplingMm = 14;   // Gel bridges this much between face and skin.
-constexpr Acoustics kGel = {1.60F, 0.05F, 0.0F};
 constexpr double kNeedleLengthMm = 150;
 constexpr std::uint64_t kNoiseStream = 0x7573;
 
@@ -37,12 +30,10 @@ struct TissueSample {
   std::array<float, kSlices> scatter{};
 };
 
-float amplitude_from_db(double db) { return static_cast<float>(std::pow(10.0, db / 20.0)); }
-
 }  // namespace
 
 struct UltrasoundSimulator::Tables {
-  Tables(const AbdomenPhantom& p, const ProbeModel& m, std::uint64_t s);
+  Tables(std::shared_ptr<const Anatomy> p, const ProbeModel& m, std::uint64_t s);
 
   void sample_tissue(const Transform<frames::Ct, frames::Image>& pose, int line,
                      std::span<TissueSample> out) const;
@@ -58,7 +49,7 @@ struct UltrasoundSimulator::Tables {
   [[nodiscard]] std::size_t samples() const { return static_cast<std::size_t>(geometry.samples()); }
   [[nodiscard]] std::size_t tissue_samples() const { return samples() / kStride + 2; }
 
-  AbdomenPhantom phantom;
+  std::shared_ptr<const Anatomy> patient;
   ProbeModel probe;
   std::uint64_t seed;
   ScanGeometry geometry;
@@ -70,8 +61,9 @@ struct UltrasoundSimulator::Tables {
   std::vector<float> gain;     ///< Depth gain per sample.
 };
 
-UltrasoundSimulator::Tables::Tables(const AbdomenPhantom& p, const ProbeModel& m, std::uint64_t s)
-    : phantom(p),
+UltrasoundSimulator::Tables::Tables(std::shared_ptr<const Anatomy> p, const ProbeModel& m,
+                                    std::uint64_t s)
+    : patient(std::move(p)),
       probe(m),
       seed(s),
       geometry(m),
@@ -79,56 +71,20 @@ UltrasoundSimulator::Tables::Tables(const AbdomenPhantom& p, const ProbeModel& m
       texture(s ^ 0x74657874, 9.0),
       absorption(s ^ 0x61747465, 25.0) {
   const double step = geometry.sample_mm();
-  const double axial_sigma = kAxialSigmaMmTimesMhz / m.frequency_mhz / step;
-  for (int i = 0; i <= static_cast<int>(3 * axial_sigma); ++i) {
-    axial.push_back(static_cast<float>(std::exp(-0.5 * i * i / (axial_sigma * axial_sigma))));
-  }
-  // Correlation of the lattice between points a distance apart: it makes neighbours add up.
-  const auto lattice = [&](double mm) {
-    return std::max(0.0, 1.0 - std::abs(mm) / speckle.cell_mm());
-  };
-  const int half = static_cast<int>(axial.size()) - 1;
-  double axial_power = 0;
-  for (int i = -half; i <= half; ++i) {
-    for (int j = -half; j <= half; ++j) {
-      axial_power += axial[static_cast<std::size_t>(std::abs(i))] *
-                     axial[static_cast<std::size_t>(std::abs(j))] * lattice((i - j) * step);
-    }
-  }
-  for (float& w : axial) w /= static_cast<float>(std::sqrt(axial_power));
-
+  axial = axial_pulse(m.frequency_mhz, step, speckle.cell_mm());
+  gain = depth_gain(m, s, step, samples());
   lateral.assign(static_cast<std::size_t>(kMaxLateralTaps + 1) * samples(), 0.0F);
-  gain.resize(samples());
-  Random random(s, 0x746763);
-  const double phase = random.uniform(0, 2 * std::numbers::pi);
+  std::array<float, kMaxLateralTaps + 1> taps{};
   for (std::size_t i = 0; i < samples(); ++i) {
     const double along = static_cast<double>(i) * step;
-    const double defocus = (along - m.focus_mm) / m.focus_mm;
-    const double spacing = geometry.line_spacing_mm(along);
-    const double sigma =
-        kFwhmToSigma * m.lateral_fwhm_mm * std::sqrt(1 + 1.5 * defocus * defocus) / spacing;
-    std::array<double, kMaxLateralTaps + 1> w{};
-    for (int k = 0; k <= kMaxLateralTaps; ++k) {
-      w[static_cast<std::size_t>(k)] = std::exp(-0.5 * k * k / (sigma * sigma));
-    }
-    double power = 0;
-    for (int a = -kMaxLateralTaps; a <= kMaxLateralTaps; ++a) {
-      for (int b = -kMaxLateralTaps; b <= kMaxLateralTaps; ++b) {
-        power += w[static_cast<std::size_t>(std::abs(a))] *
-                 w[static_cast<std::size_t>(std::abs(b))] * lattice((a - b) * spacing);
-      }
-    }
-    for (std::size_t k = 0; k < w.size(); ++k) {
-      lateral[k * samples() + i] = static_cast<float>(w[k] / std::sqrt(power));
-    }
-    const double error = m.tgc_error_db * std::sin(0.045 * along + phase);
-    gain[i] = amplitude_from_db(2 * m.tgc_db_per_cm_mhz * m.frequency_mhz * along / 10.0 + error);
+    const double sigma = kFwhmToSigma * m.lateral_fwhm_mm * defocus(m, along, 1.5);
+    beam_taps(sigma, geometry.line_spacing_mm(along), speckle.cell_mm(), taps);
+    for (std::size_t k = 0; k < taps.size(); ++k) lateral[k * samples() + i] = taps[k];
   }
 }
 
 double UltrasoundSimulator::Tables::elevation_mm(double along_mm) const {
-  const double defocus = (along_mm - probe.focus_mm) / probe.focus_mm;
-  return 0.5 * probe.elevation_fwhm_mm * std::sqrt(1 + defocus * defocus);
+  return 0.5 * probe.elevation_fwhm_mm * defocus(probe, along_mm, 1.0);
 }
 
 void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, frames::Image>& pose,
@@ -144,13 +100,15 @@ void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, fram
     const Vec centre = start + depth * along;
     const double half = elevation_mm(depth);
     TissueSample& s = out[i];
-    if (!in_contact) in_contact = phantom.skin_distance_mm({centre}) < 0;
+    if (!in_contact) in_contact = patient->skin_distance_mm({centre}) < 0;
     std::array<Acoustics, kSlices> slices;
     for (int k = 0; k < kSlices; ++k) {
       const auto n = static_cast<std::size_t>(k);
       const bool gel = !in_contact && depth < kMaxCouplingMm;
-      slices[n] = gel ? kGel : phantom.acoustics({centre + (k - 1) * half * across});
-      s.scatter[n] = slices[n].scatter * kSliceAmplitude[n];
+      slices[n] = gel ? tissue_acoustics(Tissue::kGel)
+                      : patient->acoustics({centre + (k - 1) * half * across});
+      s.scatter[n] = slices[n].scatter * kSliceAmplitude[n] *
+                     fibre_echo(slices[n], along.x(), along.y(), along.z());
     }
     s.impedance = 0.25F * (slices[0].impedance_mrayl + 2 * slices[1].impedance_mrayl +
                            slices[2].impedance_mrayl);
@@ -283,10 +241,14 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line
 }
 
 UltrasoundSimulator::UltrasoundSimulator(const AbdomenPhantom& phantom, const ProbeModel& probe,
-                                         std::uint64_t seed) {
+                                         std::uint64_t seed)
+    : UltrasoundSimulator(std::make_shared<const AbdomenPhantom>(phantom), probe, seed) {}
+UltrasoundSimulator::UltrasoundSimulator(std::shared_ptr<const Anatomy> patient,
+                                         const ProbeModel& probe, std::uint64_t seed) {
+  NAV_CHECK(patient != nullptr);
   const auto ok = validate(probe);
   NAV_CHECK(ok.has_value(), ok.has_value() ? "" : ok.error().message);
-  tables_ = std::make_unique<const Tables>(phantom, probe, seed);
+  tables_ = std::make_unique<const Tables>(std::move(patient), probe, seed);
 }
 UltrasoundSimulator::~UltrasoundSimulator() = default;
 UltrasoundSimulator::UltrasoundSimulator(UltrasoundSimulator&&) noexcept = default;

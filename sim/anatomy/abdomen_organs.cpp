@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/anatomy.hpp"
+#include "sim/anatomy/abdomen_organs.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -16,42 +16,18 @@ using Vec = Eigen::Vector3d;
 using Box = Eigen::AlignedBox3d;
 
 constexpr double kEndZMm = 130;
-constexpr double kSkinMm = 2;
 constexpr double kSpineY = 47;
-
-Box around(const Ellipsoid& e, double pad_mm) {
-  const Vec half = (e.axes.cwiseAbs() * e.radii).array() + pad_mm;
-  return {e.centre - half, e.centre + half};
-}
-Box around(const Capsule& c, double pad_mm) {
-  const Vec half = Vec::Constant(c.radius + pad_mm);
-  return {c.from.cwiseMin(c.to) - half, c.from.cwiseMax(c.to) + half};
-}
+constexpr double kPeriodMm = 34;  // Of the vertebrae.
+constexpr double kHalfBodyMm = 13.5;
 
 void add(std::vector<Organ>& organs, Tissue tissue, const Ellipsoid& e) {
-  organs.push_back({tissue, e, around(e, 6)});
+  organs.push_back({tissue, e, box_around(e, 6)});
 }
 void add(std::vector<Organ>& organs, Tissue tissue, const Capsule& c) {
-  organs.push_back({tissue, c, around(c, 3)});
+  organs.push_back({tissue, c, box_around(c, 3)});
 }
-void add_everywhere(std::vector<Organ>& organs, Tissue tissue, Distance distance) {
+void add_everywhere(std::vector<Organ>& organs, Tissue tissue, Field distance) {
   organs.push_back({tissue, std::move(distance), anatomy_bounds()});
-}
-
-Ellipsoid grown(Ellipsoid e, double mm) {
-  e.radii.array() += mm;
-  return e;
-}
-
-Eigen::Matrix3d turned(double about_x, double about_y, double about_z) {
-  return (Eigen::AngleAxisd(about_z, Vec::UnitZ()) * Eigen::AngleAxisd(about_y, Vec::UnitY()) *
-          Eigen::AngleAxisd(about_x, Vec::UnitX()))
-      .toRotationMatrix();
-}
-
-double smooth_step(double t) {
-  const double s = std::clamp(t, 0.0, 1.0);
-  return s * s * (3 - 2 * s);
 }
 
 }  // namespace
@@ -85,42 +61,14 @@ Build::Build(std::uint64_t seed) {
                  turned(-0.6, 0.2 * vary(1.0), 0)};
 }
 
-double Build::fat_thickness_mm(const Vec& p) const {
-  return fat_mm * (1.0 + 0.35 * std::abs(p.y()) / body.b);
-}
-
-double Build::wall_thickness_mm(const Vec& p) const {
-  // Back muscles fill the space behind the organs.
-  const double back = smooth_step((p.y() / body.b - 0.25) / 0.7);
-  return kSkinMm + fat_thickness_mm(p) + 9.0 + 16.0 * back;
-}
-
-double Build::cavity_mm(const Vec& p) const { return body(p) + wall_thickness_mm(p); }
-
-double Build::abdomen_mm(const Vec& p) const {
-  const double domes = shapes::smooth_union(right_dome(p), left_dome(p), 25);
-  return shapes::smooth_union(domes, p.z() + 18, 25);
-}
-
-double Build::liver_mm(const Vec& p) const {
-  double d = shapes::smooth_union(right_lobe(p), left_lobe(p), 25);
-  d = shapes::smooth_difference(d, visceral(p), 18);
-  d = shapes::smooth_difference(d, right_kidney(p) - 5, 12);
-  // Low waves: no two livers have the same outline.
-  d += 1.8 * std::sin(0.055 * p.x() + wave_phase[0]) * std::sin(0.05 * p.y() + wave_phase[1]) +
-       1.5 * std::sin(0.06 * p.z() + wave_phase[2]) * std::sin(0.045 * p.x() + wave_phase[3]);
-  d = shapes::smooth_intersection(d, abdomen_mm(p) + 3.5, 8);
-  return shapes::smooth_intersection(d, cavity_mm(p) + 1.5, 8);
-}
-
 void add_body_wall(const Build& build, std::vector<Organ>& organs) {
   add_everywhere(organs, Tissue::kSkin, build.body);
-  add_everywhere(organs, Tissue::kFat, [build](const Vec& p) { return build.body(p) + kSkinMm; });
-  add_everywhere(organs, Tissue::kMuscle, [build](const Vec& p) {
+  add_everywhere(organs, Tissue::kFat, [build](const auto& p) { return build.body(p) + kSkinMm; });
+  add_everywhere(organs, Tissue::kMuscle, [build](const auto& p) {
     return build.body(p) + kSkinMm + build.fat_thickness_mm(p);
   });
   add_everywhere(organs, Tissue::kPeritonealFat,
-                 [build](const Vec& p) { return build.cavity_mm(p); });
+                 [build](const auto& p) { return build.cavity_mm(p); });
   for (const double side : {-1.0, 1.0}) {  // Psoas.
     add(organs, Tissue::kMuscle, Capsule{{side * 30, kSpineY + 2, -20}, {side * 46, 40, -140}, 15});
   }
@@ -136,8 +84,8 @@ void add_digestive(const Build& build, Random& random, std::vector<Organ>& organ
     const double level_y = inside.centre.y() - inside.radii.y() * (1 - 2 * gas_share);
     organs.push_back(
         {Tissue::kGas,
-         [inside, level_y](const Vec& p) { return std::max(inside(p), p.y() - level_y); },
-         around(inside, 6)});
+         [inside, level_y](const auto& p) { return std::max(inside(p), p.y() - level_y); },
+         box_around(inside, 6)});
   };
   hollow({Vec(62, -22, 22) + random.offset(4), {34, 32, 40}, turned(0, -0.3, 0.2)}, 0.3);
   for (int i = 0; i < 9; ++i) {  // Small bowel and colon, below the liver and to the left.
@@ -151,12 +99,13 @@ void add_digestive(const Build& build, Random& random, std::vector<Organ>& organ
   hollow(flexure, 0.4);
   const Ellipsoid spleen{Vec(92, 34, 30) + random.offset(4), {22, 40, 46}, turned(0.3, 0.2, 0.3)};
   organs.push_back({Tissue::kSpleen,
-                    [spleen, build](const Vec& p) {
-                      const double d =
-                          shapes::smooth_intersection(spleen(p), build.abdomen_mm(p) + 4, 8);
-                      return shapes::smooth_intersection(d, build.cavity_mm(p) + 2, 8);
+                    [spleen, build](const auto& p) {
+                      using S = ScalarOf<decltype(p)>;
+                      const S d =
+                          shapes::smooth_intersection(spleen(p), S(build.abdomen_mm(p) + 4), 8);
+                      return shapes::smooth_intersection(d, S(build.cavity_mm(p) + 2), 8);
                     },
-                    around(spleen, 8)});
+                    box_around(spleen, 8)});
 }
 
 void add_kidneys(const Build& build, Random& random, std::vector<Organ>& organs) {
@@ -179,7 +128,7 @@ void add_kidneys(const Build& build, Random& random, std::vector<Organ>& organs)
 }
 
 void add_liver(const Build& build, std::vector<Organ>& organs) {
-  organs.push_back({Tissue::kLiver, [build](const Vec& p) { return build.liver_mm(p); },
+  organs.push_back({Tissue::kLiver, [build](const auto& p) { return build.liver_mm(p); },
                     Box(Vec(-140, -100, -90), Vec(90, 90, 100))});
   add(organs, Tissue::kGallbladderWall, grown(build.gallbladder, 2));
   add(organs, Tissue::kBile, build.gallbladder);
@@ -187,16 +136,20 @@ void add_liver(const Build& build, std::vector<Organ>& organs) {
 
 void add_great_vessels(std::vector<Organ>& organs) {
   organs.push_back({Tissue::kVenaCava,
-                    [](const Vec& p) {
-                      const double x = p.x() + 22 - 0.03 * p.z();
-                      const double y = p.y() - 27 + 0.10 * std::max(p.z(), 0.0);
-                      return std::hypot(x, y * 1.25) - 11.5;
+                    [](const auto& p) {
+                      using std::hypot;
+                      using S = ScalarOf<decltype(p)>;
+                      const S x = p.x() + 22 - 0.03 * p.z();
+                      const S y = p.y() - 27 + 0.10 * std::max(p.z(), S(0.0));
+                      return hypot(x, S(y * 1.25)) - 11.5;
                     },
                     Box(Vec(-50, -10, -kEndZMm), Vec(10, 60, kEndZMm))});
   organs.push_back({Tissue::kAorta,
-                    [](const Vec& p) {
-                      const double x = p.x() - 9 - 4 * std::sin(0.02 * p.z());
-                      return std::hypot(x, p.y() - 22) - 10;
+                    [](const auto& p) {
+                      using std::hypot, std::sin;
+                      using S = ScalarOf<decltype(p)>;
+                      const S x = p.x() - 9 - 4 * sin(0.02 * p.z());
+                      return hypot(x, S(p.y() - 22)) - 10;
                     },
                     Box(Vec(-20, -10, -kEndZMm), Vec(40, 50, kEndZMm))});
 }
@@ -204,51 +157,63 @@ void add_great_vessels(std::vector<Organ>& organs) {
 void add_thorax(const Build& build, std::vector<Organ>& organs) {
   const Ellipsoid heart{{22, -38, 116}, {52, 42, 50}, turned(0, 0.3, 0)};
   const Box above(Vec(-168, -126, -40), Vec(168, 126, kEndZMm));
-  const auto lung = [build, heart](const Vec& p) {
-    const double chest = std::max(build.cavity_mm(p) + 1, -build.abdomen_mm(p));
+  const auto lung = [build, heart](const auto& p) {
+    using std::abs;
+    using S = ScalarOf<decltype(p)>;
+    const S chest = std::max(S(build.cavity_mm(p) + 1), S(-build.abdomen_mm(p)));
     // Mediastinum: between the lungs, in front of the spine.
-    const double middle = std::max(std::abs(p.x()) - 32, p.y() - 62);
-    return shapes::smooth_difference(std::max(chest, -middle), heart(p), 6);
+    const S middle = std::max(S(abs(p.x()) - 32), S(p.y() - 62));
+    return shapes::smooth_difference(std::max(chest, S(-middle)), heart(p), 6);
   };
-  organs.push_back({Tissue::kDiaphragm, [lung](const Vec& p) { return lung(p) - 3; }, above});
-  organs.push_back(
-      {Tissue::kMuscle,
-       [build, heart](const Vec& p) { return std::max(heart(p), 3 - build.abdomen_mm(p)); },
-       around(heart, 5)});
+  organs.push_back({Tissue::kDiaphragm, [lung](const auto& p) { return lung(p) - 3; }, above});
+  organs.push_back({Tissue::kMuscle,
+                    [build, heart](const auto& p) {
+                      return std::max(heart(p), ScalarOf<decltype(p)>(3 - build.abdomen_mm(p)));
+                    },
+                    box_around(heart, 5)});
   organs.push_back({Tissue::kLung, lung, above});
 }
 
 void add_spine(const Build& build, std::vector<Organ>& organs) {
-  constexpr double kPeriodMm = 34;
-  constexpr double kHalfBodyMm = 13.5;
   const double phase = build.spine_phase_mm;
-  const auto level = [phase](double z) {
-    return z - phase - kPeriodMm * std::round((z - phase) / kPeriodMm);
+  const auto level = [phase](const auto& z) {
+    using std::round;
+    return z - phase - kPeriodMm * round((z - phase) / kPeriodMm);
   };
-  const auto column = [](const Vec& p, double rx, double ry) {
-    const double k = std::hypot(p.x() / rx, (p.y() - kSpineY) / ry);
+  const auto column = [](const auto& p, const auto& rx, const auto& ry) {
+    using std::hypot;
+    using S = ScalarOf<decltype(p)>;
+    const S k = hypot(S(p.x() / rx), S((p.y() - kSpineY) / ry));
     return (k - 1.0) * ry;
   };
-  const auto body = [level, column](const Vec& p) {
-    const double z = level(p.z());
-    const double waist = 1.0 - 0.12 * std::cos(std::numbers::pi * z / (2 * kHalfBodyMm));
-    return std::max(column(p, 22 * waist, 16 * waist), std::abs(z) - kHalfBodyMm);
+  const auto body = [level, column](const auto& p) {
+    using std::abs, std::cos;
+    using S = ScalarOf<decltype(p)>;
+    const S z = level(p.z());
+    const S waist = 1.0 - 0.12 * cos(std::numbers::pi * z / (2 * kHalfBodyMm));
+    return std::max(S(column(p, S(22 * waist), S(16 * waist))), S(abs(z) - kHalfBodyMm));
   };
-  const auto arch = [level](const Vec& p) {
-    const double z = std::abs(level(p.z()));
-    const double ring = std::abs(std::hypot(p.x(), p.y() - 70) - 11.5) - 3;
-    const double spinous = std::max(std::abs(p.x()) - 3, std::abs(p.y() - 86) - 8);
-    const double transverse =
-        std::max(std::hypot(p.y() - 68, level(p.z())) - 4, std::abs(p.x()) - 38);
-    return std::min(std::max(std::min(ring, spinous), z - 10), transverse);
+  const auto arch = [level](const auto& p) {
+    using std::abs, std::hypot;
+    using S = ScalarOf<decltype(p)>;
+    const S z = abs(level(p.z()));
+    const S ring = abs(hypot(p.x(), S(p.y() - 70)) - 11.5) - 3;
+    const S spinous = std::max(S(abs(p.x()) - 3), S(abs(p.y() - 86) - 8));
+    const S transverse = std::max(S(hypot(S(p.y() - 68), S(level(p.z()))) - 4), S(abs(p.x()) - 38));
+    return std::min(std::max(std::min(ring, spinous), S(z - 10)), transverse);
   };
   const Box bounds(Vec(-48, 20, -kEndZMm), Vec(48, 105, kEndZMm));
-  organs.push_back({Tissue::kDisc, [column](const Vec& p) { return column(p, 21, 15); }, bounds});
-  organs.push_back({Tissue::kSpinalCanal,
-                    [](const Vec& p) { return std::hypot(p.x(), p.y() - 70) - 9; }, bounds});
   organs.push_back(
-      {Tissue::kBone, [body, arch](const Vec& p) { return std::min(body(p), arch(p)); }, bounds});
-  organs.push_back({Tissue::kMarrow, [body](const Vec& p) { return body(p) + 2.2; }, bounds});
+      {Tissue::kDisc, [column](const auto& p) { return column(p, 21.0, 15.0); }, bounds});
+  organs.push_back({Tissue::kSpinalCanal,
+                    [](const auto& p) {
+                      using std::hypot;
+                      return hypot(p.x(), ScalarOf<decltype(p)>(p.y() - 70)) - 9;
+                    },
+                    bounds});
+  organs.push_back(
+      {Tissue::kBone, [body, arch](const auto& p) { return std::min(body(p), arch(p)); }, bounds});
+  organs.push_back({Tissue::kMarrow, [body](const auto& p) { return body(p) + 2.2; }, bounds});
 }
 
 void add_ribs(const Build& build, Random& random, std::vector<Organ>& organs) {

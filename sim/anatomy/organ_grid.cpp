@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/organ_grid.hpp"
+#include "sim/anatomy/organ_grid.hpp"
 
 #include <cmath>
 #include <tbb/parallel_for.h>
@@ -10,16 +10,18 @@
 namespace nav::sim {
 namespace {
 
-constexpr double kCellMm = 5.0;
-// Half the diagonal of a cell, with room for distances that are only first-order, plus the width
-// of the blended boundary.
-constexpr double kReachMm = 1.4 * 0.8660254 * kCellMm + 1.0;
+/// Half the diagonal of a cell, with room for distances that are only first-order, plus the width
+/// of the blended boundary.
+double reach_mm(double cell_mm) { return 1.4 * 0.8660254 * cell_mm + 1.0; }
 
 }  // namespace
 
-OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) {
+OrganGrid::OrganGrid(const std::vector<Organ>& organs, const Eigen::AlignedBox3d& box,
+                     double cell_mm)
+    : box_(box), cell_mm_(cell_mm) {
+  const double reach = reach_mm(cell_mm);
   NAV_CHECK(organs.size() < 65536, organs.size());
-  size_ = (box_.sizes().array() / kCellMm).ceil().cast<int>();
+  size_ = (box_.sizes().array() / cell_mm_).ceil().cast<int>();
   const auto cells = static_cast<std::size_t>(size_.prod());
   const auto slice = static_cast<std::size_t>(size_.x() * size_.y());
   std::vector<std::vector<std::uint16_t>> found(cells);
@@ -27,21 +29,21 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) 
   tbb::parallel_for(0, size_.z(), [&](int k) {
     for (std::size_t o = 0; o < organs.size(); ++o) {
       const Organ& organ = organs[o];
-      const auto first = ((organ.bounds.min() - box_.min()).array() / kCellMm).floor() - 1.0;
-      const auto last = ((organ.bounds.max() - box_.min()).array() / kCellMm).floor() + 1.0;
+      const auto first = ((organ.bounds.min() - box_.min()).array() / cell_mm_).floor() - 1.0;
+      const auto last = ((organ.bounds.max() - box_.min()).array() / cell_mm_).floor() + 1.0;
       const Eigen::Array3i lo = first.cwiseMax(0.0).cast<int>();
       const Eigen::Array3i hi = last.cast<int>().cwiseMin(size_ - 1);
       if (k < lo.z() || k > hi.z()) continue;
       for (int j = lo.y(); j <= hi.y(); ++j) {
         for (int i = lo.x(); i <= hi.x(); ++i) {
           const Eigen::Vector3d centre =
-              box_.min() + kCellMm * (Eigen::Vector3d(i, j, k).array() + 0.5).matrix();
+              box_.min() + cell_mm_ * (Eigen::Vector3d(i, j, k).array() + 0.5).matrix();
           const double d = organ.distance_mm(centre);
-          if (d > kReachMm) continue;
+          if (d > reach) continue;
           const std::size_t cell =
               static_cast<std::size_t>(k) * slice + static_cast<std::size_t>(j * size_.x() + i);
           auto& list = found[cell];
-          if (d < -kReachMm) {
+          if (d < -reach) {
             list.clear();
             filled_[cell] = 1;
           }
@@ -62,7 +64,7 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs) : box_(anatomy_bounds()) 
 OrgansNear OrganGrid::organs_at(const Eigen::Vector3d& p) const {
   if (!box_.contains(p)) return {all_, false};
   const Eigen::Array3i c =
-      ((p - box_.min()).array() / kCellMm).cast<int>().cwiseMax(0).cwiseMin(size_ - 1);
+      ((p - box_.min()).array() / cell_mm_).cast<int>().cwiseMax(0).cwiseMin(size_ - 1);
   const auto cell =
       static_cast<std::size_t>(c.z()) * static_cast<std::size_t>(size_.x() * size_.y()) +
       static_cast<std::size_t>(c.y() * size_.x() + c.x());

@@ -4,25 +4,16 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "nav/plan.hpp"
+#include "sim/anatomy/organ.hpp"
 #include "sim/random.hpp"
-#include "sim/shapes.hpp"
-#include "sim/tissue.hpp"
 
 /// How the phantom's organs are laid out. Private to sim/. CT coordinates, mm.
 namespace nav::sim {
 
-using Distance = std::function<double(const Eigen::Vector3d&)>;
-
-/// One shape of one tissue. Later organs of a list cover earlier ones.
-struct Organ {
-  Tissue tissue;
-  Distance distance_mm;
-  Eigen::AlignedBox3d bounds;  ///< Holds every point with distance below 2 mm.
-};
+inline constexpr double kSkinMm = 2;
 
 /// Numbers that differ between patients.
 struct Build {
@@ -35,13 +26,40 @@ struct Build {
   double spine_phase_mm = 0;
 
   explicit Build(std::uint64_t seed);
-  [[nodiscard]] double fat_thickness_mm(const Eigen::Vector3d& p) const;
-  [[nodiscard]] double wall_thickness_mm(const Eigen::Vector3d& p) const;
+  template <class S>
+  [[nodiscard]] S fat_thickness_mm(const Vec3<S>& p) const {
+    using std::abs;
+    return fat_mm * (1.0 + 0.35 * abs(p.y()) / body.b);
+  }
+  template <class S>
+  [[nodiscard]] S wall_thickness_mm(const Vec3<S>& p) const {
+    // Back muscles fill the space behind the organs.
+    const S back = shapes::smooth_step(S((p.y() / body.b - 0.25) / 0.7));
+    return kSkinMm + fat_thickness_mm(p) + 9.0 + 16.0 * back;
+  }
   /// Inside the abdominal and chest wall.
-  [[nodiscard]] double cavity_mm(const Eigen::Vector3d& p) const;
+  template <class S>
+  [[nodiscard]] S cavity_mm(const Vec3<S>& p) const {
+    return body(p) + wall_thickness_mm(p);
+  }
   /// Below the diaphragm.
-  [[nodiscard]] double abdomen_mm(const Eigen::Vector3d& p) const;
-  [[nodiscard]] double liver_mm(const Eigen::Vector3d& p) const;
+  template <class S>
+  [[nodiscard]] S abdomen_mm(const Vec3<S>& p) const {
+    const S domes = shapes::smooth_union(right_dome(p), left_dome(p), 25);
+    return shapes::smooth_union(domes, S(p.z() + 18), 25);
+  }
+  template <class S>
+  [[nodiscard]] S liver_mm(const Vec3<S>& p) const {
+    using std::sin;
+    S d = shapes::smooth_union(right_lobe(p), left_lobe(p), 25);
+    d = shapes::smooth_difference(d, visceral(p), 18);
+    d = shapes::smooth_difference(d, S(right_kidney(p) - 5), 12);
+    // Low waves: no two livers have the same outline.
+    d += 1.8 * sin(0.055 * p.x() + wave_phase[0]) * sin(0.05 * p.y() + wave_phase[1]) +
+         1.5 * sin(0.06 * p.z() + wave_phase[2]) * sin(0.045 * p.x() + wave_phase[3]);
+    d = shapes::smooth_intersection(d, S(abdomen_mm(p) + 3.5), 8);
+    return shapes::smooth_intersection(d, S(cavity_mm(p) + 1.5), 8);
+  }
 };
 
 /// Box in which the organs' surfaces lie.

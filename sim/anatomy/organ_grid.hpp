@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/anatomy.hpp"
+#include "sim/anatomy/organ.hpp"
 
 namespace nav::sim {
 
@@ -16,17 +16,18 @@ struct OrgansNear {
   bool first_fills = false;  ///< The first fills the whole neighbourhood: no need to ask it.
 };
 
-/// Which organs can matter where: cells of 5 mm, each with the organs whose surface comes near, on
-/// top of the last organ that fills the whole cell. Private to sim/. Thread-safe to read.
+/// Which organs can matter where: cells, each with the organs whose surface comes near, on top of
+/// the last organ that fills the whole cell. Private to sim/. Thread-safe to read.
 class OrganGrid {
  public:
-  /// organs must outlive the grid.
-  explicit OrganGrid(const std::vector<Organ>& organs);
+  /// organs must outlive the grid; their surfaces lie within the box.
+  OrganGrid(const std::vector<Organ>& organs, const Eigen::AlignedBox3d& box, double cell_mm = 5);
   /// Outside the box: all of them.
   [[nodiscard]] OrgansNear organs_at(const Eigen::Vector3d& p) const;
 
  private:
   Eigen::AlignedBox3d box_;
+  double cell_mm_;
   Eigen::Array3i size_;
   std::vector<std::uint32_t> start_;
   std::vector<std::uint8_t> filled_;

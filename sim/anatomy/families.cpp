@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/layout.hpp"
+
+namespace nav::sim {
+
+Patient make_abdomen(const PatientOptions& options) {
+  auto phantom =
+      std::make_shared<const AbdomenPhantom>(PhantomOptions{options.seed, options.contrast});
+  Layout layout;
+  layout.skin_mm = [phantom](const auto& p) {
+    if constexpr (std::is_same_v<ScalarOf<decltype(p)>, double>) {
+      return phantom->skin_distance_mm({p});
+    } else {
+      return Dual(phantom->skin_distance_mm({{p.x().value, p.y().value, p.z().value}}));
+    }
+  };
+  const Vec3d lesion = phantom->plan().target_ct.mm;
+  const Vec3d way_out = phantom->plan().entry_ct.mm - lesion;
+  layout.view("lesion", convex_abdominal(), lesion, way_out, Vec3d::UnitZ());
+  return {"abdomen", std::move(phantom), std::move(layout.views)};
+}
+
+const std::vector<PatientFamily>& patient_families() {
+  static const std::vector<PatientFamily> families = {
+      {"abdomen", "liver with lesion and vessel trees, gallbladder, kidneys, spine, ribs, gas",
+       make_abdomen},
+      {"neck", "carotid bifurcations with plaque, jugular veins, thyroid, trachea, muscles, spine",
+       make_neck},
+  };
+  return families;
+}
+
+Result<Patient> make_patient(const std::string& family, const PatientOptions& options) {
+  std::string known;
+  for (const PatientFamily& f : patient_families()) {
+    if (f.name == family) return f.make(options);
+    known += (known.empty() ? "" : ", ") + f.name;
+  }
+  return Error{ErrorCode::kUsage,
+               "simulated patient: expected a family out of " + known + ", found '" + family + "'"};
+}
+
+}  // namespace nav::sim

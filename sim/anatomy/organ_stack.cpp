@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/anatomy/organ_stack.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace nav::sim {
+namespace {
+
+/// How much of a point's neighbourhood an organ fills, from its distance.
+template <class S>
+S coverage(const S& distance_mm, double blend_mm) {
+  return std::clamp(S(0.5 - distance_mm / S(blend_mm)), S(0.0), S(1.0));
+}
+
+bool is_none(double share) { return !(share > 0); }
+bool is_none(const Dual& share) { return !(share.value > 0); }
+
+/// The organ's values cover what was by a share.
+void mix(Acoustics& value, const Acoustics& own, float share) {
+  value.impedance_mrayl += share * (own.impedance_mrayl - value.impedance_mrayl);
+  value.attenuation_db_per_cm_mhz +=
+      share * (own.attenuation_db_per_cm_mhz - value.attenuation_db_per_cm_mhz);
+  value.scatter += share * (own.scatter - value.scatter);
+  for (std::size_t i = 0; i < 3; ++i) value.fibre[i] += share * (own.fibre[i] - value.fibre[i]);
+}
+
+}  // namespace
+
+OrganStack::OrganStack(std::vector<Organ> organs, const Eigen::AlignedBox3d& box, double cell_mm,
+                       Blend blend, Contrast contrast, std::uint64_t seed)
+    : organs_(std::move(organs)),
+      grid_(organs_, box, cell_mm),
+      blend_(blend),
+      strands_(hash_bits(seed, 0x737472616e6473, 0), 1.0) {
+  for (std::size_t t = 0; t < hu_.size(); ++t) {
+    hu_[t] = tissue_hu(static_cast<Tissue>(t), contrast);
+  }
+}
+
+Tissue OrganStack::topmost(const OrgansNear& near, const Vec3d& p) const {
+  for (std::size_t i = near.indices.size(); i-- > 0;) {
+    const Organ& organ = organs_[near.indices[i]];
+    if ((i == 0 && near.first_fills) || organ.distance_mm(p) < 0) return organ.tissue;
+  }
+  return Tissue::kAir;
+}
+
+Tissue OrganStack::tissue(const Vec3d& p) const { return topmost(grid_.organs_at(p), p); }
+
+Tissue OrganStack::tissue_exhaustive(const Vec3d& p) const {
+  std::vector<std::uint16_t> all(organs_.size());
+  std::iota(all.begin(), all.end(), std::uint16_t{0});
+  return topmost({all, false}, p);
+}
+
+/// Calls mix(organ, share) from the lowest organ up: each covers what was by its share. q: p, as
+/// double or Dual.
+template <class S, class Mix>
+void OrganStack::cover(const Vec3d& p, const Vec3<S>& q, double blend_mm, const Mix& mix) const {
+  const OrgansNear near = grid_.organs_at(p);
+  for (std::size_t i = 0; i < near.indices.size(); ++i) {
+    const Organ& organ = organs_[near.indices[i]];
+    const S share =
+        i == 0 && near.first_fills ? S(1.0) : coverage<S>(organ.distance_mm(q), blend_mm);
+    if (!is_none(share)) mix(organ, share);
+  }
+}
+
+template <class S>
+S OrganStack::hu_at(const Vec3d& p, const Vec3<S>& q) const {
+  S value(hu_[static_cast<std::size_t>(Tissue::kAir)]);
+  cover(p, q, blend_.ct_mm, [&](const Organ& organ, const S& share) {
+    value += share * (hu_[static_cast<std::size_t>(organ.tissue)] - value);
+  });
+  return value;
+}
+
+double OrganStack::hu(const Vec3d& p) const { return hu_at<double>(p, p); }
+
+ValueAndGradient OrganStack::hu_with_gradient(const Vec3d& p) const {
+  const Dual value = hu_at<Dual>(p, seed(p));
+  return {value.value, {value.gradient}};
+}
+
+Acoustics OrganStack::acoustics(const Vec3d& p) const {
+  Acoustics value = tissue_acoustics(Tissue::kAir);
+  cover(p, p, blend_.acoustic_mm, [&](const Organ& organ, double part) {
+    const auto share = static_cast<float>(part);
+    if (organ.grain.strength <= 0) {
+      mix(value, tissue_acoustics(organ.tissue), share);
+      return;
+    }
+    Acoustics own = tissue_acoustics(organ.tissue);
+    own.scatter *= strands(organ.grain, p);
+    const Vec3d fibre = organ.grain.strength * organ.grain.along;
+    own.fibre = {static_cast<float>(fibre.x()), static_cast<float>(fibre.y()),
+                 static_cast<float>(fibre.z())};
+    mix(value, own, share);
+  });
+  return value;
+}
+
+/// Brightness of the strand at a point, about 1 in the mean: noise that is drawn out along the
+/// fibres.
+float OrganStack::strands(const Grain& grain, const Vec3d& p) const {
+  const Vec3d a = grain.along.unitOrthogonal();
+  const Vec3d b = grain.along.cross(a);
+  const Vec3d cells(p.dot(grain.along) / grain.length_mm, p.dot(a) / grain.spacing_mm,
+                    p.dot(b) / grain.spacing_mm);
+  constexpr float kContrast = 1.6F;  // Trilinear noise seldom reaches its ends.
+  const auto strength = static_cast<float>(grain.strength);
+  return std::max(0.1F, 1 + kContrast * strength * strands_.at(cells));
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/probe_model.hpp"
+#include "sim/tissue.hpp"
+
+/// Pulse, beam and depth gain, as the ray-based models use them. Private to sim/.
+namespace nav::sim {
+
+inline constexpr double kFwhmToSigma = 0.42466;
+inline constexpr double kSpeckleCellMmTimesMhz = 1.6;
+inline constexpr float kInterfaceGain = 3.5F;  // Echo of a full reflection, 1 is white.
+inline constexpr float kDiffuseShare = 0.10F;  // Of an interface echo that goes everywhere.
+inline constexpr double kMaxCouplingMm = 14;   // Gel bridges this much between face and skin.
+
+inline float amplitude_from_db(double db) { return static_cast<float>(std::pow(10.0, db / 20.0)); }
+
+/// Half of the symmetric pulse of about two cycles, centre first, samples step_mm apart; unit power
+/// over scatterers that are constant within cells of cell_mm.
+std::vector<float> axial_pulse(double frequency_mhz, double step_mm, double cell_mm);
+
+/// Half of a Gaussian beam over lines spacing_mm apart, centre first; unit power likewise.
+void beam_taps(double sigma_mm, double spacing_mm, double cell_mm, std::span<float> taps);
+
+/// Width of the beam at a depth as a multiple of that at the focus; spread: how fast it widens.
+double defocus(const ProbeModel& probe, double along_mm, double spread);
+
+/// Amplitude that the depth gain multiplies by, with the operator's error.
+std::vector<float> depth_gain(const ProbeModel& probe, std::uint64_t seed, double step_mm,
+                              std::size_t samples);
+
+/// Share of the scatter amplitude that comes back when a beam (unit, CT axes) meets fibres; 1
+/// where there are none.
+inline float fibre_echo(const Acoustics& a, double x, double y, double z) {
+  const auto strength2 = static_cast<double>(a.fibre[0] * a.fibre[0] + a.fibre[1] * a.fibre[1] +
+                                             a.fibre[2] * a.fibre[2]);
+  if (!(strength2 > 1e-6)) return 1;
+  const double strength = std::sqrt(strength2);
+  const double along = (x * static_cast<double>(a.fibre[0]) + y * static_cast<double>(a.fibre[1]) +
+                        z * static_cast<double>(a.fibre[2])) /
+                       strength;
+  const double square = 1 - along * along;  // Sine squared: 1 where the beam meets them square.
+  const double facing = square * square * square * square;
+  return static_cast<float>(1 - strength * (1 - facing));
+}
+
+}  // namespace nav::sim

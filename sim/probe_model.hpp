@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "nav/result.hpp"
+
+namespace nav::sim {
+
+enum class ProbeKind { kLinear, kConvex };
+
+/// Geometry and settings of a transducer with its picture.
+struct ProbeModel {
+  ProbeKind kind = ProbeKind::kConvex;
+  double width_mm = 38;         ///< Linear: length of the face.
+  double radius_mm = 60;        ///< Convex: radius of the face.
+  double half_angle_rad = 0.5;  ///< Convex: half of the field's opening.
+  double depth_mm = 140;        ///< From the face.
+  double frequency_mhz = 3.5;
+  int columns = 400;  ///< Of the picture.
+  int rows = 280;     ///< Of the picture.
+  int lines = 192;    ///< Scan lines.
+  double focus_mm = 80;
+  double lateral_fwhm_mm = 1.6;     ///< Beam width at the focus.
+  double elevation_fwhm_mm = 3.0;   ///< Slice thickness at the focus.
+  double dynamic_range_db = 60;     ///< Black to white.
+  double liver_level_db = -33;      ///< Mean liver, relative to white.
+  double noise_level_db = -104;     ///< Electronic noise before depth gain, relative to white.
+  double tgc_db_per_cm_mhz = 0.55;  ///< Attenuation that the depth gain assumes, one way.
+  double tgc_error_db = 2.0;        ///< How far the operator's sliders are off, peak.
+};
+
+/// 66 degrees, 60 mm radius, 140 mm deep, 3.5 MHz, 400 x 280 pixels.
+ProbeModel convex_abdominal();
+/// 38 mm wide, 60 mm deep, 9 MHz.
+ProbeModel linear_l14();
+
+/// A refusal that names the first setting that cannot be.
+Result<void> validate(const ProbeModel& probe);
+
+}  // namespace nav::sim
