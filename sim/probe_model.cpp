@@ -29,6 +29,18 @@ ProbeModel linear_l14() {
   return probe;
 }
 
+ProbeModel sector_cranial() {
+  ProbeModel probe;
+  probe.kind = ProbeKind::kSector;
+  probe.half_angle_rad = 40.0 * std::numbers::pi / 180.0;
+  probe.depth_mm = 100;
+  probe.frequency_mhz = 5;
+  probe.focus_mm = 50;
+  probe.lateral_fwhm_mm = 1.4;
+  probe.elevation_fwhm_mm = 2.2;
+  return probe;
+}
+
 Result<void> validate(const ProbeModel& probe) {
   struct Range {
     const char* name;

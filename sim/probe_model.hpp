@@ -6,14 +6,18 @@
 
 namespace nav::sim {
 
-enum class ProbeKind { kLinear, kConvex };
+enum class ProbeKind {
+  kLinear,
+  kConvex,
+  kSector  ///< Phased array: all lines leave the middle of a small flat face.
+};
 
 /// Geometry and settings of a transducer with its picture.
 struct ProbeModel {
   ProbeKind kind = ProbeKind::kConvex;
   double width_mm = 38;         ///< Linear: length of the face.
   double radius_mm = 60;        ///< Convex: radius of the face.
-  double half_angle_rad = 0.5;  ///< Convex: half of the field's opening.
+  double half_angle_rad = 0.5;  ///< Convex, sector: half of the field's opening.
   double depth_mm = 140;        ///< From the face.
   double frequency_mhz = 3.5;
   int columns = 400;  ///< Of the picture.
@@ -33,6 +37,9 @@ struct ProbeModel {
 ProbeModel convex_abdominal();
 /// 38 mm wide, 60 mm deep, 9 MHz.
 ProbeModel linear_l14();
+
+/// Phased array of 5 MHz, 80 degrees, 100 mm deep: intraoperative, through a craniotomy.
+ProbeModel sector_cranial();
 
 /// A refusal that names the first setting that cannot be.
 Result<void> validate(const ProbeModel& probe);

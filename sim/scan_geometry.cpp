@@ -11,13 +11,19 @@ namespace {
 /// Range resolution follows the wavelength: about 0.26 mm between samples at 3.5 MHz.
 constexpr double kSampleMmTimesMhz = 0.9;
 
+/// From the apex to the face.
+double face_radius_mm(const ProbeModel& probe) {
+  return probe.kind == ProbeKind::kSector ? 0.0 : probe.radius_mm;
+}
+
 PixelGrid picture_grid(const ProbeModel& probe) {
   double width = probe.width_mm;
   double top = 0;
-  if (probe.kind == ProbeKind::kConvex) {
-    width = 2 * (probe.radius_mm + probe.depth_mm) * std::sin(probe.half_angle_rad);
+  if (probe.kind != ProbeKind::kLinear) {
+    const double radius = face_radius_mm(probe);
+    width = 2 * (radius + probe.depth_mm) * std::sin(probe.half_angle_rad);
     // The ends of a curved face lie above its middle, which is the origin.
-    top = -probe.radius_mm * (1 - std::cos(probe.half_angle_rad));
+    top = -radius * (1 - std::cos(probe.half_angle_rad));
   }
   const double spacing =
       std::max(width / (probe.columns - 1), (probe.depth_mm - top) / (probe.rows - 1));
@@ -33,11 +39,10 @@ ScanGeometry::ScanGeometry(const ProbeModel& probe)
       sample_mm_(kSampleMmTimesMhz / probe.frequency_mhz),
       samples_(static_cast<int>(probe.depth_mm / sample_mm_) + 1),
       grid_(picture_grid(probe)) {
-  if (probe.kind == ProbeKind::kConvex) {
-    outline_ = SectorOutline{{0, -probe.radius_mm},
-                             probe.radius_mm,
-                             probe.radius_mm + (samples_ - 1) * sample_mm_,
-                             probe.half_angle_rad};
+  if (probe.kind != ProbeKind::kLinear) {
+    const double radius = face_radius_mm(probe);
+    outline_ = SectorOutline{
+        {0, -radius}, radius, radius + (samples_ - 1) * sample_mm_, probe.half_angle_rad};
   }
   place_taps();
 }
@@ -47,12 +52,16 @@ ScanLine ScanGeometry::line(int index) const {
   if (probe_.kind == ProbeKind::kLinear) return {{0.5 * share * probe_.width_mm, 0}, {0, 1}};
   const double angle = share * probe_.half_angle_rad;
   const Eigen::Vector2d direction(std::sin(angle), std::cos(angle));
-  return {Eigen::Vector2d(0, -probe_.radius_mm) + probe_.radius_mm * direction, direction};
+  const double radius = face_radius_mm(probe_);
+  return {Eigen::Vector2d(0, -radius) + radius * direction, direction};
 }
 
 double ScanGeometry::line_spacing_mm(double along_mm) const {
   if (probe_.kind == ProbeKind::kLinear) return probe_.width_mm / (probe_.lines - 1);
-  return (probe_.radius_mm + along_mm) * 2 * probe_.half_angle_rad / (probe_.lines - 1);
+  const double spacing =
+      (face_radius_mm(probe_) + along_mm) * 2 * probe_.half_angle_rad / (probe_.lines - 1);
+  constexpr double kLeastMm = 0.02;  // At the apex of a sector the lines meet.
+  return std::max(spacing, kLeastMm);
 }
 
 void ScanGeometry::place_taps() {
@@ -63,10 +72,10 @@ void ScanGeometry::place_taps() {
       const Eigen::Vector2d p = grid_.at(column, row).mm.head<2>();
       double share = 2 * p.x() / probe_.width_mm;
       double along = p.y();
-      if (probe_.kind == ProbeKind::kConvex) {
+      if (probe_.kind != ProbeKind::kLinear) {
         const Eigen::Vector2d q = p - outline_->apex_mm;
         share = std::atan2(q.x(), q.y()) / probe_.half_angle_rad;
-        along = q.norm() - probe_.radius_mm;
+        along = q.norm() - outline_->radius_min_mm;
       }
       const double line = 0.5 * (share + 1) * (probe_.lines - 1);
       const double sample = along / sample_mm_;

@@ -28,6 +28,13 @@ const std::vector<PatientFamily>& patient_families() {
        make_abdomen},
       {"neck", "carotid bifurcations with plaque, jugular veins, thyroid, trachea, muscles, spine",
        make_neck},
+      {"shoulder", "humeral head, rotator cuff with a tear, bursa, biceps tendon, deltoid, scapula",
+       make_shoulder},
+      {"tendon", "Achilles tendon with a tear, paratenon, bursa, heel bone, calf muscles",
+       make_tendon},
+      {"head", "skull with a craniotomy, folded cortex, ventricles, falx, arteries, tumour",
+       make_head},
+      {"spine", "lumbar vertebrae with arches and processes, canal, back muscles", make_spine},
   };
   return families;
 }

@@ -110,6 +110,6 @@ Patient finish(std::string family, const PatientOptions& options, Layout layout)
   return patient;
 }
 
-Grain muscle_grain(const Vec3d& along) { return {along.normalized(), 14, 1.3, 0.55}; }
+Grain muscle_grain(const Vec3d& along) { return {along.normalized(), 16, 1.5, 0.8}; }
 
 }  // namespace nav::sim

@@ -52,5 +52,9 @@ Grain muscle_grain(const Vec3d& along);
 /// Families, one file each.
 Patient make_abdomen(const PatientOptions& options);
 Patient make_neck(const PatientOptions& options);
+Patient make_shoulder(const PatientOptions& options);
+Patient make_tendon(const PatientOptions& options);
+Patient make_head(const PatientOptions& options);
+Patient make_spine(const PatientOptions& options);
 
 }  // namespace nav::sim

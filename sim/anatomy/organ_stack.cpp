@@ -109,7 +109,7 @@ float OrganStack::strands(const Grain& grain, const Vec3d& p) const {
   const Vec3d b = grain.along.cross(a);
   const Vec3d cells(p.dot(grain.along) / grain.length_mm, p.dot(a) / grain.spacing_mm,
                     p.dot(b) / grain.spacing_mm);
-  constexpr float kContrast = 1.6F;  // Trilinear noise seldom reaches its ends.
+  constexpr float kContrast = 2.2F;  // Trilinear noise seldom reaches its ends.
   const auto strength = static_cast<float>(grain.strength);
   return std::max(0.1F, 1 + kContrast * strength * strands_.at(cells));
 }
