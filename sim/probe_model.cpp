@@ -63,6 +63,10 @@ Result<void> validate(const ProbeModel& probe) {
       {"noise_level_db", probe.noise_level_db, -300, 0},
       {"tgc_db_per_cm_mhz", probe.tgc_db_per_cm_mhz, 0, 3},
       {"tgc_error_db", probe.tgc_error_db, 0, 30},
+      {"gain_db", probe.gain_db, -60, 60},
+      {"clutter_level_db", probe.clutter_level_db, -300, 0},
+      {"clutter_mm", probe.clutter_mm, 1, 200},
+      {"reverberation", probe.reverberation, 0, 0.95},
   };
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;

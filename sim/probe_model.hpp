@@ -12,6 +12,12 @@ enum class ProbeKind {
   kSector  ///< Phased array: all lines leave the middle of a small flat face.
 };
 
+/// How echoes are computed.
+enum class AcousticModel {
+  kRays,       ///< Along scan lines: impedance steps with a law of incidence, speckle on a lattice.
+  kScatterers  ///< Points and mirrors with phase, projected and convolved (scatterer_model.hpp).
+};
+
 /// Geometry and settings of a transducer with its picture.
 struct ProbeModel {
   ProbeKind kind = ProbeKind::kConvex;
@@ -24,13 +30,19 @@ struct ProbeModel {
   int rows = 280;     ///< Of the picture.
   int lines = 192;    ///< Scan lines.
   double focus_mm = 80;
-  double lateral_fwhm_mm = 1.6;     ///< Beam width at the focus.
-  double elevation_fwhm_mm = 3.0;   ///< Slice thickness at the focus.
-  double dynamic_range_db = 60;     ///< Black to white.
-  double liver_level_db = -33;      ///< Mean liver, relative to white.
-  double noise_level_db = -104;     ///< Electronic noise before depth gain, relative to white.
-  double tgc_db_per_cm_mhz = 0.55;  ///< Attenuation that the depth gain assumes, one way.
-  double tgc_error_db = 2.0;        ///< How far the operator's sliders are off, peak.
+  double lateral_fwhm_mm = 1.6;       ///< Beam width at the focus.
+  double elevation_fwhm_mm = 3.0;     ///< Slice thickness at the focus.
+  double dynamic_range_db = 60;       ///< Black to white.
+  double liver_level_db = -33;        ///< Mean liver, relative to white.
+  double noise_level_db = -104;       ///< Electronic noise before depth gain, relative to white.
+  double tgc_db_per_cm_mhz = 0.55;    ///< Attenuation that the depth gain assumes, one way.
+  double tgc_error_db = 2.0;          ///< How far the operator's sliders are off, peak.
+  double gain_db = 0;                 ///< Overall.
+  double clutter_level_db = -300;     ///< Haze at the face, relative to white; -300: none.
+  double clutter_mm = 12;             ///< Depth over which the haze falls by 8.7 dB.
+  double reverberation = 0;           ///< Amplitude that the face throws back, [0, 1).
+  bool marker_on_other_side = false;  ///< The picture is mirrored, as by a probe held wrong.
+  AcousticModel model = AcousticModel::kRays;
 };
 
 /// 66 degrees, 60 mm radius, 140 mm deep, 3.5 MHz, 400 x 280 pixels.

@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "sim/ultrasound.hpp"
+#include "nav/ultrasound_frame.hpp"
+#include "sim/probe_model.hpp"
 
 namespace nav::sim {
 
@@ -21,6 +22,8 @@ class ScanGeometry {
   explicit ScanGeometry(const ProbeModel& probe);
 
   [[nodiscard]] ScanLine line(int index) const;
+  /// Line and sample, both continuous, of a point of the plane; also outside the field.
+  [[nodiscard]] Eigen::Vector2d beam_of(const Eigen::Vector2d& p) const;
   /// Between neighbouring lines at a distance from the face.
   [[nodiscard]] double line_spacing_mm(double along_mm) const;
   [[nodiscard]] int samples() const { return samples_; }

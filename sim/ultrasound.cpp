@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/ultrasound.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <tbb/parallel_for.h>
 
 #include "sim/beam.hpp"
 #include "sim/scan_geometry.hpp"
+#include "sim/scatterer_model.hpp"
 #include "sim/speckle.hpp"
 
 namespace nav::sim {
@@ -22,6 +24,7 @@ constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
 constexpr double kNeedleLengthMm = 150;
 constexpr std::uint64_t kNoiseStream = 0x7573;
+constexpr std::uint64_t kClutterStream = 0x636c75;
 
 struct TissueSample {
   float impedance = 0;
@@ -42,8 +45,13 @@ struct UltrasoundSimulator::Tables {
   void add_needle(const Transform<frames::Image, frames::Needle>& pose, int line,
                   std::span<Complex> out) const;
   void blur_along(std::span<Complex> line) const;
+  [[nodiscard]] std::vector<Complex> ray_echoes(
+      const Transform<frames::Ct, frames::Image>& pose,
+      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const;
+  void add_reverberation(std::span<Complex> line) const;
+  [[nodiscard]] std::vector<Complex> across(std::span<const Complex> echo, int line) const;
   [[nodiscard]] double elevation_mm(double along_mm) const;
-  void detect(std::span<const Complex> echo, int line, std::uint64_t sequence,
+  void detect(std::span<const Complex> sum, int line, std::uint64_t sequence,
               std::span<float> out) const;
 
   [[nodiscard]] std::size_t samples() const { return static_cast<std::size_t>(geometry.samples()); }
@@ -218,9 +226,22 @@ void UltrasoundSimulator::Tables::blur_along(std::span<Complex> line) const {
   }
 }
 
-/// Lateral beam, depth gain, electronic noise and envelope of one line. echo: all lines.
-void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line,
-                                         std::uint64_t sequence, std::span<float> out) const {
+/// Echoes of the face: what comes back once is thrown down again and returns at twice and three
+/// times its depth, after the losses of the longer way.
+void UltrasoundSimulator::Tables::add_reverberation(std::span<Complex> line) const {
+  const std::vector<Complex> in(line.begin(), line.end());
+  const auto back = static_cast<float>(probe.reverberation);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const double depth = static_cast<double>(i) * geometry.sample_mm();
+    const double loss = probe.tgc_db_per_cm_mhz * probe.frequency_mhz * depth / 10.0;
+    line[i] += back * amplitude_from_db(-loss) * in[i / 2] +
+               back * back * amplitude_from_db(-4.0 / 3.0 * loss) * in[i / 3];
+  }
+}
+
+/// The lateral beam of one line. echo: all lines.
+std::vector<Complex> UltrasoundSimulator::Tables::across(std::span<const Complex> echo,
+                                                         int line) const {
   std::vector<Complex> sum(samples());
   for (int k = -kMaxLateralTaps; k <= kMaxLateralTaps; ++k) {
     const auto from = static_cast<std::size_t>(std::clamp(line + k, 0, probe.lines - 1));
@@ -228,6 +249,12 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line
     const float* w = lateral.data() + static_cast<std::size_t>(std::abs(k)) * samples();
     for (std::size_t i = 0; i < samples(); ++i) sum[i] += w[i] * in[i];
   }
+  return sum;
+}
+
+/// Depth gain, electronic noise, clutter and envelope of one line.
+void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
+                                         std::uint64_t sequence, std::span<float> out) const {
   const SpeckleField noise(hash_bits(seed, kNoiseStream, sequence), 1.0);
   const float noise_level = amplitude_from_db(probe.noise_level_db);
   for (std::size_t i = 0; i < samples(); ++i) {
@@ -237,6 +264,15 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> echo, int line
     // The transducer rings after the pulse: a bright band at the face.
     const auto ring = static_cast<float>(0.6 * std::exp(-along / 0.9));
     out[i] = std::sqrt(std::norm(sum[i] + electronic)) * gain[i] + ring;
+  }
+  if (probe.clutter_level_db > -299) {
+    const SpeckleField haze(hash_bits(seed, kClutterStream, sequence), 2.0);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const double along = static_cast<double>(i) * geometry.sample_mm();
+      const Complex own = haze.at({static_cast<double>(line), static_cast<double>(i), 0});
+      out[i] += amplitude_from_db(probe.clutter_level_db) * std::abs(own) *
+                static_cast<float>(std::exp(-along / probe.clutter_mm));
+    }
   }
 }
 
@@ -264,31 +300,64 @@ ScanLineImage UltrasoundSimulator::envelope(
     const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
     const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
   const Tables& t = *tables_;
-  const int lines = t.probe.lines;
   const std::size_t n = t.samples();
-  const std::size_t m = t.tissue_samples();
-  const auto at = [](int line) { return static_cast<std::size_t>(line); };
-  std::vector<TissueSample> tissue(at(lines) * m);
-  tbb::parallel_for(0, lines, [&](int line) {
-    t.sample_tissue(ct_from_image, line, std::span(tissue).subspan(at(line) * m, m));
-  });
-  std::vector<Complex> echo(at(lines) * n);
-  tbb::parallel_for(0, lines, [&](int line) {
-    const auto out = std::span(echo).subspan(at(line) * n, n);
-    t.echoes(ct_from_image, line, tissue, out);
-    if (ct_from_needle) t.add_needle(ct_from_image.inverse() * *ct_from_needle, line, out);
-    t.blur_along(out);
-  });
+  const bool rays = t.probe.model == AcousticModel::kRays;
+  std::vector<Complex> echo =
+      rays ? t.ray_echoes(ct_from_image, ct_from_needle)
+           : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image);
   ScanLineImage image;
-  image.lines = lines;
+  image.lines = t.probe.lines;
   image.samples = t.geometry.samples();
   image.sample_mm = t.geometry.sample_mm();
   image.amplitude.resize(echo.size());
-  tbb::parallel_for(0, lines, [&](int line) {
-    t.detect(echo, line, sequence, std::span(image.amplitude).subspan(at(line) * n, n));
+  tbb::parallel_for(0, image.lines, [&](int line) {
+    const std::size_t first = static_cast<std::size_t>(line) * n;
+    std::vector<Complex> sum(n);
+    if (rays) {
+      sum = t.across(echo, line);
+    } else {
+      std::copy_n(echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
+      if (ct_from_needle) t.add_needle(ct_from_image.inverse() * *ct_from_needle, line, sum);
+    }
+    if (t.probe.reverberation > 0) t.add_reverberation(sum);
+    t.detect(sum, line, sequence, std::span(image.amplitude).subspan(first, n));
   });
   return image;
 }
+
+/// Echoes of all lines before the lateral beam.
+std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
+    const Transform<frames::Ct, frames::Image>& pose,
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
+  const std::size_t n = samples();
+  const std::size_t m = tissue_samples();
+  const auto at = [](int line) { return static_cast<std::size_t>(line); };
+  std::vector<TissueSample> tissue(at(probe.lines) * m);
+  tbb::parallel_for(0, probe.lines, [&](int line) {
+    sample_tissue(pose, line, std::span(tissue).subspan(at(line) * m, m));
+  });
+  std::vector<Complex> echo(at(probe.lines) * n);
+  tbb::parallel_for(0, probe.lines, [&](int line) {
+    const auto out = std::span(echo).subspan(at(line) * n, n);
+    echoes(pose, line, tissue, out);
+    if (ct_from_needle) add_needle(pose.inverse() * *ct_from_needle, line, out);
+    blur_along(out);
+  });
+  return echo;
+}
+
+namespace {
+
+/// Lines in reverse order.
+void mirror(ScanLineImage& image) {
+  const auto n = static_cast<std::ptrdiff_t>(image.samples);
+  for (std::ptrdiff_t l = 0; l < image.lines / 2; ++l) {
+    const auto first = image.amplitude.begin() + l * n;
+    std::swap_ranges(first, first + n, image.amplitude.begin() + (image.lines - 1 - l) * n);
+  }
+}
+
+}  // namespace
 
 UltrasoundFrame UltrasoundSimulator::simulate(
     const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
@@ -296,10 +365,12 @@ UltrasoundFrame UltrasoundSimulator::simulate(
     const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
   ScanLineImage image = envelope(ct_from_image, sequence, ct_from_needle);
   const auto range = static_cast<float>(tables_->probe.dynamic_range_db);
+  const auto gain = static_cast<float>(tables_->probe.gain_db);
+  if (tables_->probe.marker_on_other_side) mirror(image);
   const auto n = static_cast<std::size_t>(image.samples);
   tbb::parallel_for(0, image.lines, [&](int line) {
     for (float& v : std::span(image.amplitude).subspan(static_cast<std::size_t>(line) * n, n)) {
-      v = 255.0F * (1.0F + 20.0F * std::log10(std::max(v, 1e-9F)) / range);
+      v = 255.0F * (1.0F + (20.0F * std::log10(std::max(v, 1e-9F)) + gain) / range);
       v = std::clamp(v, 0.0F, 255.0F);
     }
   });

@@ -27,6 +27,26 @@ void BM_UltrasoundFrame(benchmark::State& state) {
 }
 BENCHMARK(BM_UltrasoundFrame)->Unit(benchmark::kMillisecond)->UseRealTime();
 
+/// 640 x 480 pixels by an acoustic model; time is process CPU time.
+void BM_UltrasoundFrame640(benchmark::State& state) {
+  ProbeModel probe = convex_abdominal();
+  probe.columns = 640;
+  probe.rows = 480;
+  probe.model = state.range(0) == 0 ? AcousticModel::kRays : AcousticModel::kScatterers;
+  const UltrasoundSimulator simulator(procedure().phantom(), probe, 1);
+  std::uint64_t sequence = 0;
+  for (auto _ : state) {
+    const Timestamp t = procedure().frame_time(static_cast<int>(sequence % 60));
+    benchmark::DoNotOptimize(simulator.simulate(procedure().ct_from_image(t), t, sequence));
+    ++sequence;
+  }
+}
+BENCHMARK(BM_UltrasoundFrame640)
+    ->Arg(0)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
+
 /// The default scan: 201 x 161 x 111 voxels.
 void BM_CtScan(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(scan_ct(procedure().phantom()));

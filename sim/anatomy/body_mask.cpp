@@ -10,7 +10,9 @@
 namespace nav::sim {
 namespace {
 
+constexpr int kSureAirBelowHu = -920;  // Lung that a cropped CT cuts open is above.
 constexpr int kAirBelowHu = -400;
+constexpr int kRimVoxels = 2;  // Blurred skin between the two.
 
 struct Grid3 {
   std::array<int, 3> size;
@@ -25,6 +27,25 @@ struct Grid3 {
   }
 };
 
+/// One voxel further into what is not yet half tissue.
+void grow(const Volume& ct, const Grid3& grid, std::vector<std::uint8_t>& outside) {
+  const std::vector<std::uint8_t> before = outside;
+  const auto was = [&](int i, int j, int k) {
+    return grid.holds(i, j, k) && before[grid.at(i, j, k)] != 0;
+  };
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const std::size_t v = grid.at(i, j, k);
+        if (before[v] != 0 || ct.hu()[v] >= kAirBelowHu) continue;
+        for (const int d : {-1, 1}) {
+          if (was(i + d, j, k) || was(i, j + d, k) || was(i, j, k + d)) outside[v] = 1;
+        }
+      }
+    }
+  }
+}
+
 /// 1 where air is connected to a side face (not to the cut ends along k, where the airway shows).
 std::vector<std::uint8_t> outside_air(const Volume& ct) {
   const Grid3 grid{ct.grid().size};
@@ -33,7 +54,7 @@ std::vector<std::uint8_t> outside_air(const Volume& ct) {
   const auto visit = [&](int i, int j, int k) {
     if (!grid.holds(i, j, k)) return;
     const std::size_t v = grid.at(i, j, k);
-    if (outside[v] != 0 || ct.hu()[v] >= kAirBelowHu) return;
+    if (outside[v] != 0 || ct.hu()[v] >= kSureAirBelowHu) return;
     outside[v] = 1;
     front.push_back({i, j, k});
   };
@@ -46,6 +67,7 @@ std::vector<std::uint8_t> outside_air(const Volume& ct) {
     front.pop_back();
     for (const int d : {-1, 1}) visit(i + d, j, k), visit(i, j + d, k), visit(i, j, k + d);
   }
+  for (int n = 0; n < kRimVoxels; ++n) grow(ct, grid, outside);
   return outside;
 }
 

@@ -9,9 +9,9 @@
 namespace nav::sim {
 
 /// Distance of each voxel of a CT to the skin, mm, negative inside the body. The body is what air
-/// (below -400 HU) that is connected to the volume's side faces does not fill, so lungs and bowel
-/// gas are inside. Chamfer distances (Borgefors 1986): 6 % too large at most. Private to sim/.
-/// Refuses a CT without a body.
+/// that is connected to the volume's side faces does not fill, so lungs and bowel gas are inside.
+/// Chamfer distances (Borgefors 1986): 6 % too large at most. Private to sim/. Refuses a CT without
+/// a body.
 Result<std::vector<float>> skin_distance_of(const Volume& ct);
 
 }  // namespace nav::sim

@@ -17,7 +17,7 @@ constexpr double kTearRad = 0.85;  // From +z towards the side of the arm.
 struct Shoulder {
   double head_mm, cuff_mm, fat_mm;
   Ellipsoid cap, trunk, tuberosity;
-  Capsule shaft;
+  Capsule shaft, arm;
 
   explicit Shoulder(Random& random)
       : head_mm(random.uniform(22.5, 25)),
@@ -26,11 +26,12 @@ struct Shoulder {
         cap{{0, 0, -10}, {random.uniform(45, 48), random.uniform(43, 46), 61}},
         trunk{{72, 8, -50}, {78, 62, 96}},
         tuberosity{{-17, random.uniform(-2, 2), 3}, {9, 11, 12}},
-        shaft{{-5, 0, -20}, {-9, 0, -140}, 11.5} {}
+        shaft{{-5, 0, -20}, {-9, 0, -140}, 11.5},
+        arm{{-4, 0, -20}, {-8, 0, -160}, 37} {}
 
   template <class S>
   [[nodiscard]] S skin(const Vec3<S>& p) const {
-    return shapes::smooth_union(cap(p), trunk(p), 18);
+    return shapes::smooth_union(shapes::smooth_union(cap(p), arm(p), 14), trunk(p), 18);
   }
   template <class S>
   [[nodiscard]] S bone(const Vec3<S>& p) const {

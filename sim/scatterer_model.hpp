@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <vector>
+
+#include "sim/anatomy/anatomy.hpp"
+#include "sim/scan_geometry.hpp"
+
+namespace nav::sim {
+
+/// The second acoustic model, built differently from the rays of UltrasoundSimulator. Private to
+/// sim/. Point scatterers, fixed in the tissue, are projected into beam coordinates with the phase
+/// of their range and convolved with pulse and beam (Gao et al., COLE, 2009); elevation is a weight
+/// of each scatterer by its distance to the plane. Interfaces are rough mirrors where the tissue
+/// changes along a line, found to a hundredth of a millimetre: their echoes carry phase too, so
+/// that strength falls with the incidence angle because neighbouring lines cancel, not by a law.
+/// Absorption is summed along the lines and averaged over the aperture.
+///
+/// Complex echoes of lines x samples before depth gain and noise, on the scale of the ray model.
+/// The same bytes for any number of threads.
+std::vector<std::complex<float>> scatterer_echoes(
+    const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
+    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image);
+
+}  // namespace nav::sim

@@ -1,0 +1,288 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "sim/ultrasound.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using frames::Ct;
+using frames::Image;
+
+/// Liver below y = 0 with, where the distance is negative, something else. The probe looks along
+/// +y from the origin.
+class Block final : public Anatomy {
+ public:
+  using Shape = double (*)(const Vec&);
+  Block(Tissue inside, Shape shape) : inside_(inside), shape_(shape) {}
+  [[nodiscard]] std::string name() const override { return "block"; }
+  [[nodiscard]] Tissue tissue(const Point<Ct>& p) const override {
+    return shape_(p.mm) < 0 ? inside_ : Tissue::kLiver;
+  }
+  [[nodiscard]] double hu(const Point<Ct>&) const override { return 0; }
+  [[nodiscard]] ValueAndGradient hu_with_gradient(const Point<Ct>&) const override {
+    return {0, {Vec::Zero()}};
+  }
+  [[nodiscard]] Acoustics acoustics(const Point<Ct>& p) const override {
+    const auto share = static_cast<float>(std::clamp(0.5 - shape_(p.mm) / 0.8, 0.0, 1.0));
+    Acoustics a = tissue_acoustics(Tissue::kLiver);
+    const Acoustics& b = tissue_acoustics(inside_);
+    a.impedance_mrayl += share * (b.impedance_mrayl - a.impedance_mrayl);
+    a.attenuation_db_per_cm_mhz +=
+        share * (b.attenuation_db_per_cm_mhz - a.attenuation_db_per_cm_mhz);
+    a.scatter += share * (b.scatter - a.scatter);
+    return a;
+  }
+  [[nodiscard]] double skin_distance_mm(const Point<Ct>&) const override { return -50; }
+  [[nodiscard]] Eigen::AlignedBox3d region_mm() const override {
+    return {Vec::Constant(-100), Vec::Constant(100)};
+  }
+  [[nodiscard]] std::vector<NamedPoint> landmarks() const override { return {}; }
+  [[nodiscard]] std::vector<Point<Ct>> targets() const override { return {}; }
+
+ private:
+  Tissue inside_;
+  Shape shape_;
+};
+
+double nowhere(const Vec&) { return 1e3; }
+double plate(const Vec& p) { return std::abs(p.y() - 33) - 3; }  // Front at 30 mm.
+double disc(const Vec& p) {
+  return std::max(std::hypot(p.x(), p.z()) - 8, std::abs(p.y() - 12) - 2);
+}
+
+/// Both models, no depth gain, no noise.
+class AcousticsTest : public testing::TestWithParam<AcousticModel> {
+ protected:
+  static ProbeModel probe() {
+    ProbeModel p = linear_l14();
+    p.model = GetParam();
+    p.frequency_mhz = 6;
+    p.lateral_fwhm_mm = 0.8;
+    p.lines = 96;
+    p.tgc_db_per_cm_mhz = 0;
+    p.tgc_error_db = 0;
+    p.noise_level_db = -250;
+    return p;
+  }
+  static Transform<Ct, Image> pose(double tilt_rad, double shift_mm = 0) {
+    const Eigen::AngleAxisd turn(tilt_rad, Vec::UnitZ());
+    return {Eigen::Quaterniond(turn), Vec(shift_mm, 0, shift_mm)};
+  }
+  static ScanLineImage see(Tissue inside, Block::Shape shape, const Transform<Ct, Image>& from,
+                           const ProbeModel& p, std::uint64_t seed = 1) {
+    const UltrasoundSimulator simulator(std::make_shared<const Block>(inside, shape), p, seed);
+    return simulator.envelope(from, 0);
+  }
+};
+
+/// Mean amplitude over lines at a depth, and rms.
+double mean_at(const ScanLineImage& image, double depth_mm, double half_mm) {
+  double sum = 0;
+  int n = 0;
+  for (int l = 10; l < image.lines - 10; ++l) {
+    for (int s = 0; s < image.samples; ++s) {
+      if (std::abs(s * image.sample_mm - depth_mm) > half_mm) continue;
+      sum += static_cast<double>(image.at(l, s)), ++n;
+    }
+  }
+  return sum / n;
+}
+
+/// Strength of the plate's echo: the peak of the mean over lines around it, which is tilted.
+double plate_echo(const ScanLineImage& image, double tilt_rad) {
+  const double width = linear_l14().width_mm;
+  double sum = 0;
+  int n = 0;
+  for (int l = 10; l < image.lines - 10; ++l) {
+    const double x = (static_cast<double>(l) / (image.lines - 1) - 0.5) * width;
+    // y of the front along a tilted line: (x sin + d cos) = 30.
+    const double depth = (30 - x * std::sin(tilt_rad)) / std::cos(tilt_rad);
+    float peak = 0;
+    for (int s = 0; s < image.samples; ++s) {
+      if (std::abs(s * image.sample_mm - depth) < 1.5) peak = std::max(peak, image.at(l, s));
+    }
+    sum += static_cast<double>(peak), ++n;
+  }
+  return sum / n;
+}
+
+TEST_P(AcousticsTest, APlateIsSeenAtItsDepth) {
+  ProbeModel p = probe();
+  p.tgc_db_per_cm_mhz =
+      static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
+  const ScanLineImage image = see(Tissue::kBone, plate, pose(0), p);
+  for (int l = 10; l < image.lines - 10; l += 5) {
+    int best = 40;  // Below the ringing of the face.
+    for (int s = 40; s < image.samples; ++s) {
+      if (image.at(l, s) > image.at(l, best)) best = s;
+    }
+    // Half the blend of 0.8 mm and a sample.
+    EXPECT_NEAR(best * image.sample_mm, 30, 0.6) << l;
+  }
+}
+
+TEST_P(AcousticsTest, APlateIsBrightestWhenMetSquareAndFadesWithTheAngle) {
+  double before = 1e9;
+  for (const double tilt : {0.0, 0.17, 0.35, 0.52}) {
+    const double echo = plate_echo(see(Tissue::kBone, plate, pose(tilt), probe()), tilt);
+    EXPECT_LT(echo, before) << tilt;
+    before = echo;
+  }
+  const double square = plate_echo(see(Tissue::kBone, plate, pose(0), probe()), 0);
+  const double fall_db = 20 * std::log10(before / square);
+  EXPECT_LT(fall_db, -4);
+  if (GetParam() == AcousticModel::kRays) {
+    // The law of incidence: cos^6 and a tenth that goes everywhere.
+    const double law = 20 * std::log10((std::pow(std::cos(0.52), 6) + 0.1) / 1.1);
+    EXPECT_NEAR(fall_db, law, 1.5);
+  }
+}
+
+TEST_P(AcousticsTest, LiverFadesByItsAttenuationAtEachFrequency) {
+  for (const double mhz : {4.0, 7.0}) {
+    ProbeModel p = probe();
+    p.frequency_mhz = mhz;
+    const double near_mm = 12, far_mm = 42;
+    double slope = 0;
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      const ScanLineImage image =
+          see(Tissue::kLiver, nowhere, pose(0, 40.0 * static_cast<double>(seed)), p, seed);
+      const double db = 20 * std::log10(mean_at(image, far_mm, 4) / mean_at(image, near_mm, 4));
+      slope += db / (2 * (far_mm - near_mm) / 10 * mhz) / 3;  // One way, dB / (cm MHz).
+    }
+    const auto expected =
+        -static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
+    // Absorption varies by up to 12 % from place to place.
+    EXPECT_NEAR(slope, expected, 0.12 * std::abs(expected)) << mhz;
+  }
+}
+
+TEST_P(AcousticsTest, SpeckleIsRayleighBeforeCompression) {
+  ProbeModel p = probe();
+  p.tgc_db_per_cm_mhz =
+      static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
+  double ratio = 0;
+  int n = 0;
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    const ScanLineImage image =
+        see(Tissue::kLiver, nowhere, pose(0, 30.0 * static_cast<double>(seed)), p, seed);
+    for (double depth = 15; depth < 40; depth += 6) {  // Bands: the level drifts with depth.
+      double sum = 0, squares = 0;
+      int count = 0;
+      for (int l = 10; l < image.lines - 10; ++l) {
+        for (int s = 0; s < image.samples; ++s) {
+          if (std::abs(s * image.sample_mm - depth) > 2.5) continue;
+          const auto v = static_cast<double>(image.at(l, s));
+          sum += v, squares += v * v, ++count;
+        }
+      }
+      const double mean = sum / count;
+      ratio += mean / std::sqrt(squares / count - mean * mean);
+      ++n;
+    }
+  }
+  // sqrt(pi / (4 - pi)) = 1.913; the texture of the tissue broadens it a little.
+  EXPECT_NEAR(ratio / n, std::sqrt(M_PI / (4 - M_PI)), 0.16);
+}
+
+TEST_P(AcousticsTest, BothModelsAgreeOnTheLevelOfLiver) {
+  ProbeModel p = probe();
+  p.tgc_db_per_cm_mhz =
+      static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
+  const double db =
+      20 * std::log10(mean_at(see(Tissue::kLiver, nowhere, pose(0), p), p.focus_mm, 8));
+  EXPECT_NEAR(db, p.liver_level_db, 4);
+}
+
+TEST_P(AcousticsTest, ADiscOfBoneThrowsAShadowOfItsWidth) {
+  const ScanLineImage image = see(Tissue::kBone, disc, pose(0), probe());
+  const double width = linear_l14().width_mm;
+  double dark = 0, open = 0;
+  int darks = 0, opens = 0;
+  for (int l = 4; l < image.lines - 4; ++l) {
+    const double x = std::abs((static_cast<double>(l) / (image.lines - 1) - 0.5) * width);
+    for (int s = 0; s < image.samples; ++s) {
+      const double depth = s * image.sample_mm;
+      if (depth < 22 || depth > 38) continue;
+      // Edges are as soft as the beam and the aperture are wide.
+      if (x < 8 - 4) dark += static_cast<double>(image.at(l, s)), ++darks;
+      if (x > 8 + 4) open += static_cast<double>(image.at(l, s)), ++opens;
+    }
+  }
+  EXPECT_LT(20 * std::log10(dark / darks / (open / opens)), -20);
+}
+
+TEST_P(AcousticsTest, SameSeedSameEchoes) {
+  const auto a = see(Tissue::kBone, plate, pose(0.1), probe(), 5);
+  const auto b = see(Tissue::kBone, plate, pose(0.1), probe(), 5);
+  const auto c = see(Tissue::kBone, plate, pose(0.1), probe(), 6);
+  EXPECT_EQ(a.amplitude, b.amplitude);
+  EXPECT_NE(a.amplitude, c.amplitude);
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, AcousticsTest,
+                         testing::Values(AcousticModel::kRays, AcousticModel::kScatterers),
+                         [](const auto& tested) {
+                           return tested.param == AcousticModel::kRays ? "rays" : "scatterers";
+                         });
+
+TEST(ProbeSettingsTest, GainMarkerClutterAndReverberationDoWhatTheySay) {
+  const auto block = std::make_shared<const Block>(Tissue::kBone, plate);
+  const Transform<Ct, Image> pose(Eigen::Quaterniond::Identity(), Vec::Zero());
+  const auto see = [&](const ProbeModel& p) {
+    return UltrasoundSimulator(block, p, 1).simulate(pose, Timestamp{}, 0).pixels;
+  };
+  ProbeModel p = linear_l14();
+  const auto plain = see(p);
+  p.marker_on_other_side = true;
+  const auto turned = see(p);
+  int same = 0;
+  for (int row = 40; row < 200; row += 10) {
+    for (int c = 40; c < 260; c += 10) {
+      same += std::abs(plain.at(c, row) - turned.at(p.columns - 1 - c, row)) <= 1 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(same, 16 * 22);
+  p.marker_on_other_side = false;
+  p.gain_db = 6;  // Of 60 dB of range: a tenth of 255.
+  EXPECT_NEAR(see(p).at(150, 150) - plain.at(150, 150), 25.5, 1);
+  p.gain_db = 0;
+  p.reverberation = 0.5;
+  const UltrasoundSimulator ringing(block, p, 1);
+  p.reverberation = 0;
+  const UltrasoundSimulator clean(block, p, 1);
+  // The plate at 30 mm comes back at 60; the bone's shadow is black without it.
+  const auto at_double = [&](const ScanLineImage& image) {
+    double sum = 0;
+    for (int s = static_cast<int>(58 / image.sample_mm); s < image.samples; ++s) {
+      sum += static_cast<double>(image.at(96, s));
+    }
+    return sum;
+  };
+  EXPECT_GT(at_double(ringing.envelope(pose, 0)), 2 * at_double(clean.envelope(pose, 0)));
+  p.clutter_level_db = -20;
+  EXPECT_GT(mean_at(UltrasoundSimulator(block, p, 1).envelope(pose, 0), 4, 2),
+            mean_at(clean.envelope(pose, 0), 4, 2) * 1.2);
+}
+
+TEST(ProbeSettingsTest, ASectorStartsAtItsApex) {
+  ProbeModel p = sector_cranial();
+  const UltrasoundSimulator simulator(std::make_shared<const Block>(Tissue::kLiver, nowhere), p, 1);
+  const auto picture =
+      simulator.simulate({Eigen::Quaterniond::Identity(), Vec::Zero()}, Timestamp{}, 0);
+  ASSERT_TRUE(picture.outline.has_value());
+  EXPECT_EQ(picture.outline->radius_min_mm, 0);
+  EXPECT_EQ(picture.pixels.at(2, 2), 0);
+  EXPECT_GT(picture.pixels.at(p.columns / 2, p.rows / 2), 30);
+  p.lines = 0;
+  EXPECT_TRUE(test::refuses(validate(p), ErrorCode::kUsage, {"lines", "0"}));
+}
+
+}  // namespace
+}  // namespace nav::sim
