@@ -130,7 +130,7 @@ void add_bones(const Shoulder& s, Layout& layout) {
   bone({{33, 3, 0}, {6.5, 12, 17}});          // Glenoid.
   bone({{11, 12, 38}, {22, 13, 4.5}});        // Acromion.
   stick({{38, 6, -5}, {85, 30, -50}, 5});     // Blade of the scapula.
-  stick({{20, -12, 36}, {110, -18, 28}, 5});  // Clavicle.
+  stick({{20, -10, 32}, {110, -14, 16}, 5});  // Clavicle.
   stick({{36, -8, 16}, {19, -30, 13}, 4.5});  // Coracoid process.
 }
 
