@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/predicates/shader.hpp"
 
+#include <algorithm>
+
 namespace nav::render {
 namespace {
 
@@ -20,19 +22,43 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
   }
 }
 
-/// The closed expression with what its words stand for; false where a channel is undefined.
+/// The closed expression with what its words stand for. A range over one channel is tested in
+/// codes, all else in values.
 std::string expression_of(const PredicateSet& set, std::size_t i) {
   std::string text = block_of(set, i).expression;
-  std::string defined;
   const auto& channels = set.leaves()[i].channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    const std::string index = '[' + std::to_string(channels[c]) + ']';
-    replace_all(text, "VALUE" + std::to_string(c), "values" + index);
-    defined += "defined" + index + " && ";
+    const std::string word =
+        (channels.size() == 1 ? "code" : "value") + std::to_string(channels[c]);
+    replace_all(text, "VALUE" + std::to_string(c), word);
   }
   replace_all(text, "LABELS", "labels");
   replace_all(text, "POSITION", "position");
-  return defined + text;
+  return text;
+}
+
+/// Declarations of the channels, to be followed by what reads them.
+struct ChannelText {
+  std::string uniforms;
+  std::string body;
+};
+
+ChannelText channels_of(const PredicateSet& set, int textures) {
+  ChannelText out;
+  for (std::size_t c = 0; c < set.channels().size(); ++c) {
+    const std::string index = std::to_string(c);
+    std::string code = c == 0 ? "volume" : "";
+    for (int t = 0; c > 0 && t < textures; ++t) {
+      const std::string pick = "channel" + index + "_pick" + std::to_string(t);
+      out.uniforms += "uniform vec4 " + pick + ";\n";
+      code += (t > 0 ? " + " : "") + ("dot(texels[" + std::to_string(t) + "], " + pick + ")");
+    }
+    const std::string scale = "channel" + index + "_scale";
+    out.uniforms += "uniform vec2 " + scale + ";\n";
+    out.body += "  float code" + index + " = " + code + ";\n  float value" + index + " = " + scale +
+                ".x + " + scale + ".y * code" + index + ";\n";
+  }
+  return out;
 }
 
 std::string formula_of(const PredicateProgram& program) {
@@ -54,25 +80,27 @@ std::string formula_of(const PredicateProgram& program) {
   return stack.front();
 }
 
-/// A range over codes covers half a quantum more on either side.
+/// A range over codes covers half a quantum more on either side, and what a device may round.
 void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
            PredicateGlsl::Uniform& uniform) {
   if (leaf.channels.size() != 1 || uniform.value.size() != 2) return;
-  const double slack = 0.5 * set.channels()[static_cast<std::size_t>(leaf.channels[0])].quantum;
-  uniform.value[0] -= slack;
-  uniform.value[1] += slack;
+  const PredicateSet::Channel& channel = set.channels()[static_cast<std::size_t>(leaf.channels[0])];
+  constexpr double kRounding = 1.0 / 128;  // Below what bricks allow for.
+  constexpr double kMost = 1e30;
+  const double slack = 0.5 * channel.quantum;
+  const auto code = [&](double value) {
+    return std::clamp((value - channel.offset) / channel.scale, -kMost, kMost);
+  };
+  uniform.value = {code(uniform.value[0] - slack) - kRounding,
+                   code(uniform.value[1] + slack) + kRounding};
 }
 
-}  // namespace
-
-std::string predicate_shader(const PredicateSet& set) {
-  std::string text = "#define PREDICATE_CHANNELS " + std::to_string(set.channels().size()) + '\n';
-  for (std::size_t i = 0; i < set.leaves().size(); ++i) text += block_of(set, i).header;
-  text +=
-      "uint predicate_mask(float values[PREDICATE_CHANNELS], bool defined[PREDICATE_CHANNELS], "
-      "uint labels,\n                    vec3 position) {\n";
+/// What leaves combine to, or nothing where their own bits number the classes.
+std::string class_text(const PredicateSet& set) {
+  std::string text = "uint predicate_class(uint leaves) {\n";
+  if (classes_of(set) == PredicateClasses::kLeaves) return text + "  return leaves;\n}\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    text += "  bool " + prefix_of(i) + " = " + expression_of(set, i) + ";\n";
+    text += "  bool " + prefix_of(i) + " = (leaves & " + std::to_string(1U << i) + "u) != 0u;\n";
   }
   for (const PredicateProgram& program : set.programs()) {
     text += "  bool entry" + std::to_string(program.entry) + " = " + formula_of(program) + ";\n";
@@ -82,6 +110,30 @@ std::string predicate_shader(const PredicateSet& set) {
     text += "  if (entry" + std::to_string(j) + ") mask |= " + std::to_string(1U << j) + "u;\n";
   }
   return text + "  return mask;\n}\n";
+}
+
+}  // namespace
+
+PredicateClasses classes_of(const PredicateSet& set) {
+  if (set.leaves().size() <= kMostTabulated) return PredicateClasses::kLeaves;
+  return set.size() <= kMostTabulated ? PredicateClasses::kEntries : PredicateClasses::kNone;
+}
+
+std::string predicate_shader(const PredicateSet& set, int feature_textures) {
+  const ChannelText channels = channels_of(set, feature_textures);
+  std::string text = channels.uniforms;
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
+  }
+  text +=
+      "uint predicate_leaves(vec4 texels[" + std::to_string(std::max(feature_textures, 1)) +
+      "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
+      channels.body + "  uint leaves = 0u;\n";
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += "  if ((undefined & " + prefix_of(i) + "_undefined) == 0u && " + expression_of(set, i) +
+            ") leaves |= " + std::to_string(1U << i) + "u;\n";
+  }
+  return text + "  return leaves;\n}\n" + class_text(set);
 }
 
 PredicateUniforms predicate_uniforms(const PredicateSet& set) {
