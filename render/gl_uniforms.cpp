@@ -167,11 +167,15 @@ void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vect
   program.set("brick_margin", 1e-3 + kRounding * farthest);
 }
 
+void set_rays(GlProgram& program, const Scene& scene) {
+  set_camera(program, scene);
+  set_volume(program, scene.ct->grid());
+}
+
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
-  set_camera(program, scene);
-  set_volume(program, grid);
+  set_rays(program, scene);
   constexpr double kNeverReached = 2;
   if (!features.predicates) {
     program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);

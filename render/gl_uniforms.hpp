@@ -47,6 +47,9 @@ enum GlUnit {
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
                        bool manual_filter);
 
+/// What shaders/include/camera.glsl, ct.glsl and lattice.glsl need.
+void set_rays(GlProgram& program, const Scene& scene);
+
 /// What shaders/include/bricks.glsl needs: bricks in a texture unit.
 void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
                     int unit);

@@ -43,11 +43,13 @@ struct ChannelText {
   std::string body;
 };
 
+/// textures: 0: one for each channel.
 ChannelText channels_of(const PredicateSet& set, int textures) {
   ChannelText out;
   for (std::size_t c = 0; c < set.channels().size(); ++c) {
     const std::string index = std::to_string(c);
     std::string code = c == 0 ? "volume" : "";
+    if (c > 0 && textures == 0) code = "texels[" + std::to_string(c - 1) + "].x";
     for (int t = 0; c > 0 && t < textures; ++t) {
       const std::string pick = "channel" + index + "_pick" + std::to_string(t);
       out.uniforms += "uniform vec4 " + pick + ";\n";
@@ -95,10 +97,9 @@ void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
                    code(uniform.value[1] + slack) + kRounding};
 }
 
-/// What leaves combine to, or nothing where their own bits number the classes.
-std::string class_text(const PredicateSet& set) {
-  std::string text = "uint predicate_class(uint leaves) {\n";
-  if (classes_of(set) == PredicateClasses::kLeaves) return text + "  return leaves;\n}\n";
+/// What leaves combine to, a bit for each entry, as a function.
+std::string entries_text(const PredicateSet& set, const std::string& name) {
+  std::string text = "uint " + name + "(uint leaves) {\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
     text += "  bool " + prefix_of(i) + " = (leaves & " + std::to_string(1U << i) + "u) != 0u;\n";
   }
@@ -112,6 +113,22 @@ std::string class_text(const PredicateSet& set) {
   return text + "  return mask;\n}\n";
 }
 
+std::string leaves_text(const PredicateSet& set, const ChannelText& channels, int texels) {
+  std::string text = channels.uniforms;
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
+  }
+  text +=
+      "uint predicate_leaves(vec4 texels[" + std::to_string(texels) +
+      "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
+      channels.body + "  uint leaves = 0u;\n";
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += "  if ((undefined & " + prefix_of(i) + "_undefined) == 0u && " + expression_of(set, i) +
+            ") leaves |= " + std::to_string(1U << i) + "u;\n";
+  }
+  return text + "  return leaves;\n}\n";
+}
+
 }  // namespace
 
 PredicateClasses classes_of(const PredicateSet& set) {
@@ -120,20 +137,17 @@ PredicateClasses classes_of(const PredicateSet& set) {
 }
 
 std::string predicate_shader(const PredicateSet& set, int feature_textures) {
-  const ChannelText channels = channels_of(set, feature_textures);
-  std::string text = channels.uniforms;
-  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
-  }
-  text +=
-      "uint predicate_leaves(vec4 texels[" + std::to_string(std::max(feature_textures, 1)) +
-      "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
-      channels.body + "  uint leaves = 0u;\n";
-  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    text += "  if ((undefined & " + prefix_of(i) + "_undefined) == 0u && " + expression_of(set, i) +
-            ") leaves |= " + std::to_string(1U << i) + "u;\n";
-  }
-  return text + "  return leaves;\n}\n" + class_text(set);
+  const bool by_leaves = classes_of(set) == PredicateClasses::kLeaves;
+  return leaves_text(set, channels_of(set, std::max(feature_textures, 1)),
+                     std::max(feature_textures, 1)) +
+         (by_leaves ? "uint predicate_class(uint leaves) { return leaves; }\n"
+                    : entries_text(set, "predicate_class"));
+}
+
+std::string plain_predicate_shader(const PredicateSet& set) {
+  const int features = static_cast<int>(set.channels().size()) - 1;
+  return leaves_text(set, channels_of(set, 0), std::max(features, 1)) +
+         entries_text(set, "predicate_entries");
 }
 
 PredicateUniforms predicate_uniforms(const PredicateSet& set) {

@@ -30,6 +30,10 @@ PredicateClasses classes_of(const PredicateSet& set);
 /// channels, compared with uniforms leaf<i>_undefined. position in grid mm. The text depends on the
 /// kinds of leaves and, without kLeaves, on how they combine: on no parameter and on no volume.
 std::string predicate_shader(const PredicateSet& set, int feature_textures);
+/// The same with texel i holding channel i + 1 alone, and instead of predicate_class()
+///   uint predicate_entries(uint leaves)
+/// with a bit for each true entry.
+std::string plain_predicate_shader(const PredicateSet& set);
 
 /// What to set before drawing: numbers by the names of uniforms, and masks by theirs.
 struct PredicateUniforms {
