@@ -9,6 +9,7 @@
 #include "render/gl_predicates.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
+#include "render/predicate_brick_cache.hpp"
 #include "render/predicate_sampler.hpp"
 #include "render/predicates/shader.hpp"
 #include "render/ray_spec.hpp"
@@ -73,7 +74,12 @@ Result<void> GlPredicates::update(const Scene& scene) {
     return fail(sent.error());
   }
   if (auto sent = send_labels(); !sent) return fail(sent.error());
-  form_ = {.text = predicate_shader(*set_, static_cast<int>(features_.used())),
+  std::vector<PredicateTexel> texels;
+  for (std::size_t c = 1; c < set_->channels().size(); ++c) {
+    const auto slot = features_.slot(c);
+    texels.push_back({static_cast<int>(slot.texture), slot.component});
+  }
+  form_ = {.text = predicate_shader(*set_, texels),
            .feature_textures = static_cast<int>(features_.used()),
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
@@ -154,13 +160,14 @@ void GlPredicates::send_bricks() {
   occupied_ = static_cast<std::size_t>(
       std::count_if(importances_.begin(), importances_.end(), [](double i) { return i > 0; }));
   const std::vector<std::uint8_t> distances = visible_distances(grid, importances_, 0);
+  const std::vector<KnownAround> around = known_around(grid.count, importances_, leaves);
   constexpr double kRounding = 1 + 1e-5;
   std::vector<std::array<std::uint32_t, 4>> texels(importances_.size());
   for (std::size_t b = 0; b < texels.size(); ++b) {
-    const double importance = importances_[b] > 0 ? measure(importances_[b]) * kRounding : 0;
+    const KnownAround& known = around[b];
+    const double importance = known.importance > 0 ? measure(known.importance) * kRounding : 0;
     texels[b] = {distances[b], std::bit_cast<std::uint32_t>(static_cast<float>(importance)),
-                 static_cast<std::uint32_t>(leaves.sure[b]),
-                 static_cast<std::uint32_t>(leaves.open[b])};
+                 known.sure, known.some & ~known.sure};
   }
   glBindTexture(GL_TEXTURE_3D, brick_texture_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
@@ -226,6 +233,7 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene) const {
                                    {"undefined_cells", kUndefined}}) {
     program.set(name, unit);
   }
+  program.set("run_cells", std::max(1.0, std::floor(kBrickVoxels / scene.quality.step_voxels)));
   set_brick_walk(program, scene.ct->grid(), known_.grid().count, kPredicateBricks);
 }
 
@@ -237,12 +245,6 @@ void GlPredicates::set_leaves(GlProgram& program) const {
     const PredicateSet::Channel& channel = set_->channels()[c];
     const std::string prefix = "channel" + std::to_string(c);
     program.set(prefix + "_scale", Eigen::Vector2d(channel.offset, channel.scale));
-    for (std::size_t t = 0; c > 0 && t < features_.used(); ++t) {
-      const auto slot = features_.slot(c);
-      Eigen::Vector4d pick = Eigen::Vector4d::Zero();
-      if (slot.texture == t) pick[slot.component] = 1;
-      program.set(prefix + "_pick" + std::to_string(t), pick);
-    }
   }
   Eigen::Vector4i readers = Eigen::Vector4i::Zero();
   std::uint32_t label_leaves = 0;

@@ -75,4 +75,30 @@ std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
   return brick_depths(grid, visible, threads);
 }
 
+std::vector<KnownAround> known_around(const Eigen::Vector3i& count,
+                                      const std::vector<double>& importances,
+                                      const LeafBricks& leaves) {
+  std::vector<KnownAround> known(importances.size());
+  for (std::size_t b = 0; b < known.size(); ++b) {
+    const auto sure = static_cast<std::uint32_t>(leaves.sure[b]);
+    known[b] = {importances[b], sure, sure | static_cast<std::uint32_t>(leaves.open[b])};
+  }
+  std::size_t stride = 1;
+  for (int axis = 0; axis < 3; ++axis) {  // A box is taken apart into its axes.
+    const std::vector<KnownAround> before = known;
+    const auto n = static_cast<std::size_t>(count[axis]);
+    for (std::size_t b = 0; b < known.size(); ++b) {
+      const std::size_t i = b / stride % n;
+      const auto join = [&](const KnownAround& other) {
+        known[b] = {std::max(known[b].importance, other.importance), known[b].sure & other.sure,
+                    known[b].some | other.some};
+      };
+      if (i > 0) join(before[b - stride]);
+      if (i + 1 < n) join(before[b + stride]);
+    }
+    stride *= n;
+  }
+  return known;
+}
+
 }  // namespace nav::render

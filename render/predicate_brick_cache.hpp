@@ -41,4 +41,14 @@ class PredicateBrickCache {
 std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
                                             const std::vector<double>& importances, int threads);
 
+/// What is known of a brick and of all that touch it, also at an edge or a corner.
+struct KnownAround {
+  double importance;   ///< The greatest.
+  std::uint32_t sure;  ///< Leaves that are true in all of them.
+  std::uint32_t some;  ///< Leaves that may be true in one of them.
+};
+std::vector<KnownAround> known_around(const Eigen::Vector3i& count,
+                                      const std::vector<double>& importances,
+                                      const LeafBricks& leaves);
+
 }  // namespace nav::render

@@ -43,17 +43,14 @@ struct ChannelText {
   std::string body;
 };
 
-/// textures: 0: one for each channel.
-ChannelText channels_of(const PredicateSet& set, int textures) {
+ChannelText channels_of(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
   ChannelText out;
   for (std::size_t c = 0; c < set.channels().size(); ++c) {
     const std::string index = std::to_string(c);
-    std::string code = c == 0 ? "volume" : "";
-    if (c > 0 && textures == 0) code = "texels[" + std::to_string(c - 1) + "].x";
-    for (int t = 0; c > 0 && t < textures; ++t) {
-      const std::string pick = "channel" + index + "_pick" + std::to_string(t);
-      out.uniforms += "uniform vec4 " + pick + ";\n";
-      code += (t > 0 ? " + " : "") + ("dot(texels[" + std::to_string(t) + "], " + pick + ")");
+    std::string code = "volume";
+    if (c > 0) {
+      const PredicateTexel& at = texels[c - 1];
+      code = "texels[" + std::to_string(at.texture) + "]." + "xyzw"[at.component];
     }
     const std::string scale = "channel" + index + "_scale";
     out.uniforms += "uniform vec2 " + scale + ";\n";
@@ -113,13 +110,16 @@ std::string entries_text(const PredicateSet& set, const std::string& name) {
   return text + "  return mask;\n}\n";
 }
 
-std::string leaves_text(const PredicateSet& set, const ChannelText& channels, int texels) {
+std::string leaves_text(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
+  const ChannelText channels = channels_of(set, texels);
+  int textures = 1;
+  for (const PredicateTexel& at : texels) textures = std::max(textures, at.texture + 1);
   std::string text = channels.uniforms;
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
     text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
   }
   text +=
-      "uint predicate_leaves(vec4 texels[" + std::to_string(texels) +
+      "uint predicate_leaves(vec4 texels[" + std::to_string(textures) +
       "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
       channels.body + "  uint leaves = 0u;\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
@@ -136,18 +136,19 @@ PredicateClasses classes_of(const PredicateSet& set) {
   return set.size() <= kMostTabulated ? PredicateClasses::kEntries : PredicateClasses::kNone;
 }
 
-std::string predicate_shader(const PredicateSet& set, int feature_textures) {
+std::string predicate_shader(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
   const bool by_leaves = classes_of(set) == PredicateClasses::kLeaves;
-  return leaves_text(set, channels_of(set, std::max(feature_textures, 1)),
-                     std::max(feature_textures, 1)) +
-         (by_leaves ? "uint predicate_class(uint leaves) { return leaves; }\n"
-                    : entries_text(set, "predicate_class"));
+  return leaves_text(set, texels) + (by_leaves
+                                         ? "uint predicate_class(uint leaves) { return leaves; }\n"
+                                         : entries_text(set, "predicate_class"));
 }
 
 std::string plain_predicate_shader(const PredicateSet& set) {
-  const int features = static_cast<int>(set.channels().size()) - 1;
-  return leaves_text(set, channels_of(set, 0), std::max(features, 1)) +
-         entries_text(set, "predicate_entries");
+  std::vector<PredicateTexel> texels;
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    texels.push_back({static_cast<int>(c) - 1, 0});
+  }
+  return leaves_text(set, texels) + entries_text(set, "predicate_entries");
 }
 
 PredicateUniforms predicate_uniforms(const PredicateSet& set) {

@@ -19,17 +19,23 @@ enum class PredicateClasses {
 inline constexpr std::size_t kMostTabulated = 12;
 PredicateClasses classes_of(const PredicateSet& set);
 
+/// Where a feature is on the device.
+struct PredicateTexel {
+  int texture;    ///< Of predicate_leaves().
+  int component;  ///< 0 to 3.
+};
+
 /// The building blocks of a set in GLSL 4.1 (§5.1), put together to
 ///   uint predicate_leaves(vec4 texels[N], float volume, uint undefined, uint labels, vec3
 ///   position)
 /// with a bit for each leaf that is true, and
 ///   uint predicate_class(uint leaves)
 /// the leaves themselves or, unless classes_of() says kLeaves, a bit for each true entry.
-/// N: the feature textures, of up to four channels each, at least 1; a channel is picked from them
-/// by uniforms channel<i>_pick<t>, vec4. volume and texels in codes. undefined: bits of undefined
-/// channels, compared with uniforms leaf<i>_undefined. position in grid mm. The text depends on the
-/// kinds of leaves and, without kLeaves, on how they combine: on no parameter and on no volume.
-std::string predicate_shader(const PredicateSet& set, int feature_textures);
+/// texels: of the channels but the first, which is the volume; N: textures, at least 1. volume and
+/// texels in codes. undefined: bits of undefined channels, compared with uniforms
+/// leaf<i>_undefined. position in grid mm. The text depends on the kinds of leaves, on where their
+/// features are and, without kLeaves, on how they combine: on no parameter.
+std::string predicate_shader(const PredicateSet& set, const std::vector<PredicateTexel>& texels);
 /// The same with texel i holding channel i + 1 alone, and instead of predicate_class()
 ///   uint predicate_entries(uint leaves)
 /// with a bit for each true entry.

@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Composites the cells of a stretch by predicates: render/predicate_scene.hpp. Known of a brick:
-// distance to the nearest visible one, in bricks along the longest axis; bits of its greatest
-// importance; leaves that are true throughout; leaves that are not decided.
-// What is composited, and when a ray ends, depends on the brick of each cell and on the light alone,
-// not on how cells without effect are passed: pictures with and without leaps have the same bits.
+// Composites the cells of a stretch by predicates: render/predicate_scene.hpp. Cells are looked up
+// in runs no longer than a brick, whose bounds are the same for all rays and pictures; what is known
+// at the first cell of a run holds for all bricks that it can touch. What is composited, and when a
+// ray ends, depends on runs and on the light alone, not on how runs without effect are passed:
+// pictures with and without leaps have the same bits.
+// Known of a brick: distance to the nearest visible one, in bricks along the longest axis; and of it
+// and all that touch it: bits of the greatest importance; leaves that are true throughout; leaves
+// that are not decided.
 
 uniform bool leaps;           // Over bricks where nothing is visible.
 uniform bool looks_at_bricks;  // For leaps or for ending early.
+uniform float run_cells;
 uniform float leave_out_from;  // spec::TerminationBudget; > 1: never.
 uniform float end_at;
 uniform vec2 entry_of_volume;   // Of the table of extinctions: scale, offset.
@@ -127,21 +131,16 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool fading) 
   ended = light.alpha >= end_at && light.alpha * kept_before(greatest_to_come) >= end_at;
 }
 
-// A brick on a ray.
-struct KnownBrick {
-  uint distance;
-  float importance;
-  uint sure;
-  uint open;
-  int until;  // The last cell that surely lies in it, or in the empty cube around it.
-};
+int begin_of_run(int n) {
+  return int(floor((float(n) + 0.5) / run_cells) * run_cells);
+}
 
-KnownBrick known_brick(int n) {
-  ivec3 at = brick_of(n);
-  uvec4 known = texelFetch(bricks, at, 0);
-  float leaves = leaves_cube(at, max(int(known.r), 1), -brick_margin);
-  return KnownBrick(known.r, uintBitsToFloat(known.g), known.b, known.a,
-                    max(int(floor(leaves)), n));
+// Where to go on behind the run of cell n, when nothing in it counts.
+int behind_run(int n, uint distance) {
+  int next = begin_of_run(n) + int(run_cells);
+  vec3 size = abs(lattice_step) * bricks_per_voxel;
+  float cells = float(max(int(distance), 1) - 1) / max(max(size.x, size.y), size.z);
+  return max(next, begin_of_run(n + int(min(cells, 1.0e6))));
 }
 
 // The greatest importance of cells n to last - 1, and up to which cell it stays the greatest.
@@ -149,13 +148,24 @@ void look_ahead(int n, int last, out int valid_to) {
   greatest_to_come = 0.0;
   valid_to = last;
   do {
-    KnownBrick brick = known_brick(n);
-    if (brick.importance >= greatest_to_come) {
-      greatest_to_come = brick.importance;
-      valid_to = brick.until + 1;
+    uvec4 known = texelFetch(bricks, brick_of(n), 0);
+    n = behind_run(n, known.r);
+    if (uintBitsToFloat(known.g) >= greatest_to_come) {
+      greatest_to_come = uintBitsToFloat(known.g);
+      valid_to = n;
     }
-    n = brick.until + 1;
   } while (n < last);
+}
+
+// Whether nothing of the run of cell n can be seen yet.
+bool is_hidden(int n, float importance) {
+#ifdef CUTAWAY
+  float share = cutaway_scale * linear_importance(importance);
+  float hidden = cells_of(hidden_until(cut_span, clamp(share, 0.0, 0.99)));
+  return share < 0.99 && hidden > float(begin_of_run(n)) + run_cells;
+#else
+  return false;
+#endif
 }
 
 // Loops are tested at their ends, as in march.glsl. All in cells; far: where the volume ends before
@@ -164,46 +174,37 @@ void march(float begin, float end, float far, bool fading) {
   int n = int(floor(begin));
   int last = end > begin ? int(ceil(end)) : n;
   int last_of_all = int(ceil(far));
-  int run_end = last - 1;
   int valid_to = n - 1;
-  uint sure = 0u;
-  uint open = ~0u;
   bool marching = last > n && !ended;
   if (marching) do {
+    int run_end = last;
+    uint sure = 0u;
+    uint open = ~0u;
     if (looks_at_bricks) {
-      bool searching = true;
+      bool passed;
       do {
-        KnownBrick brick = known_brick(n);
-        int passed = n - 1;
-        if (leaps && brick.distance > 0u) passed = brick.until;
-        // Rule 1 of spec::TerminationBudget, brick by brick.
-        if (light.alpha >= leave_out_from && light.importance >= brick.importance)
-          passed = brick.until;
-#ifdef CUTAWAY
-        if (fading && leaps && brick.distance == 0u) {
-          float share = min(cutaway_scale * linear_importance(brick.importance), 1.0);
-          float hidden = cells_of(hidden_until(cut_span, share));
-          if (share < 1.0)
-            passed = max(passed, min(int(floor(clamp(hidden, -1.0e9, 1.0e9))) - 1, brick.until));
+        uvec4 known = texelFetch(bricks, brick_of(n), 0);
+        float importance = uintBitsToFloat(known.g);
+        // Rule 1 of spec::TerminationBudget, run by run.
+        passed = light.alpha >= leave_out_from && light.importance >= importance;
+        if (leaps) {
+          passed = passed || known.r > 1u || (fading && is_hidden(n, importance));
+          sure = known.b;
+          open = known.a;
         }
-#endif
-        searching = passed >= n;
-        n = max(n, passed + 1);
-        run_end = min(brick.until, last - 1);
-        sure = leaps ? brick.sure : 0u;
-        open = leaps ? brick.open : ~0u;
-      } while (searching && n < last);
-      marching = n < last;
+        if (passed) n = behind_run(n, leaps ? known.r : 0u);
+      } while (passed && n < last);
+      run_end = min(begin_of_run(n) + int(run_cells), last);
       // Rule 2.
-      if (marching && light.alpha >= end_at) {
+      if (light.alpha >= end_at && n < last) {
         if (n >= valid_to) look_ahead(n, last_of_all, valid_to);
-        if (light.alpha * kept_before(greatest_to_come) >= end_at) ended = true;
+        ended = light.alpha * kept_before(greatest_to_come) >= end_at;
       }
     }
-    if (marching && !ended) do {
+    if (n < run_end && !ended) do {
       add_cell(n, begin, end, sure, open, fading);
       ++n;
-    } while (n <= run_end && !ended);
-    if (ended || n >= last) marching = false;
+    } while (n < run_end && !ended);
+    marching = n < last && !ended;
   } while (marching);
 }
