@@ -29,9 +29,9 @@ float kept_before(float importance) {
 
 // spec::composite_log() or composite_weight(). opacity 0 changes nothing.
 void blend(vec3 rgb, float opacity, float importance, float picture) {
-  float a = min(light.alpha, kept_before(importance));
-  float over = (1.0 - a) * opacity;
-  float beta = opacity > 0.0 ? over / max(a + over, 1.0e-37) : 0.0;
+  precise float a = min(light.alpha, kept_before(importance));
+  precise float over = (1.0 - a) * opacity;
+  precise float beta = opacity > 0.0 ? over / max(a + over, 1.0e-37) : 0.0;
   light.rgb += beta * (rgb - light.rgb);
   light.picture += beta * (picture - light.picture);
   light.alpha += (1.0 - light.alpha) * opacity;

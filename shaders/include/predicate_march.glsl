@@ -47,28 +47,28 @@ uniform float cutaway_greatest;
 bool ended;              // The light is final.
 float greatest_to_come;  // Importance on the rest of the stretch, at most.
 
-// Which leaves are true at a place. asked: those that matter.
-uint leaves_at(vec3 index, float volume, uint asked) {
+// Which leaves are true at a place. asked: those that matter; reads: some of them reads features.
+uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
   uint undefined = 0u;
   uint bits = 0u;
 #ifdef FEATURES
   vec4 texels[FEATURES];
   texels[0] = vec4(0.0);
-  if ((asked & uint(feature_leaves.x)) != 0u) texels[0] = trilinear(features0, index);
+  if (reads && (asked & uint(feature_leaves.x)) != 0u) texels[0] = trilinear(features0, index);
 #if FEATURES > 1
   texels[1] = vec4(0.0);
-  if ((asked & uint(feature_leaves.y)) != 0u) texels[1] = trilinear(features1, index);
+  if (reads && (asked & uint(feature_leaves.y)) != 0u) texels[1] = trilinear(features1, index);
 #endif
 #if FEATURES > 2
   texels[2] = vec4(0.0);
-  if ((asked & uint(feature_leaves.z)) != 0u) texels[2] = trilinear(features2, index);
+  if (reads && (asked & uint(feature_leaves.z)) != 0u) texels[2] = trilinear(features2, index);
 #endif
 #if FEATURES > 3
   texels[3] = vec4(0.0);
-  if ((asked & uint(feature_leaves.w)) != 0u) texels[3] = trilinear(features3, index);
+  if (reads && (asked & uint(feature_leaves.w)) != 0u) texels[3] = trilinear(features3, index);
 #endif
 #ifdef UNDEFINED
-  undefined = texelFetch(undefined_cells, ivec3(index), 0).r;
+  if (reads) undefined = texelFetch(undefined_cells, ivec3(index), 0).r;
 #endif
 #else
   const vec4 texels[1] = vec4[1](vec4(0.0));
@@ -106,7 +106,7 @@ float faded_extinction(float tau, float importance, float begin, float end) {
 #endif
 
 // The part of cell n between begin and end.
-void add_cell(int n, float begin, float end, uint sure, uint open, bool fading) {
+void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, bool fading) {
   float cell = float(n);
   vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), vec3(ct_size - 1));
   cost.x += 1.0;
@@ -114,19 +114,19 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool fading) 
   float entry = volume * entry_of_volume.x + entry_of_volume.y;
   if (!(entry > 0.0)) return;
   entry = min(entry, last_entry);
-  uint leaves = sure | (leaves_at(index, volume, open) & open);
+  uint leaves = sure | (leaves_at(index, volume, open, reads) & open);
   Look look = look_of(predicate_class(leaves));
   if (!(look.importance > 0.0)) return;
   float from = max(cell, begin);
   float to = min(cell + 1.0, end);
-  float tau = extinction_of(entry);
+  precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
   if (fading && t_of(from) < cut_span.t2) tau = faded_extinction(tau, look.importance, from, to);
 #endif
-  float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
+  precise float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
   if (!(seen > 0.0)) return;
-  float grey = entry / last_entry;
-  vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
+  precise float grey = entry / last_entry;
+  precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
   blend(rgb, seen, look.importance, 0.0);
   ended = light.alpha >= end_at && light.alpha * kept_before(greatest_to_come) >= end_at;
 }
@@ -168,6 +168,15 @@ bool is_hidden(int n, float importance) {
 #endif
 }
 
+bool reads_features(uint asked) {
+#ifdef FEATURES
+  ivec2 both = feature_leaves.xy | feature_leaves.zw;
+  return (asked & uint(both.x | both.y)) != 0u;
+#else
+  return true;
+#endif
+}
+
 // Loops are tested at their ends, as in march.glsl. All in cells; far: where the volume ends before
 // the next surface, for rule 2, which ends the ray up to there.
 void march(float begin, float end, float far, bool fading) {
@@ -201,8 +210,17 @@ void march(float begin, float end, float far, bool fading) {
         ended = light.alpha * kept_before(greatest_to_come) >= end_at;
       }
     }
-    if (n < run_end && !ended) do {
-      add_cell(n, begin, end, sure, open, fading);
+    // A device that runs many rays in step skips nothing inside of a loop, but whole loops. The
+    // same operations in both, so that the bits are the same.
+    bool reads = fading || reads_features(open);
+#ifdef FEATURES
+    if (n < run_end && !ended && !reads && !fading) do {
+      add_cell(n, begin, end, sure, open, false, false);
+      ++n;
+    } while (n < run_end && !ended);
+#endif
+    if (n < run_end && !ended && reads) do {
+      add_cell(n, begin, end, sure, open, true, fading);
       ++n;
     } while (n < run_end && !ended);
     marching = n < last && !ended;
