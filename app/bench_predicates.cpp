@@ -23,10 +23,35 @@ Json row_json(const bench::PredicateBenchRow& row) {
           {"set_edit_ms", row.set_edit_ms}};
 }
 
+Json gl_json(const bench::GlPredicateReport& report) {
+  Json rows = Json::array();
+  for (const auto& row : report.rows) {
+    rows.push_back({{"scene", row.scene},
+                    {"standard_ms", row.standard_ms},
+                    {"predicate_ms", row.predicate_ms},
+                    {"brute_force_ms", row.brute_ms},
+                    {"paper_shader_ms", row.paper_ms},
+                    {"max_difference_to_paper_shader", row.paper_difference},
+                    {"max_error_early_termination", row.max_error},
+                    {"skipping_is_bit_identical", row.identical},
+                    {"importance_edit_ms", row.edit_ms},
+                    {"set_edit_ms", row.set_edit_ms}});
+  }
+  return {{"device", report.device},
+          {"width", report.width},
+          {"height", report.height},
+          {"scenes", std::move(rows)}};
+}
+
 Json report_json(const bench::PredicateBenchReport& report) {
   Json rows = Json::array();
   for (const auto& row : report.rows) rows.push_back(row_json(row));
+  const auto of_gl = [&](double (bench::GlPredicateReport::*value)() const) {
+    return report.gl ? Json((*report.gl.*value)()) : Json();
+  };
+  using Gl = bench::GlPredicateReport;
   return {{"scenes", std::move(rows)},
+          {"gl", report.gl ? gl_json(*report.gl) : Json()},
           {"rays_checked", report.rays_checked},
           {"naive_termination_error", report.naive_error},
           {"engine_megabytes", report.megabytes},
@@ -35,8 +60,10 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"predicate_over_brute_force_fps", report.brute_over_predicate()},
             {"max_error_early_termination", report.max_error()},
             {"bound_violations", report.bound_violations},
-            // The shader of the paper needs predicates on OpenGL.
-            {"vs_paper_shader", nullptr}}}};
+            {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
+            {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
+            {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
+            {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)}}}};
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <memory>
 #include <random>
 
+#include "bench/predicate_frames.hpp"
 #include "bench/predicate_phantom.hpp"
 #include "bench/scene_set.hpp"
 #include "render/engine.hpp"
@@ -20,31 +21,6 @@ namespace {
 using render::Engine;
 using render::RenderedImage;
 using render::Scene;
-
-double largest_difference(const RenderedImage& a, const RenderedImage& b) {
-  float most = 0;
-  for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
-    const RgbaF& p = a.pixels.pixels()[i];
-    const RgbaF& q = b.pixels.pixels()[i];
-    most = std::max({most, std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b)});
-  }
-  return most;
-}
-
-/// Draws frames that differ by micrometres, so that every one is cast.
-Task frames(Engine& engine, Scene scene, int& frame) {
-  return [&engine, scene = std::move(scene), &frame]() -> Result<void> {
-    const auto image = engine.render(nudged(scene, ++frame));
-    if (!image) return image.error();
-    return {};
-  };
-}
-
-Scene without_tricks(Scene scene) {
-  scene.predicates->termination_error = 0;
-  scene.quality.skip_empty_bricks = false;
-  return scene;
-}
 
 Result<void> check_pictures(Engine& engine, const Scene& scene, PredicateBenchRow& row) {
   auto fast = engine.render(scene);
@@ -186,6 +162,11 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
   std::size_t total = 0;
   for (const auto& volume : volumes) total += volume.looks.size();
   const std::size_t before = resident_bytes();
+  std::size_t done = 0;
+  const auto one_done = [&] {
+    ++done;
+    if (progress) progress(0.5 * static_cast<double>(done) / static_cast<double>(total));
+  };
   for (const auto& volume : volumes) {
     for (const auto& look : volume.looks) {
       auto row = measure_scene(volume, look, options);
@@ -193,8 +174,18 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
       report.rows.push_back(*std::move(row));
       const auto now = static_cast<double>(resident_bytes()) - static_cast<double>(before);
       report.megabytes = std::max(report.megabytes, now / 1e6);
-      if (progress) progress(static_cast<double>(report.rows.size()) / static_cast<double>(total));
+      one_done();
     }
+  }
+  constexpr int kGlRepeats = 3;
+  auto gl = measure_gl_predicates(volumes, options.width, options.height, kGlRepeats, diagnostics,
+                                  one_done);
+  if (gl) {
+    report.gl = *std::move(gl);
+  } else if (gl.error().code == ErrorCode::kUnavailable) {
+    diagnostics.report(Severity::kWarning, "bench", "skipped: " + gl.error().message);
+  } else {
+    return gl.error();
   }
   return report;
 }
@@ -222,7 +213,7 @@ std::string to_text(const PredicateBenchReport& report) {
                 "alone errs by up to %.2f\n",
                 report.predicate_over_standard(), report.brute_over_predicate(),
                 report.bound_violations, report.rays_checked, report.naive_error);
-  return out + line;
+  return out + line + (report.gl ? to_text(*report.gl) : "");
 }
 
 }  // namespace nav::bench

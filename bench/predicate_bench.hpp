@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/measure.hpp"
+#include "bench/predicate_bench_gl.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
 
@@ -43,7 +44,8 @@ struct PredicateBenchReport {
   int rays_checked = 0;      ///< Random rays of the early-termination theorem.
   int bound_violations = 0;  ///< Of them.
   double naive_error = 0;    ///< Worst error of stopping by opacity alone, in a pixel of them.
-  double megabytes = 0;      ///< In RAM beyond the volumes, greatest over scenes; MB.
+  std::optional<GlPredicateReport> gl;  ///< Absent: no OpenGL.
+  double megabytes = 0;                 ///< In RAM beyond the volumes, greatest over scenes; MB.
 
   /// Median over scenes of standard_cpu_ms / predicate_cpu_ms.
   [[nodiscard]] double predicate_over_standard() const;

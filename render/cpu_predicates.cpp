@@ -93,19 +93,12 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 void CpuPredicates::update(const Scene& scene, int threads) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
-  const bool other_leaves = !set_ || !same_leaves(*set_, set);
   set_ = std::move(set);
   blend_ = set_->uniform()                                     ? PredicateBlend::kOver
            : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
                                                                : PredicateBlend::kLog;
-  if (other_leaves) {
+  if (known_.update(*set_, threads)) {
     take_channels(threads);
-    take_labels(threads);
-    std::vector<const ChannelBricks*> channels;
-    for (const auto& channel : set_->channels()) {
-      channels.push_back(&prepared_.at(channel.codes.get()).bricks);
-    }
-    leaves_ = leaf_bricks(*set_, channels, set_->labels() ? &*label_bricks_ : nullptr, threads);
     make_atoms();
   }
   make_looks();
@@ -131,23 +124,6 @@ void CpuPredicates::make_opacities(const Scene& scene) {
   }
 }
 
-bool CpuPredicates::same_leaves(const PredicateSet& a, const PredicateSet& b) const {
-  const auto same_leaf = [](const PredicateSet::Leaf& x, const PredicateSet::Leaf& y) {
-    // What depends on the place may have moved.
-    return x.kind == y.kind && x.values == y.values && x.channels == y.channels && !x.position;
-  };
-  const auto same_channel = [](const PredicateSet::Channel& x, const PredicateSet::Channel& y) {
-    return x.codes == y.codes && x.offset == y.offset && x.scale == y.scale;
-  };
-  const bool same_labels = a.labels().has_value() == b.labels().has_value() &&
-                           (!a.labels() || a.labels()->bits().data() == b.labels()->bits().data());
-  return same_labels &&
-         std::equal(a.leaves().begin(), a.leaves().end(), b.leaves().begin(), b.leaves().end(),
-                    same_leaf) &&
-         std::equal(a.channels().begin(), a.channels().end(), b.channels().begin(),
-                    b.channels().end(), same_channel);
-}
-
 void CpuPredicates::take_channels(int threads) {
   std::map<const Volume*, Prepared> kept;
   for (const auto& channel : set_->channels()) {
@@ -157,20 +133,10 @@ void CpuPredicates::take_channels(int threads) {
       kept.insert(std::move(before));
       continue;
     }
-    kept.emplace(key, Prepared{channel.codes, std::make_unique<CpuVolume>(*channel.codes, threads),
-                               channel_bricks(channel, threads)});
+    kept.emplace(key,
+                 Prepared{channel.codes, std::make_unique<CpuVolume>(*channel.codes, threads)});
   }
   prepared_ = std::move(kept);
-}
-
-void CpuPredicates::take_labels(int threads) {
-  const auto& labels = set_->labels();
-  const bool same =
-      labels && labels_ && labels->bits().data() == labels_->bits().data() && label_bricks_;
-  if (same) return;
-  labels_ = labels;
-  label_bricks_.reset();
-  if (labels) label_bricks_ = label_bricks(*labels, threads);
 }
 
 void CpuPredicates::make_atoms() {
@@ -217,7 +183,7 @@ void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateL
 }
 
 void CpuPredicates::make_bricks(int threads) {
-  const std::vector<double> exact = brick_importances(*set_, leaves_, threads);
+  const std::vector<double> exact = brick_importances(*set_, known_.leaves(), threads);
   constexpr double kRounding = 1 + 1e-5;
   importance_.resize(exact.size());
   BrickDistances visible{std::vector<std::uint8_t>(exact.size()), 0};
@@ -230,7 +196,7 @@ void CpuPredicates::make_bricks(int threads) {
     occupied_ += some ? 1 : 0;
   }
   visible.occupied = occupied_;
-  const BrickGrid& grid = prepared_.at(set_->channels()[0].codes.get()).bricks.range;
+  const BrickGrid& grid = known_.grid();
   // Away from the visible ones, and, of these, away from the others.
   const std::vector<std::uint8_t> distances = brick_depths(grid, visible, threads);
   for (std::uint8_t& d : visible.distance) d = d == 0 ? 1 : 0;
@@ -257,7 +223,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
     base.last[axis] = static_cast<float>(grid.size[size_of(axis)] - 1);
     in.spacing_mm[axis] = static_cast<float>(grid.spacing_mm[axis]);
   }
-  std::copy_n(ct.bricks.range.count.data(), 3, base.bricks);
+  std::copy_n(known_.grid().count.data(), 3, base.bricks);
   in.brick_importance = importance_.data();
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
@@ -267,8 +233,8 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
              (atom.kind == PredicateAtom::kRange && atom.channel[0] != 0);
     });
     if (reads) {
-      in.brick_sure = leaves_.sure.data();
-      in.brick_open = leaves_.open.data();
+      in.brick_sure = known_.leaves().sure.data();
+      in.brick_open = known_.leaves().open.data();
     }
   }
   if (scene.cutaway) {

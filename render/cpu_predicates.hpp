@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "render/cpu_volume.hpp"
-#include "render/predicate_bricks.hpp"
+#include "render/predicate_brick_cache.hpp"
 #include "render/predicate_march.hpp"
 #include "render/predicate_sampler.hpp"
 #include "render/predicates/set.hpp"
@@ -37,11 +37,9 @@ class CpuPredicates {
   struct Prepared {
     std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
     std::unique_ptr<CpuVolume> volume;
-    ChannelBricks bricks;
   };
 
   void take_channels(int threads);
-  void take_labels(int threads);
   void make_atoms();
   void make_looks();
   void make_opacities(const Scene& scene);
@@ -51,14 +49,11 @@ class CpuPredicates {
   static void find_look(const void* self, std::uint32_t leaves, PredicateLook* out);
   void set_grid(const Scene& scene, PredicateInputs& in) const;
   void set_opacity(const Scene& scene, PredicateInputs& in) const;
-  [[nodiscard]] bool same_leaves(const PredicateSet& a, const PredicateSet& b) const;
 
   std::optional<PredicateSet> set_;
   PredicateBlend blend_ = PredicateBlend::kOver;
   std::map<const Volume*, Prepared> prepared_;
-  std::optional<LabelVolume> labels_;
-  std::optional<LabelBricks> label_bricks_;
-  LeafBricks leaves_;
+  PredicateBrickCache known_;
   std::vector<float> importance_;
   std::vector<std::int8_t> leaps_;
   std::size_t occupied_ = 0;

@@ -39,10 +39,6 @@ class GlEngine final : public Engine {
 
   Result<RenderedImage> render(const Scene& scene) override {
     if (auto ok = validate(scene); !ok) return ok.error();
-    if (scene.predicates && scene.projection == Projection::kComposite) {
-      return Error{ErrorCode::kUnsupportedData,
-                   "predicates: expected the CPU engine or the reference, found the GL engine"};
-    }
     if (!window_) {
       auto opened = OffscreenWindow::create(16, 16);
       if (!opened) return opened.error();

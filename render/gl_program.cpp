@@ -52,47 +52,63 @@ Result<GLuint> compile(GLenum kind, const std::string& text) {
                "shader: expected it to compile, the driver says " + first_line(log)};
 }
 
-}  // namespace
-
-std::string assembled_shader(const std::string& name) {
-  std::set<std::string> done;
-  std::string out;
-  append_block(name, done, out);
-  return out;
+void define(std::string& defines, bool on, const char* name) {
+  if (on) defines += std::string("#define ") + name + '\n';
 }
 
-std::string raycast_fragment_source(const GlFeatures& features) {
-  std::string text = assembled_shader("raycast.frag");
-  const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
+/// What raycast.frag alone knows.
+std::string transfer_defines(const GlFeatures& features) {
   std::string defines;
-  const auto add = [&](bool on, const char* name) {
-    if (on) defines += std::string("#define ") + name + '\n';
-  };
   using Classified = GlFeatures::Classified;
   using Shaded = GlFeatures::Shaded;
   const bool composite = features.projection == Projection::kComposite;
   const bool shading = composite && features.shaded != Shaded::kNot;
-  add(!composite, "PROJECTION");
-  add(features.projection == Projection::kMaximum, "MAXIMUM");
-  add(features.projection == Projection::kMinimum, "MINIMUM");
-  add(composite && features.classified == Classified::kPreIntegrated, "PREINTEGRATED");
-  add(composite && features.classified == Classified::kByGradientToo, "GRADIENT_WINDOWS");
-  add(shading, "SHADING");
-  add(shading && features.shaded == Shaded::kPhong, "PHONG");
-  add(shading && features.shaded == Shaded::kGooch, "GOOCH");
-  add(shading || (composite && features.classified == Classified::kByGradientToo), "GRADIENTS");
-  add(features.gradient_texture, "GRADIENT_TEXTURE");
-  add(shading && features.emphasis, "EMPHASIS");
-  add(composite && features.cutaway, "CUTAWAY");
-  add(composite && features.cutaway && features.cut_field, "CUT_FIELD");
-  add(composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
-  add(composite && features.skipping, "SKIPPING");
-  add(features.jitter, "JITTER");
-  add(features.plane, "PLANE");
-  add(features.solids, "SOLIDS");
-  add(features.solids && features.capsules, "CAPSULES");
-  add(features.shared_depth, "SHARED_DEPTH");
-  add(features.manual_filter, "MANUAL_FILTER");
+  define(defines, !composite, "PROJECTION");
+  define(defines, features.projection == Projection::kMaximum, "MAXIMUM");
+  define(defines, features.projection == Projection::kMinimum, "MINIMUM");
+  define(defines, composite && features.classified == Classified::kPreIntegrated, "PREINTEGRATED");
+  define(defines, composite && features.classified == Classified::kByGradientToo,
+         "GRADIENT_WINDOWS");
+  define(defines, shading, "SHADING");
+  define(defines, shading && features.shaded == Shaded::kPhong, "PHONG");
+  define(defines, shading && features.shaded == Shaded::kGooch, "GOOCH");
+  define(defines, shading || (composite && features.classified == Classified::kByGradientToo),
+         "GRADIENTS");
+  define(defines, features.gradient_texture, "GRADIENT_TEXTURE");
+  define(defines, shading && features.emphasis, "EMPHASIS");
+  define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
+  define(defines, composite && features.skipping, "SKIPPING");
+  return defines;
+}
+
+/// What predicates.frag alone knows, with the text of the set.
+std::string predicate_defines(const GlPredicateForm& form) {
+  std::string defines;
+  if (form.feature_textures > 0)
+    defines += "#define FEATURES " + std::to_string(form.feature_textures) + '\n';
+  define(defines, form.undefined, "UNDEFINED");
+  define(defines, form.labels, "LABELS");
+  define(defines, form.log_importance, "LOG_IMPORTANCE");
+  define(defines, form.look_table, "LOOK_TABLE");
+  return defines + form.text;
+}
+
+std::string common_defines(const GlFeatures& features) {
+  const bool composite = features.projection == Projection::kComposite;
+  std::string defines;
+  define(defines, composite && features.cutaway, "CUTAWAY");
+  define(defines, composite && features.cutaway && features.cut_field, "CUT_FIELD");
+  define(defines, features.jitter, "JITTER");
+  define(defines, features.plane, "PLANE");
+  define(defines, features.solids, "SOLIDS");
+  define(defines, features.solids && features.capsules, "CAPSULES");
+  define(defines, features.shared_depth, "SHARED_DEPTH");
+  define(defines, features.manual_filter, "MANUAL_FILTER");
+  return defines;
+}
+
+std::string constants() {
+  std::string defines;
   // Constants that the reference engine uses too: one definition for all.
   const auto constant = [&](const char* name, double value) {
     std::ostringstream number;
@@ -104,6 +120,24 @@ std::string raycast_fragment_source(const GlFeatures& features) {
   constant("kGoochBlue", spec::kGoochBlue);
   constant("kGoochYellow", spec::kGoochYellow);
   defines += "const int kFadeSteps = " + std::to_string(spec::kFadeSteps) + ";\n";
+  return defines;
+}
+
+}  // namespace
+
+std::string assembled_shader(const std::string& name) {
+  std::set<std::string> done;
+  std::string out;
+  append_block(name, done, out);
+  return out;
+}
+
+std::string raycast_fragment_source(const GlFeatures& features) {
+  std::string text = assembled_shader(features.predicates ? "predicates.frag" : "raycast.frag");
+  const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
+  const std::string defines =
+      (features.predicates ? predicate_defines(*features.predicates) : transfer_defines(features)) +
+      common_defines(features) + constants();
   return text.insert(after_version, defines);
 }
 
@@ -162,6 +196,22 @@ void GlProgram::set(const std::string& name, const Eigen::Vector2i& value) {
 }
 void GlProgram::set(const std::string& name, const Eigen::Vector3i& value) {
   glUniform3iv(location(name), 1, value.data());
+}
+void GlProgram::set(const std::string& name, const Eigen::Vector4i& value) {
+  glUniform4iv(location(name), 1, value.data());
+}
+void GlProgram::set(const std::string& name, const std::vector<double>& value) {
+  const std::vector<float> v(value.begin(), value.end());
+  using Send = void (*)(GLint, const float*);
+  constexpr Send kSend[] = {[](GLint at, const float* p) { glUniform1fv(at, 1, p); },
+                            [](GLint at, const float* p) { glUniform2fv(at, 1, p); },
+                            [](GLint at, const float* p) { glUniform3fv(at, 1, p); },
+                            [](GLint at, const float* p) { glUniform4fv(at, 1, p); }};
+  NAV_CHECK(!v.empty() && v.size() <= std::size(kSend), v.size());
+  kSend[v.size() - 1](location(name), v.data());
+}
+void GlProgram::set_bits(const std::string& name, std::uint32_t value) {
+  glUniform1ui(location(name), value);
 }
 void GlProgram::set(const std::string& name, const Eigen::Matrix2d& value) {
   glUniformMatrix2fv(location(name), 1, GL_FALSE, glm::value_ptr(to_gpu<2>(value)));

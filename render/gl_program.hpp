@@ -4,14 +4,28 @@
 
 #include <Eigen/Core>
 #include <compare>
+#include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "nav/result.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
+
+/// What a set of predicates needs compiled in.
+struct GlPredicateForm {
+  std::string text;          ///< Of predicate_shader().
+  int feature_textures = 0;  ///< At most 4.
+  bool undefined = false;    ///< Some feature has voxels without a value.
+  bool labels = false;
+  bool log_importance = false;  ///< Else weights.
+  bool look_table = false;      ///< Else Eqs. 6 to 8 for every sample.
+  auto operator<=>(const GlPredicateForm&) const = default;
+};
 
 /// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
 /// share a program. Internal to render/.
@@ -33,10 +47,12 @@ struct GlFeatures {
   bool capsules = false;       ///< Some of them are longer than a sphere.
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
+  std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
   auto operator<=>(const GlFeatures&) const = default;
 };
 
-/// Text of the fragment shader for a set of features: the #defines, then the file with its blocks.
+/// Text of the fragment shader for a set of features: the #defines, then the file with its blocks:
+/// raycast.frag, or predicates.frag.
 std::string raycast_fragment_source(const GlFeatures& features);
 /// Text of a file of shaders/ with its #include lines replaced, each block once.
 std::string assembled_shader(const std::string& name);
@@ -61,6 +77,11 @@ class GlProgram {
   void set(const std::string& name, const Eigen::Vector4d& value);
   void set(const std::string& name, const Eigen::Vector2i& value);
   void set(const std::string& name, const Eigen::Vector3i& value);
+  void set(const std::string& name, const Eigen::Vector4i& value);
+  /// 1 to 4 numbers.
+  void set(const std::string& name, const std::vector<double>& value);
+  /// Of a uint.
+  void set_bits(const std::string& name, std::uint32_t value);
   void set(const std::string& name, const Eigen::Matrix2d& value);
   void set(const std::string& name, const Eigen::Matrix3d& value);
   void set(const std::string& name, const Eigen::Matrix4d& value);

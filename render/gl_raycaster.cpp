@@ -51,6 +51,16 @@ Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) 
   return {};
 }
 
+/// Features belong to the volume's own grid: means of either would be other predicates.
+Result<void> whole(const Scene& scene, const Scene& fitted) {
+  if (!drawn_by_predicates(scene) || fitted.ct == scene.ct) return {};
+  const auto& size = scene.ct->grid().size;
+  return Error{ErrorCode::kUnsupportedData,
+               "predicates: expected a volume that this OpenGL device holds whole, found " +
+                   std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
+                   std::to_string(size[2]) + " voxels; the CPU engine draws it"};
+}
+
 double seconds_between(std::chrono::steady_clock::time_point a,
                        std::chrono::steady_clock::time_point b) {
   return std::chrono::duration<double>(b - a).count();
@@ -75,7 +85,8 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   Result<void> drawn;
   do {
     fitted.ct = textures_.fitting(scene.ct);
-    drawn = cast_ ? cast(fitted, depth) : textures_.update(fitted);
+    drawn = whole(scene, fitted);
+    if (drawn) drawn = cast_ ? cast(fitted, depth) : textures_.update(fitted);
   } while (!drawn && textures_.ask_for_less());
   if (drawn && layers_) drawn = resolve(fitted);
   statistics_.note = textures_.note();
@@ -99,14 +110,45 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     if (!coarse) return coarse.error();
     manual_filter_ = *coarse;
   }
-  if (auto sent = textures_.update(scene); !sent) return sent;
-  send_field(scene);
-  const GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
+  if (auto sent = update(scene); !sent) return sent;
+  GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
+  if (drawn_by_predicates(scene)) features.predicates = predicates_.form();
   if (auto ok = prepare_targets(scene.width, scene.height, features.plane); !ok) return ok;
   auto program = programs_.get(features);
   if (!program) return program.error();
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
+  bind_textures(depth);
+  if (features.predicates) predicates_.bind(**program, scene);
+  glFinish();
+  const auto prepared = Clock::now();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, width_, height_);
+  write_everything();
+  draw_triangle();
+  glFinish();
+  if (features.predicates) {
+    statistics_.bricks = predicates_.bricks();
+    statistics_.bricks_occupied = predicates_.bricks_occupied();
+  } else if (features.skipping) {
+    statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
+    statistics_.bricks_occupied = textures_.bricks_occupied();
+  }
+  statistics_.prepare_s = seconds_between(start, prepared);
+  statistics_.cast_s = seconds_between(prepared, Clock::now());
+  return {};
+}
+
+Result<void> GlRaycaster::update(const Scene& scene) {
+  if (auto sent = textures_.update(scene); !sent) return sent;
+  if (drawn_by_predicates(scene)) {
+    if (auto sent = predicates_.update(scene); !sent) return sent;
+  }
+  send_field(scene);
+  return {};
+}
+
+void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth) {
   bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
   bind(kGradients, GL_TEXTURE_3D, textures_.gradients.id());
   bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
@@ -117,20 +159,6 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());
   bind(kDepth, GL_TEXTURE_2D, depth ? depth->texture : 0);
-  glFinish();
-  const auto prepared = Clock::now();
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  glViewport(0, 0, width_, height_);
-  write_everything();
-  draw_triangle();
-  glFinish();
-  if (features.skipping) {
-    statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
-    statistics_.bricks_occupied = textures_.bricks_occupied();
-  }
-  statistics_.prepare_s = seconds_between(start, prepared);
-  statistics_.cast_s = seconds_between(prepared, Clock::now());
-  return {};
 }
 
 void GlRaycaster::send_field(const Scene& scene) {
@@ -161,6 +189,7 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("live_at", kLiveAt);
   resolve_program_->set("us_picture", kPicture);
   resolve_program_->set("plane_opacity", scene.plane->opacity);
+  resolve_program_->set("by_weight", static_cast<int>(drawn_by_predicates(scene)));
   bind(kFront, GL_TEXTURE_2D, front_.id());
   bind(kBehind, GL_TEXTURE_2D, behind_.id());
   bind(kLiveAt, GL_TEXTURE_2D, live_at_.id());
@@ -277,6 +306,7 @@ void GlRaycaster::draw_triangle() {
 void GlRaycaster::release() {
   last_.reset();
   textures_.release();
+  predicates_.release();
   field_.reset();
   field_spans_.release();
   release_targets();

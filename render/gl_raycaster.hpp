@@ -10,6 +10,7 @@
 #include "nav/result.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
+#include "render/gl_predicates.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"
@@ -45,6 +46,7 @@ class GlRaycaster {
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
+  [[nodiscard]] const GlPredicates& predicates() const { return predicates_; }
   /// Decides instead of the measurement, for tests.
   void set_manual_filter(bool manual) {
     manual_filter_ = manual;
@@ -66,6 +68,8 @@ class GlRaycaster {
   Result<void> resolve(const Scene& scene);
   /// The surfaces of a cutaway around large meshes, which are searched for every ray beforehand.
   void send_field(const Scene& scene);
+  Result<void> update(const Scene& scene);
+  void bind_textures(const std::optional<SharedDepth>& depth);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
   void release_targets();
   void draw_triangle();
@@ -74,6 +78,7 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
+  GlPredicates predicates_;
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.

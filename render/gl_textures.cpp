@@ -7,50 +7,17 @@
 #include "render/gl_bricks.hpp"
 #include "render/gl_gradients.hpp"
 #include "render/gl_textures.hpp"
+#include "render/gl_upload.hpp"
 #include "render/ray_spec.hpp"
 
 namespace nav::render {
 namespace {
 
-void set_sampling(GLenum target, GLint filter) {
-  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
-  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
-  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
-    glTexParameteri(target, axis, GL_CLAMP_TO_EDGE);
-  }
-}
-
-/// Rows of our arrays are packed; VTK's own uploads find the state that they left.
-class PackedRows {
- public:
-  PackedRows() {
-    glGetIntegerv(GL_UNPACK_ALIGNMENT, &before_);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  }
-  ~PackedRows() { glPixelStorei(GL_UNPACK_ALIGNMENT, before_); }
-  PackedRows(const PackedRows&) = delete;
-  PackedRows& operator=(const PackedRows&) = delete;
-
- private:
-  GLint before_ = 4;
-};
-
-/// Entries of the transfer table, as a texture without filter or edges.
-template <class T>
-void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) {
-  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
-  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(entries.size() * sizeof(T)),
-               entries.data(), GL_STATIC_DRAW);
-  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
-  glTexBuffer(GL_TEXTURE_BUFFER, internal, table.buffer_id());
-  glBindBuffer(GL_TEXTURE_BUFFER, 0);
-}
-
 /// Sends rows that differ from those on the device.
 void send(GlRows&& rows, GlTexture& texture, GlRows& sent) {
   if (rows == sent || rows.height == 0) return;
   glBindTexture(GL_TEXTURE_2D, texture.id());
-  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
+  gl::set_sampling(GL_TEXTURE_2D, GL_NEAREST);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, rows.width, rows.height, 0, GL_RGBA, GL_FLOAT,
                rows.texels.data());
   sent = std::move(rows);
@@ -85,7 +52,7 @@ void GlTable::release() {
 }
 
 Result<void> GlTextures::update(const Scene& scene) {
-  const PackedRows packed;
+  const gl::PackedRows packed;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   const auto fits = [&](const char* what, int count) -> Result<void> {
@@ -106,11 +73,13 @@ Result<void> GlTextures::update(const Scene& scene) {
       return ok;
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
-  update_transfer(scene.transfer);
-  const bool needs_gradients = scene.projection == Projection::kComposite &&
-                               (scene.shading.enabled || scene.transfer.uses_gradient());
-  if (needs_gradients && gradient_texture_) update_gradients();
-  if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
+  if (!drawn_by_predicates(scene)) {
+    update_transfer(scene.transfer);
+    const bool needs_gradients = scene.projection == Projection::kComposite &&
+                                 (scene.shading.enabled || scene.transfer.uses_gradient());
+    if (needs_gradients && gradient_texture_) update_gradients();
+    if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
+  }
   if (plane) update_picture(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
   send(std::move(solids_now), solids, solid_rows_);
@@ -177,7 +146,7 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
   }
   if (!accepts(size)) return refused("the memory of this OpenGL device's 3D textures");
   glBindTexture(GL_TEXTURE_3D, ct.id());
-  set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                volume->hu().data());
   if (glGetError() != GL_NO_ERROR) {
@@ -194,9 +163,9 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
-  send_table(transfer, GL_RGBA32F, table_->rgbat());
-  send_table(importances, GL_R32F, table_->importance());
-  send_table(integrals, GL_RGBA32I, table_->integrals());
+  gl::send_table(transfer, GL_RGBA32F, table_->rgbat());
+  gl::send_table(importances, GL_R32F, table_->importance());
+  gl::send_table(integrals, GL_RGBA32I, table_->integrals());
   ++uploads_.transfers;
 }
 
@@ -209,7 +178,7 @@ void GlTextures::update_gradients() {
   if (differences.empty()) return;
   const auto& size = volume_->grid().size;
   glBindTexture(GL_TEXTURE_3D, gradients.id());
-  set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                differences.data());
   // Not enough memory is no reason not to draw: six fetches do as well.
@@ -224,7 +193,7 @@ void GlTextures::update_bricks() {
   const BrickDistances distances = brick_distances(ranges_, *table_);
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
-  set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
   const auto texels = brick_texels(ranges_, *table_, distances);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
                0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
@@ -236,7 +205,7 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
   if (!pixels_.empty() && pixels_.pixels().data() == pixels.pixels().data()) return;
   pixels_ = pixels;
   glBindTexture(GL_TEXTURE_2D, picture.id());
-  set_sampling(GL_TEXTURE_2D, GL_NEAREST);
+  gl::set_sampling(GL_TEXTURE_2D, GL_NEAREST);
   // 16 bit: some devices interpolate no finer than the format.
   std::vector<std::uint16_t> values;
   values.reserve(pixels.pixels().size());

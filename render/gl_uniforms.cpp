@@ -107,17 +107,6 @@ void set_cutaway(GlProgram& program, const GlFeatures& features, const Scene& sc
   program.set("overlay_mm", std::min(objects.overlay_mm, kEndless));
 }
 
-void set_skipping(GlProgram& program, const Scene& scene, const GlTextures& textures) {
-  const VoxelGrid& grid = scene.ct->grid();
-  program.set("bricks", kBricks);
-  program.set("brick_count", textures.brick_count());
-  program.set("bricks_per_voxel", 1.0 / kBrickVoxels);
-  // Indices are at most about three times the volume's diagonal away from zero.
-  const double farthest = 3 * grid.extent_mm().norm() / grid.spacing_mm.minCoeff();
-  constexpr double kRounding = 1e-6;  // A few units of single precision.
-  program.set("brick_margin", 1e-3 + kRounding * farthest);
-}
-
 void set_volume_marching(GlProgram& program, const GlFeatures& features, const Scene& scene,
                          const GlTextures& textures) {
   const bool by_gradient = features.classified == GlFeatures::Classified::kByGradientToo;
@@ -130,7 +119,7 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   }
   if (shading) set_shading(program, features, scene);
   if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
-  if (features.skipping) set_skipping(program, scene, textures);
+  if (features.skipping) set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
 }
 
 }  // namespace
@@ -146,6 +135,9 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
   if (scene.projection != Projection::kComposite) return features;
+  features.cut_field = CutawayField::needed(scene);
+  features.cutaway = features.cut_field || !textures.cut().empty();
+  if (scene.predicates) return features;
   if (textures.table().rows() > 1) {
     features.classified = GlFeatures::Classified::kByGradientToo;
   } else if (scene.quality.classification == Classification::kPostClassified) {
@@ -159,26 +151,43 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   const bool gradients = features.shaded != GlFeatures::Shaded::kNot ||
                          features.classified == GlFeatures::Classified::kByGradientToo;
   features.gradient_texture = gradients && textures.has_gradients();
-  features.cut_field = CutawayField::needed(scene);
-  features.cutaway = features.cut_field || !textures.cut().empty();
   // Leaps over cells longer than a brick would not be exact, nor worth it.
   features.skipping = scene.quality.skip_empty_bricks && scene.quality.step_voxels <= kBrickVoxels;
   return features;
 }
 
+void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
+                    int unit) {
+  program.set("bricks", unit);
+  program.set("brick_count", brick_count);
+  program.set("bricks_per_voxel", 1.0 / kBrickVoxels);
+  // Indices are at most about three times the volume's diagonal away from zero.
+  const double farthest = 3 * grid.extent_mm().norm() / grid.spacing_mm.minCoeff();
+  constexpr double kRounding = 1e-6;  // A few units of single precision.
+  program.set("brick_margin", 1e-3 + kRounding * farthest);
+}
+
+void set_rays(GlProgram& program, const Scene& scene) {
+  set_camera(program, scene);
+  set_volume(program, scene.ct->grid());
+}
+
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
-  set_camera(program, scene);
-  set_volume(program, grid);
+  set_rays(program, scene);
   constexpr double kNeverReached = 2;
-  program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
+  if (!features.predicates) {
+    program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
+  }
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {
     const Shading& light = scene.shading;
     program.set("shade_light",
                 Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
   }
-  if (features.projection == Projection::kComposite) {
+  if (features.predicates) {
+    if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
+  } else if (features.projection == Projection::kComposite) {
     set_volume_marching(program, features, scene, textures);
   } else {
     program.set("grey_level_hu", scene.grey.level_hu);

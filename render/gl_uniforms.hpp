@@ -33,6 +33,12 @@ enum GlUnit {
   kFront,
   kBehind,
   kLiveAt,
+  kFeatures,  ///< And the three after it.
+  kUndefined = kFeatures + 4,
+  kLabels,
+  kPredicateBricks,
+  kLooks,
+  kOpacity,
   kTarget
 };
 
@@ -41,8 +47,15 @@ enum GlUnit {
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
                        bool manual_filter);
 
-/// Sets every uniform of the program in use; geometry is prepared in double. depth: given exactly
-/// when features.shared_depth.
+/// What shaders/include/camera.glsl, ct.glsl and lattice.glsl need.
+void set_rays(GlProgram& program, const Scene& scene);
+
+/// What shaders/include/bricks.glsl needs: bricks in a texture unit.
+void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
+                    int unit);
+
+/// Sets every uniform of the program in use but those of predicates; geometry is prepared in
+/// double. depth: given exactly when features.shared_depth.
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                   const GlTextures& textures, const std::optional<SharedDepth>& depth);
 

@@ -11,6 +11,7 @@ uniform sampler2D behind;
 uniform sampler2D live_at;     // Column and row of the picture; far below 0 where it is not seen.
 uniform sampler2D us_picture;  // Grey in [0, 1], 16 bit; first texel row: shallowest.
 uniform float plane_opacity;   // (0, 1].
+uniform bool by_weight;        // One layer, whose other part is the picture's weight in it.
 layout(location = 0) out vec4 colour;
 
 // Bilinear between pixel centres, clamped to the outermost. By hand: filters of devices have as few
@@ -31,7 +32,9 @@ void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 layers = texelFetch(front, pixel, 0);
   vec2 at = texelFetch(live_at, pixel, 0).xy;
-  if (at.x > -1.0e6) {
+  if (at.x > -1.0e6 && by_weight) {
+    layers.rgb += texelFetch(behind, pixel, 0).r * picture_at(at);
+  } else if (at.x > -1.0e6) {
     put_behind(layers, vec3(picture_at(at)), plane_opacity);
     layers += (1.0 - layers.a) * texelFetch(behind, pixel, 0);
   }

@@ -109,9 +109,11 @@ PredicateForm distance_form(const Segment& segment, const Range& wanted) {
 
 PredicateGlsl distance_glsl(const std::string& prefix, const Segment& segment,
                             const Range& wanted) {
-  if (!segment.a.allFinite()) return {{}, "false", {}};
-  const Range axis = axis_range(segment, wanted);
-  const Eigen::Vector3d along = segment.b - segment.a;
+  // A needle that is lost is in no range: the text stays the same.
+  const bool known = segment.a.allFinite() && segment.b.allFinite();
+  const Range axis = known ? axis_range(segment, wanted) : Range{1, -1};
+  const Eigen::Vector3d a = known ? segment.a : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d along = known ? Eigen::Vector3d(segment.b - segment.a) : a;
   const double square = along.squaredNorm();
   const std::string p = prefix;
   return {"uniform vec3 " + p + "_a;\nuniform vec3 " + p + "_axis;\nuniform vec3 " + p +
@@ -121,7 +123,7 @@ PredicateGlsl distance_glsl(const std::string& prefix, const Segment& segment,
               "_axis);\n}\n",
           "(" + p + "_distance(POSITION) >= " + p + "_range.x && " + p +
               "_distance(POSITION) <= " + p + "_range.y)",
-          {{p + "_a", numbers(segment.a)},
+          {{p + "_a", numbers(a)},
            {p + "_axis", numbers(along)},
            {p + "_foot", numbers(square > 0 ? Eigen::Vector3d(along / square) : along)},
            {p + "_range", {axis.low, axis.high}}}};

@@ -72,7 +72,9 @@ struct PredicateForm {
 
 /// The GLSL block (§5.1): a header with the uniforms, a closed expression, and what to set. In the
 /// expression VALUE0 and VALUE1 stand for the channels (NaN never reaches it), LABELS for the bits
-/// (uint) and POSITION for the grid position in mm.
+/// (uint) and POSITION for the grid position in mm. A uniform of two numbers of a predicate that
+/// reads one channel is a range of its values: both are replaced by their codes together. No
+/// parameter may change header or expression: a new text is a new program.
 struct PredicateGlsl {
   struct Uniform {
     std::string name;

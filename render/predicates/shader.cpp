@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/predicates/shader.hpp"
 
+#include <algorithm>
+
 namespace nav::render {
 namespace {
 
@@ -20,19 +22,42 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
   }
 }
 
-/// The closed expression with what its words stand for; false where a channel is undefined.
+/// The closed expression with what its words stand for. A range over one channel is tested in
+/// codes, all else in values.
 std::string expression_of(const PredicateSet& set, std::size_t i) {
   std::string text = block_of(set, i).expression;
-  std::string defined;
   const auto& channels = set.leaves()[i].channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    const std::string index = '[' + std::to_string(channels[c]) + ']';
-    replace_all(text, "VALUE" + std::to_string(c), "values" + index);
-    defined += "defined" + index + " && ";
+    const std::string word =
+        (channels.size() == 1 ? "code" : "value") + std::to_string(channels[c]);
+    replace_all(text, "VALUE" + std::to_string(c), word);
   }
   replace_all(text, "LABELS", "labels");
   replace_all(text, "POSITION", "position");
-  return defined + text;
+  return text;
+}
+
+/// Declarations of the channels, to be followed by what reads them.
+struct ChannelText {
+  std::string uniforms;
+  std::string body;
+};
+
+ChannelText channels_of(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
+  ChannelText out;
+  for (std::size_t c = 0; c < set.channels().size(); ++c) {
+    const std::string index = std::to_string(c);
+    std::string code = "volume";
+    if (c > 0) {
+      const PredicateTexel& at = texels[c - 1];
+      code = "texels[" + std::to_string(at.texture) + "]." + "xyzw"[at.component];
+    }
+    const std::string scale = "channel" + index + "_scale";
+    out.uniforms += "uniform vec2 " + scale + ";\n";
+    out.body += "  float code" + index + " = " + code + ";\n  float value" + index + " = " + scale +
+                ".x + " + scale + ".y * code" + index + ";\n";
+  }
+  return out;
 }
 
 std::string formula_of(const PredicateProgram& program) {
@@ -54,25 +79,26 @@ std::string formula_of(const PredicateProgram& program) {
   return stack.front();
 }
 
-/// A range over codes covers half a quantum more on either side.
+/// A range over codes covers half a quantum more on either side, and what a device may round.
 void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
            PredicateGlsl::Uniform& uniform) {
   if (leaf.channels.size() != 1 || uniform.value.size() != 2) return;
-  const double slack = 0.5 * set.channels()[static_cast<std::size_t>(leaf.channels[0])].quantum;
-  uniform.value[0] -= slack;
-  uniform.value[1] += slack;
+  const PredicateSet::Channel& channel = set.channels()[static_cast<std::size_t>(leaf.channels[0])];
+  constexpr double kRounding = 1.0 / 128;  // Below what bricks allow for.
+  constexpr double kMost = 1e30;
+  const double slack = 0.5 * channel.quantum;
+  const auto code = [&](double value) {
+    return std::clamp((value - channel.offset) / channel.scale, -kMost, kMost);
+  };
+  uniform.value = {code(uniform.value[0] - slack) - kRounding,
+                   code(uniform.value[1] + slack) + kRounding};
 }
 
-}  // namespace
-
-std::string predicate_shader(const PredicateSet& set) {
-  std::string text = "#define PREDICATE_CHANNELS " + std::to_string(set.channels().size()) + '\n';
-  for (std::size_t i = 0; i < set.leaves().size(); ++i) text += block_of(set, i).header;
-  text +=
-      "uint predicate_mask(float values[PREDICATE_CHANNELS], bool defined[PREDICATE_CHANNELS], "
-      "uint labels,\n                    vec3 position) {\n";
+/// What leaves combine to, a bit for each entry, as a function.
+std::string entries_text(const PredicateSet& set, const std::string& name) {
+  std::string text = "uint " + name + "(uint leaves) {\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    text += "  bool " + prefix_of(i) + " = " + expression_of(set, i) + ";\n";
+    text += "  bool " + prefix_of(i) + " = (leaves & " + std::to_string(1U << i) + "u) != 0u;\n";
   }
   for (const PredicateProgram& program : set.programs()) {
     text += "  bool entry" + std::to_string(program.entry) + " = " + formula_of(program) + ";\n";
@@ -82,6 +108,47 @@ std::string predicate_shader(const PredicateSet& set) {
     text += "  if (entry" + std::to_string(j) + ") mask |= " + std::to_string(1U << j) + "u;\n";
   }
   return text + "  return mask;\n}\n";
+}
+
+std::string leaves_text(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
+  const ChannelText channels = channels_of(set, texels);
+  int textures = 1;
+  for (const PredicateTexel& at : texels) textures = std::max(textures, at.texture + 1);
+  std::string text = channels.uniforms;
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
+  }
+  text +=
+      "uint predicate_leaves(vec4 texels[" + std::to_string(textures) +
+      "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
+      channels.body + "  uint leaves = 0u;\n";
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    text += "  if ((undefined & " + prefix_of(i) + "_undefined) == 0u && " + expression_of(set, i) +
+            ") leaves |= " + std::to_string(1U << i) + "u;\n";
+  }
+  return text + "  return leaves;\n}\n";
+}
+
+}  // namespace
+
+PredicateClasses classes_of(const PredicateSet& set) {
+  if (set.leaves().size() <= kMostTabulated) return PredicateClasses::kLeaves;
+  return set.size() <= kMostTabulated ? PredicateClasses::kEntries : PredicateClasses::kNone;
+}
+
+std::string predicate_shader(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
+  const bool by_leaves = classes_of(set) == PredicateClasses::kLeaves;
+  return leaves_text(set, texels) + (by_leaves
+                                         ? "uint predicate_class(uint leaves) { return leaves; }\n"
+                                         : entries_text(set, "predicate_class"));
+}
+
+std::string plain_predicate_shader(const PredicateSet& set) {
+  std::vector<PredicateTexel> texels;
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    texels.push_back({static_cast<int>(c) - 1, 0});
+  }
+  return leaves_text(set, texels) + entries_text(set, "predicate_entries");
 }
 
 PredicateUniforms predicate_uniforms(const PredicateSet& set) {

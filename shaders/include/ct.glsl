@@ -9,25 +9,25 @@ uniform mat3 index_from_local;   // Per mm.
 const float kHuPerTexel = 32767.0;
 
 // Trilinear; the index is clamped to the outermost voxel centres.
-vec3 trilinear(sampler3D volume, vec3 index) {
+vec4 trilinear(sampler3D volume, vec3 index) {
   vec3 inside = clamp(index, vec3(0.0), vec3(ct_size - 1));
 #ifdef MANUAL_FILTER
   ivec3 a = min(ivec3(inside), max(ct_size - 2, 0));
   ivec3 b = min(a + 1, ct_size - 1);
   vec3 f = inside - vec3(a);
-  vec3 v000 = texelFetch(volume, a, 0).rgb;
-  vec3 v100 = texelFetch(volume, ivec3(b.x, a.yz), 0).rgb;
-  vec3 v010 = texelFetch(volume, ivec3(a.x, b.y, a.z), 0).rgb;
-  vec3 v110 = texelFetch(volume, ivec3(b.xy, a.z), 0).rgb;
-  vec3 v001 = texelFetch(volume, ivec3(a.xy, b.z), 0).rgb;
-  vec3 v101 = texelFetch(volume, ivec3(b.x, a.y, b.z), 0).rgb;
-  vec3 v011 = texelFetch(volume, ivec3(a.x, b.yz), 0).rgb;
-  vec3 v111 = texelFetch(volume, b, 0).rgb;
-  vec3 front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
-  vec3 back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
+  vec4 v000 = texelFetch(volume, a, 0);
+  vec4 v100 = texelFetch(volume, ivec3(b.x, a.yz), 0);
+  vec4 v010 = texelFetch(volume, ivec3(a.x, b.y, a.z), 0);
+  vec4 v110 = texelFetch(volume, ivec3(b.xy, a.z), 0);
+  vec4 v001 = texelFetch(volume, ivec3(a.xy, b.z), 0);
+  vec4 v101 = texelFetch(volume, ivec3(b.x, a.y, b.z), 0);
+  vec4 v011 = texelFetch(volume, ivec3(a.x, b.yz), 0);
+  vec4 v111 = texelFetch(volume, b, 0);
+  vec4 front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
+  vec4 back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
   return mix(front, back, f.z) * kHuPerTexel;
 #else
-  return textureLod(volume, (inside + 0.5) / vec3(ct_size), 0.0).rgb * kHuPerTexel;
+  return textureLod(volume, (inside + 0.5) / vec3(ct_size), 0.0) * kHuPerTexel;
 #endif
 }
 

@@ -13,7 +13,7 @@ uniform sampler3D gradients;  // Differences of the neighbours of every voxel, a
 // Central difference one voxel either way, HU/mm.
 vec3 gradient_at(vec3 index) {
 #ifdef GRADIENT_TEXTURE
-  return trilinear(gradients, index) * half_per_spacing;
+  return trilinear(gradients, index).rgb * half_per_spacing;
 #else
   vec3 i = clamp(index, vec3(0.0), vec3(ct_size - 1));
   return vec3(ct_hu(i + vec3(1, 0, 0)) - ct_hu(i - vec3(1, 0, 0)),

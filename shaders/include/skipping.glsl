@@ -4,18 +4,10 @@
 // that it samples lies in such a brick. For the two ends of a pre-integrated cell that is enough:
 // bricks that touch share voxels, so their ranges of values overlap, and the values between the
 // ends are in one range or the other. (Steps are at most a brick long where this is compiled.)
+// Known of a brick: distance to the nearest occupied one, in bricks along the longest axis;
+// greatest importance.
 
-// Distance to the nearest occupied brick, in bricks along the longest axis; greatest importance.
-uniform usampler3D bricks;
-uniform ivec3 brick_count;
-uniform float bricks_per_voxel;
-uniform float brick_margin;  // More than the rounding of an index, voxels.
-
-#ifdef PREINTEGRATED
-const float kPlace = 0.0;  // Of a sample in its cell.
-#else
-const float kPlace = 0.5;
-#endif
+#include "include/bricks.glsl"
 
 // In an occupied brick a ray looks again after this many samples, wherever it leaves the brick: rays
 // that run in step would wait for the one that leaves last, and may as well sample.
@@ -26,21 +18,6 @@ struct Brick {
   bool empty;  // Nothing can be seen here.
   int until;   // Empty: the last sample that is surely so. Else the first one to look at again.
 };
-
-ivec3 brick_of(int n) {
-  vec3 index = index_at(float(n) + kPlace);
-  return clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
-}
-
-// Where a ray leaves the cube of bricks less than reach away from one; margin: voxels farther out.
-float leaves_cube(ivec3 brick, int reach, float margin) {
-  bvec3 ahead = greaterThan(lattice_step, vec3(0.0));
-  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) / bricks_per_voxel +
-               mix(vec3(-margin), vec3(margin), ahead);
-  vec3 exits = mix((faces - lattice_origin) / lattice_step, vec3(1.0e9),
-                   equal(lattice_step, vec3(0.0)));
-  return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
-}
 
 Brick brick_at(int n) {
   ivec3 at = brick_of(n);

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -35,6 +36,22 @@ std::vector<GlFeatures> many_features() {
     all.push_back(f);
   }
   return all;
+}
+
+/// What predicates.frag has besides the set itself, whose text others check.
+GlPredicateForm some_form(int i) {
+  GlPredicateForm form;
+  form.feature_textures = i % 5;
+  form.undefined = form.feature_textures > 0 && i % 2 == 0;
+  form.labels = i % 3 == 0;
+  form.log_importance = i % 4 < 2;
+  form.look_table = i % 7 < 4;
+  const std::string count = std::to_string(std::max(form.feature_textures, 1));
+  form.text = "uint predicate_leaves(vec4 texels[" + count +
+              "], float volume, uint undefined, uint labels, vec3 position) {\n"
+              "  return volume + texels[0].x > position.x ? labels : undefined;\n}\n"
+              "uint predicate_class(uint leaves) { return leaves; }\n";
+  return form;
 }
 
 TEST(ShadersTest, UnknownNamesAreEmpty) {
@@ -80,6 +97,14 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
   int count = 0;
   for (const GlFeatures& features : many_features()) {
     add("raycast" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
+  }
+  for (GlFeatures features : many_features()) {
+    if (features.projection != Projection::kComposite || count % 2 != 0) {
+      ++count;
+      continue;
+    }
+    features.predicates = some_form(count / 2);
+    add("predicates" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
   }
   for (const char* name :
        {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {

@@ -1,0 +1,259 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <vector>
+#include <vtkOpenGLRenderWindow.h>
+
+#include "bench/paper_shader.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_textures.hpp"
+#include "render/gl_uniforms.hpp"
+#include "render/gl_upload.hpp"
+#include "render/predicates/shader.hpp"
+#include "render/vtk_offscreen.hpp"
+
+namespace nav::bench {
+namespace {
+
+using render::GlProgram;
+using render::PredicateSet;
+using render::RenderedImage;
+using render::Scene;
+
+constexpr int kLabelUnit = render::kLabels;
+constexpr int kFirstFeature = render::kTarget + 1;
+
+/// Eqs. 6 to 8 as sums over the bars of what is true, one after the other.
+std::string bars_text(const PredicateSet& set) {
+  std::string uniforms;
+  std::string body = "vec4 sum_bars(uint entries) {\n  vec4 sum = vec4(0.0);\n";
+  for (std::size_t j = 0; j < set.size(); ++j) {
+    const std::string bar = "bar" + std::to_string(j);
+    uniforms += "uniform vec3 " + bar + ";\n";
+    body += "  if ((entries & " + std::to_string(1U << j) + "u) != 0u) sum += vec4(1.0, " + bar +
+            ".x, " + bar + ".x * " + bar + ".y, " + bar + ".x * " + bar + ".y * " + bar + ".z);\n";
+  }
+  return uniforms + body + "  return sum;\n}\n";
+}
+
+std::string fetches_text(std::size_t features) {
+  std::string uniforms =
+      "#define FEATURES " + std::to_string(std::max<std::size_t>(features, 1)) + "\n";
+  std::string body = "void fetch_features(out vec4 texels[FEATURES], vec3 at) {\n";
+  if (features == 0) body += "  texels[0] = vec4(0.0);\n";
+  for (std::size_t i = 0; i < features; ++i) {
+    const std::string name = "paper_feature" + std::to_string(i);
+    uniforms += "uniform sampler3D " + name + ";\n";
+    body += "  texels[" + std::to_string(i) + "] = textureLod(" + name + ", at, 0.0) * 32767.0;\n";
+  }
+  return uniforms + body + "}\n";
+}
+
+std::string fragment_text(const PredicateSet& set) {
+  std::string text = render::assembled_shader("paper_predicates.frag");
+  const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
+  return text.insert(after_version, (set.labels() ? "#define LABELS\n" : "") +
+                                        fetches_text(set.channels().size() - 1) + bars_text(set) +
+                                        render::plain_predicate_shader(set));
+}
+
+void bind(int unit, GLuint texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(GL_TEXTURE_3D, texture);
+}
+
+class PaperShader final : public render::Engine {
+ public:
+  explicit PaperShader(std::unique_ptr<render::OffscreenWindow> window)
+      : window_(std::move(window)) {}
+  ~PaperShader() override {
+    current();
+    program_.reset();
+    textures_.clear();
+    target_.release();
+    if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
+    if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
+    window_->release_thread();
+  }
+  PaperShader(const PaperShader&) = delete;
+  PaperShader& operator=(const PaperShader&) = delete;
+
+  [[nodiscard]] std::string name() const override { return "paper shader"; }
+  [[nodiscard]] std::string device() const override { return window_->device(); }
+
+  Result<RenderedImage> render(const Scene& scene) override {
+    if (auto ok = validate(scene); !ok) return ok.error();
+    if (!scene.predicates) {
+      return Error{ErrorCode::kUnsupportedData,
+                   "paper shader: expected a scene by predicates, found none"};
+    }
+    current();
+    auto image = draw(scene);
+    window_->release_thread();
+    return image;
+  }
+
+ private:
+  void current() { window_->window().MakeCurrent(); }
+
+  Result<RenderedImage> draw(const Scene& scene) {
+    using Clock = std::chrono::steady_clock;
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    if (!set) return set.error();
+    if (auto ok = prepare(*set); !ok) return ok.error();
+    prepare_target(scene.width, scene.height);
+    program_->use();
+    set_uniforms(scene, *set);
+    glFinish();
+    const auto start = Clock::now();
+    glViewport(0, 0, scene.width, scene.height);
+    glDisable(GL_BLEND);
+    glDisable(GL_DEPTH_TEST);
+    glBindVertexArray(vertex_array_);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glFinish();
+    const auto cast = Clock::now();
+    RenderedImage image = read(scene);
+    image.statistics.cast_s = std::chrono::duration<double>(cast - start).count();
+    if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
+      return Error{
+          ErrorCode::kUnavailable,
+          "paper shader: expected OpenGL to succeed, found error " + std::to_string(error)};
+    }
+    return image;
+  }
+
+  Result<void> prepare(const PredicateSet& set) {
+    std::string text = fragment_text(set);
+    if (text != text_) {
+      auto linked = GlProgram::link(render::assembled_shader("fullscreen.vert"), text);
+      if (!linked) return linked.error();
+      program_ = std::move(linked).value();
+      text_ = std::move(text);
+    }
+    return send(set);
+  }
+
+  Result<void> send(const PredicateSet& set) {
+    std::vector<std::shared_ptr<const Volume>> volumes;
+    for (const auto& channel : set.channels()) {
+      if (channel.has_undefined) {
+        return Error{
+            ErrorCode::kUnsupportedData,
+            "paper shader: expected features without undefined voxels, found " + channel.name};
+      }
+      volumes.push_back(channel.codes);
+    }
+    const bool same =
+        volumes == volumes_ && labels_of_ == (set.labels() ? set.labels()->bits().data() : nullptr);
+    if (same) return {};
+    const render::gl::PackedRows packed;
+    textures_.clear();
+    for (const auto& volume : volumes) {
+      const auto& n = volume->grid().size;
+      start_texture(GL_LINEAR);
+      glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, n[0], n[1], n[2], 0, GL_RED, GL_SHORT,
+                   volume->hu().data());
+    }
+    volumes_ = std::move(volumes);
+    labels_of_ = nullptr;
+    if (!set.labels()) return {};
+    const auto& n = set.labels()->grid().size;
+    start_texture(GL_NEAREST);
+    glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, n[0], n[1], n[2], 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                 set.labels()->bits().data());
+    labels_of_ = set.labels()->bits().data();
+    return {};
+  }
+
+  void start_texture(GLint filter) {
+    textures_.push_back(std::make_unique<render::GlTexture>());
+    bind(render::kTarget, textures_.back()->id());
+    render::gl::set_sampling(GL_TEXTURE_3D, filter);
+  }
+
+  void prepare_target(int width, int height) {
+    if (vertex_array_ == 0) glGenVertexArrays(1, &vertex_array_);
+    if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+    glActiveTexture(GL_TEXTURE0 + render::kTarget);
+    glBindTexture(GL_TEXTURE_2D, target_.id());
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target_.id(), 0);
+    glDrawBuffer(GL_COLOR_ATTACHMENT0);
+  }
+
+  void set_uniforms(const Scene& scene, const PredicateSet& set) {
+    GlProgram& p = *program_;
+    set_rays(p, scene);
+    const auto& volume = set.channels()[0];
+    p.set("intensity_of_volume", Eigen::Vector2d(volume.scale, volume.offset));
+    p.set("per_opacity_length", 1 / scene.predicates->opacity_length_mm);
+    p.set("most_opacity", render::PredicateScene::kMostOpacity);
+    p.set("spacing_mm", scene.ct->grid().spacing_mm);
+    const render::PredicateUniforms uniforms = predicate_uniforms(set);
+    for (const auto& [name, value] : uniforms.values) p.set(name, value);
+    for (const auto& [name, mask] : uniforms.masks) p.set_bits(name, mask);
+    for (std::size_t i = 0; i < set.leaves().size(); ++i)
+      p.set_bits("leaf" + std::to_string(i) + "_undefined", 0);
+    for (std::size_t j = 0; j < set.size(); ++j) {
+      const auto& w = set.weights()[j];
+      p.set("bar" + std::to_string(j), Eigen::Vector3d(w.impact, w.saturation, w.hue_deg));
+    }
+    bind(render::kCt, textures_[0]->id());
+    for (std::size_t c = 0; c < set.channels().size(); ++c) {
+      const auto& channel = set.channels()[c];
+      p.set("channel" + std::to_string(c) + "_scale",
+            Eigen::Vector2d(channel.offset, channel.scale));
+      if (c == 0) continue;
+      const int unit = kFirstFeature + static_cast<int>(c);
+      p.set("paper_feature" + std::to_string(c - 1), unit);
+      bind(unit, textures_[c]->id());
+    }
+    p.set("paper_labels", kLabelUnit);
+    if (set.labels()) bind(kLabelUnit, textures_.back()->id());
+  }
+
+  RenderedImage read(const Scene& scene) const {
+    const auto width = static_cast<std::size_t>(scene.width);
+    const auto height = static_cast<std::size_t>(scene.height);
+    std::vector<RgbaF> pixels(width * height);
+    std::vector<RgbaF> rows(width * height);
+    glReadBuffer(GL_COLOR_ATTACHMENT0);
+    glReadPixels(0, 0, scene.width, scene.height, GL_RGBA, GL_FLOAT, rows.data());
+    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
+    for (std::size_t y = 0; y < height; ++y) {
+      for (std::size_t x = 0; x < width; ++x) {
+        const RgbaF& p = rows[(height - 1 - y) * width + x];
+        const float rest = 1 - p.a;
+        pixels[y * width + x] = {p.r + rest * background.x(), p.g + rest * background.y(),
+                                 p.b + rest * background.z(), 1};
+      }
+    }
+    return {{scene.width, scene.height, std::move(pixels)}, {}};
+  }
+
+  std::unique_ptr<render::OffscreenWindow> window_;
+  std::unique_ptr<GlProgram> program_;
+  std::string text_;
+  std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.
+  std::vector<std::shared_ptr<const Volume>> volumes_;
+  const std::uint32_t* labels_of_ = nullptr;
+  render::GlTexture target_;
+  unsigned framebuffer_ = 0;
+  unsigned vertex_array_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<render::Engine>> make_paper_shader() {
+  auto window = render::OffscreenWindow::create(16, 16);
+  if (!window) return window.error();
+  return std::unique_ptr<render::Engine>(std::make_unique<PaperShader>(std::move(window).value()));
+}
+
+}  // namespace nav::bench

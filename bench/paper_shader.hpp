@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "nav/result.hpp"
+#include "render/engine.hpp"
+
+namespace nav::bench {
+
+/// Schulte zu Berge et al. 2014 as they describe it, in GLSL: brute force, a texture for each
+/// feature, Eqs. 3 to 8 and 10 to 12 for every sample; see shaders/paper_predicates.frag. A peer
+/// for measurements, on the device of the GL engine. Draws the volume by predicates and nothing
+/// else; hues have the linear mean, whatever the scene says. Refuses features with undefined
+/// voxels. kUnavailable without OpenGL.
+Result<std::unique_ptr<render::Engine>> make_paper_shader();
+
+}  // namespace nav::bench

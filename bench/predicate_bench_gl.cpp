@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/predicate_bench_gl.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+
+#include "bench/paper_shader.hpp"
+#include "bench/predicate_frames.hpp"
+
+namespace nav::bench {
+namespace {
+
+using render::Engine;
+using render::RenderedImage;
+using render::Scene;
+
+/// The engines of one scene, so that none rebuilds what another threw away.
+struct Engines {
+  std::unique_ptr<Engine> standard, predicates, brute, paper;
+  bool software = false;
+};
+
+Result<Engines> make_engines(Diagnostics& diagnostics) {
+  Engines out;
+  for (auto* engine : {&out.standard, &out.predicates, &out.brute}) {
+    auto made = render::make_gl_engine(diagnostics);
+    if (!made) return made.error();
+    *engine = *std::move(made);
+  }
+  auto paper = make_paper_shader();
+  if (!paper) return paper.error();
+  out.paper = *std::move(paper);
+  const std::string device = out.standard->device();
+  out.software =
+      device.find("llvmpipe") != std::string::npos || device.find("softpipe") != std::string::npos;
+  return out;
+}
+
+/// frames(), keeping what the device took.
+Task timed(Engine& engine, Scene scene, int& frame, std::vector<double>& cast_s) {
+  return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
+    const auto image = engine.render(nudged(scene, ++frame));
+    if (!image) return image.error();
+    cast_s.push_back(image->statistics.cast_s);
+    return {};
+  };
+}
+
+/// The paper's linear mean of hues, for the same picture.
+Scene as_printed(Scene scene) {
+  scene.predicates->hue_mean = render::spec::HueMean::kLinear;
+  return scene;
+}
+
+Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPredicateRow& row) {
+  int frame = 0;
+  std::vector<double> cast_s[4];
+  const std::vector<Task> tasks{timed(*engines.standard, standard_scene(scene), frame, cast_s[0]),
+                                timed(*engines.predicates, scene, frame, cast_s[1]),
+                                timed(*engines.brute, without_tricks(scene), frame, cast_s[2]),
+                                timed(*engines.paper, as_printed(scene), frame, cast_s[3])};
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    if (auto ok = tasks[i](); !ok) return ok;
+    cast_s[i].clear();
+  }
+  const auto taken = time_in_turn(tasks, {repeats, 4});
+  if (!taken) return taken.error();
+  double* const into[] = {&row.standard_ms, &row.predicate_ms, &row.brute_ms, &row.paper_ms};
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    *into[i] = 1e3 * (engines.software ? (*taken)[i].cpu_s : median(cast_s[i]));
+  }
+  return {};
+}
+
+Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow& row) {
+  const auto fast = engines.predicates->render(scene);
+  if (!fast) return fast.error();
+  Scene other = scene;
+  other.quality.skip_empty_bricks = false;
+  const auto unskipped = engines.predicates->render(other);
+  if (!unskipped) return unskipped.error();
+  const auto brute = engines.predicates->render(without_tricks(scene));
+  if (!brute) return brute.error();
+  const auto a = fast->pixels.pixels();
+  const auto b = unskipped->pixels.pixels();
+  row.identical = std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+  row.max_error = largest_difference(*fast, *brute);
+  const auto printed = engines.predicates->render(as_printed(without_tricks(scene)));
+  if (!printed) return printed.error();
+  const auto paper = engines.paper->render(as_printed(scene));
+  if (!paper) return paper.error();
+  row.paper_difference = largest_difference(*printed, *paper);
+  return {};
+}
+
+/// Of a frame: process time where OpenGL runs in software, else wall time.
+Result<double> frame_ms(Engine& engine, const Scene& scene, bool software) {
+  const auto start = std::chrono::steady_clock::now();
+  const double process_s = process_time_s();
+  const auto image = engine.render(scene);
+  if (!image) return image.error();
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  return 1e3 * (software ? process_time_s() - process_s : wall.count());
+}
+
+/// set_edit_ms on an engine that has drawn another set of the same features, not this one.
+Result<void> time_edits(Engines& engines, const Scene& scene, const Scene& other_set,
+                        GlPredicateRow& row) {
+  CollectingDiagnostics unheard;
+  auto fresh = render::make_gl_engine(unheard);
+  if (!fresh) return fresh.error();
+  if (auto ok = frame_ms(**fresh, other_set, engines.software); !ok) return ok.error();
+  const auto first = frame_ms(**fresh, scene, engines.software);
+  if (!first) return first.error();
+  std::vector<double> later;
+  for (int i = 1; i <= 5; ++i) {
+    const auto next = frame_ms(**fresh, nudged(scene, i), engines.software);
+    if (!next) return next.error();
+    later.push_back(*next);
+  }
+  row.set_edit_ms = std::max(0.0, *first - median(later));
+  std::vector<double> edits;
+  Scene edited = scene;
+  for (int i = 0; i < 5; ++i) {
+    edited.predicates->model.histogram.drag(0, 0.3 + 0.05 * i);
+    const auto image = engines.predicates->render(edited);
+    if (!image) return image.error();
+    edits.push_back(1e3 * image->statistics.prepare_s);
+  }
+  row.edit_ms = median(edits);
+  return {};
+}
+
+/// A set that has the features of a scene on the device without being it.
+Scene other_set(Scene scene) {
+  render::PredicateModel& model = scene.predicates->model;
+  std::vector<render::PredicateHistogram::Bar> bars = model.histogram.bars();
+  model.entries.push_back(
+      {"another", render::PredicateExpression::kind("intensity", {0.123, 0.987})});
+  bars.push_back({0.1, 100, 0.5});
+  model.histogram = *render::PredicateHistogram::create(std::move(bars));
+  return scene;
+}
+
+double median_of(const std::vector<GlPredicateRow>& rows,
+                 const std::function<double(const GlPredicateRow&)>& value) {
+  std::vector<double> all;
+  for (const auto& row : rows) all.push_back(value(row));
+  return median(all);
+}
+
+}  // namespace
+
+double GlPredicateReport::predicate_over_standard() const {
+  return median_of(rows, [](const auto& r) { return r.standard_ms / r.predicate_ms; });
+}
+
+double GlPredicateReport::vs_paper_shader() const {
+  return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
+}
+
+double GlPredicateReport::max_error() const {
+  double most = 0;
+  for (const auto& row : rows) most = std::max(most, row.max_error);
+  return most;
+}
+
+double GlPredicateReport::worst_set_edit_ms() const {
+  double most = 0;
+  for (const auto& row : rows) most = std::max(most, row.set_edit_ms);
+  return most;
+}
+
+Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,
+                                                int width, int height, int repeats,
+                                                Diagnostics& diagnostics,
+                                                const std::function<void()>& done) {
+  GlPredicateReport report;
+  CollectingDiagnostics unheard;
+  for (const auto& volume : volumes) {
+    for (const auto& look : volume.looks) {
+      auto engines = make_engines(report.rows.empty() ? diagnostics : unheard);
+      if (!engines) return engines.error();
+      report.device = engines->standard->device();
+      report.width = engines->software ? width / 2 : width;
+      report.height = engines->software ? height / 2 : height;
+      const Scene scene = predicate_scene(volume, look, report.width, report.height);
+      GlPredicateRow row;
+      row.scene = volume.name + "/" + look.name;
+      if (auto ok = time_frames(*engines, scene, repeats, row); !ok) return ok.error();
+      if (auto ok = check_pictures(*engines, scene, row); !ok) return ok.error();
+      if (auto ok = time_edits(*engines, scene, other_set(scene), row); !ok) return ok.error();
+      report.rows.push_back(std::move(row));
+      done();
+    }
+  }
+  return report;
+}
+
+std::string to_text(const GlPredicateReport& report) {
+  char line[256];
+  std::snprintf(line, sizeof line, "\nGL engine on %s, %d x %d, ms per picture\n",
+                report.device.c_str(), report.width, report.height);
+  std::string out = line;
+  out +=
+      "scene                          standard  predicates      brute      paper   ratios: "
+      "standard "
+      " paper   max error /255  paper differs /255  identical  edit ms  set ms\n";
+  for (const auto& row : report.rows) {
+    std::snprintf(line, sizeof line,
+                  "%-30s %8.1f %11.1f %10.1f %10.1f %17.2f %6.1f %16.3f %19.3f %10s %8.1f %7.1f\n",
+                  row.scene.c_str(), row.standard_ms, row.predicate_ms, row.brute_ms, row.paper_ms,
+                  row.standard_ms / row.predicate_ms, row.paper_ms / row.predicate_ms,
+                  255 * row.max_error, 255 * row.paper_difference, row.identical ? "yes" : "NO",
+                  row.edit_ms, row.set_edit_ms);
+    out += line;
+  }
+  std::snprintf(
+      line, sizeof line,
+      "median predicates / standard (frame rates): %.2f; predicates / the paper's shader: "
+      "%.2f\n",
+      report.predicate_over_standard(), report.vs_paper_shader());
+  return out + line;
+}
+
+}  // namespace nav::bench

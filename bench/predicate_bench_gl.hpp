@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/predicate_phantom.hpp"
+
+namespace nav::bench {
+
+/// One scene on the GL engine: predicates beside the standard transfer function, beside brute force
+/// and beside the paper's own shader. Times of a frame: process time where OpenGL runs in software,
+/// otherwise wall time from the first command of the frame to its end.
+struct GlPredicateRow {
+  std::string scene;
+  double standard_ms = 0;
+  double predicate_ms = 0;
+  double brute_ms = 0;
+  double paper_ms = 0;
+  double paper_difference = 0;  ///< Of any channel to the same scene drawn by brute force, [0, 1].
+  double max_error = 0;         ///< Of early termination, as well.
+  bool identical = false;       ///< Skipping on and off draw the same bytes.
+  double edit_ms = 0;           ///< Wall time before the first ray after a new importance.
+  /// By how much the first frame of a set that was never drawn takes longer than another frame of
+  /// it; process time where OpenGL runs in software, with the compiler's cache as it was found.
+  double set_edit_ms = 0;
+};
+
+struct GlPredicateReport {
+  std::string device;
+  int width = 0;
+  int height = 0;
+  std::vector<GlPredicateRow> rows;
+
+  /// Median over scenes of standard_ms / predicate_ms.
+  [[nodiscard]] double predicate_over_standard() const;
+  /// Median over scenes of paper_ms / predicate_ms.
+  [[nodiscard]] double vs_paper_shader() const;
+  [[nodiscard]] double max_error() const;
+  [[nodiscard]] double worst_set_edit_ms() const;
+};
+
+/// kUnavailable without OpenGL. Pictures of half the size where OpenGL runs in software. done():
+/// called after each scene.
+Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,
+                                                int width, int height, int repeats,
+                                                Diagnostics& diagnostics,
+                                                const std::function<void()>& done);
+
+/// Plain-text table.
+std::string to_text(const GlPredicateReport& report);
+
+}  // namespace nav::bench

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/measure.hpp"
+#include "bench/scene_set.hpp"
+#include "render/engine.hpp"
+
+namespace nav::bench {
+
+/// Of any channel, [0, 1].
+inline double largest_difference(const render::RenderedImage& a, const render::RenderedImage& b) {
+  float most = 0;
+  for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
+    const RgbaF& p = a.pixels.pixels()[i];
+    const RgbaF& q = b.pixels.pixels()[i];
+    most = std::max({most, std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b)});
+  }
+  return most;
+}
+
+/// Draws frames that differ by micrometres, so that every one is cast.
+inline Task frames(render::Engine& engine, render::Scene scene, int& frame) {
+  return [&engine, scene = std::move(scene), &frame]() -> Result<void> {
+    const auto image = engine.render(nudged(scene, ++frame));
+    if (!image) return image.error();
+    return {};
+  };
+}
+
+/// No bricks, no early end.
+inline render::Scene without_tricks(render::Scene scene) {
+  scene.predicates->termination_error = 0;
+  scene.quality.skip_empty_bricks = false;
+  return scene;
+}
+
+}  // namespace nav::bench

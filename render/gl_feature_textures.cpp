@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+
+#include "render/gl_feature_textures.hpp"
+#include "render/gl_upload.hpp"
+#include "render/parallel.hpp"
+
+namespace nav::render {
+namespace {
+
+std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+
+/// Codes of up to four volumes, voxel by voxel; undefined ones 0, a missing third or fourth too.
+std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members,
+                                      std::size_t width) {
+  const auto& size = members[0]->grid().size;
+  const std::size_t slice = size_of(size[0]) * size_of(size[1]);
+  std::vector<std::int16_t> out(width * slice * size_of(size[2]));
+  for_each_index(size[2], 0, [&](int k) {
+    for (std::size_t c = 0; c < members.size(); ++c) {
+      const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
+      std::int16_t* to = out.data() + width * size_of(k) * slice + c;
+      for (std::size_t i = 0; i < slice; ++i) {
+        to[width * i] = from[i] == FeatureVolume::kUndefined ? std::int16_t{0} : from[i];
+      }
+    }
+  });
+  return out;
+}
+
+/// Sets a bit in every cell with an undefined voxel at a corner.
+void mark_undefined(const Volume& codes, std::uint16_t bit, std::vector<std::uint16_t>& cells) {
+  const auto& n = codes.grid().size;
+  const std::int16_t* voxels = codes.hu().data();
+  const auto row = size_of(n[0]);
+  const auto slice = row * size_of(n[1]);
+  for_each_index(n[2], 0, [&](int k) {
+    for (int j = 0; j < n[1]; ++j) {
+      const std::size_t first = size_of(k) * slice + size_of(j) * row;
+      const std::size_t up = j + 1 < n[1] ? row : 0;
+      const std::size_t behind = k + 1 < n[2] ? slice : 0;
+      const std::size_t starts[4] = {first, first + up, first + behind, first + up + behind};
+      bool left = false;
+      for (std::size_t i = row; i-- > 0;) {
+        const bool here = std::any_of(std::begin(starts), std::end(starts), [&](std::size_t s) {
+          return voxels[s + i] == FeatureVolume::kUndefined;
+        });
+        if (here || left) cells[first + i] = static_cast<std::uint16_t>(cells[first + i] | bit);
+        left = here;
+      }
+    }
+  });
+}
+
+struct Format {
+  GLint internal;
+  GLenum layout;
+  std::size_t width;
+};
+
+Format format_of(std::size_t members) {
+  if (members == 1) return {GL_R16_SNORM, GL_RED, 1};
+  if (members == 2) return {GL_RG16_SNORM, GL_RG, 2};
+  return {GL_RGBA16_SNORM, GL_RGBA, 4};
+}
+
+Result<void> accepted(const std::string& what) {
+  if (glGetError() == GL_NO_ERROR) return {};
+  return Error{ErrorCode::kUnsupportedData,
+               what +
+                   ": expected room on this OpenGL device, found its memory full; the CPU "
+                   "engine draws such scenes"};
+}
+
+}  // namespace
+
+const GlFeatureTextures::Place* GlFeatureTextures::find(const Volume* codes) const {
+  const auto found = std::find_if(places_.begin(), places_.end(),
+                                  [&](const auto& place) { return place.first == codes; });
+  return found == places_.end() ? nullptr : &found->second;
+}
+
+Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered) {
+  const bool stale = std::any_of(places_.begin(), places_.end(), [&](const auto& place) {
+    return std::none_of(offered.volumes.begin(), offered.volumes.end(), [&](const auto& named) {
+      return named.second.codes().get() == place.first;
+    });
+  });
+  const auto missing = [&] {
+    return std::count_if(set.channels().begin() + 1, set.channels().end(),
+                         [&](const auto& channel) { return !find(channel.codes.get()); });
+  };
+  if (stale || places_.size() + size_of(static_cast<int>(missing())) > kMostTextures * kChannels)
+    release();
+  if (auto ok = place(set); !ok) return ok;
+  used_.clear();
+  channels_.clear();
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    channels_.push_back(*find(set.channels()[c].codes.get()));
+    const std::size_t group = channels_.back().group;
+    if (std::find(used_.begin(), used_.end(), group) == used_.end()) used_.push_back(group);
+  }
+  for (const std::size_t g : used_) {
+    if (groups_[g].sent) continue;
+    if (auto ok = send(groups_[g]); !ok) return ok;
+  }
+  return send_undefined(set);
+}
+
+Result<void> GlFeatureTextures::place(const PredicateSet& set) {
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    const auto& codes = set.channels()[c].codes;
+    if (find(codes.get()) != nullptr) continue;
+    const std::size_t at = places_.size();
+    if (at == kMostTextures * kChannels) {
+      return Error{ErrorCode::kUnsupportedData,
+                   "predicates: expected at most " + std::to_string(at) +
+                       " features on the GL engine, found more; the CPU engine draws such scenes"};
+    }
+    Group& group = groups_[at / kChannels];
+    group.members.push_back(codes);
+    group.sent = false;
+    places_.push_back({codes.get(), {at / kChannels, at % kChannels}});
+  }
+  return {};
+}
+
+Result<void> GlFeatureTextures::send(Group& group) {
+  const Format format = format_of(group.members.size());
+  const auto& size = group.members[0]->grid().size;
+  const std::vector<std::int16_t> texels = interleaved(group.members, format.width);
+  glBindTexture(GL_TEXTURE_3D, group.texture.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, format.internal, size[0], size[1], size[2], 0, format.layout,
+               GL_SHORT, texels.data());
+  ++uploads_;
+  if (auto ok = accepted("features of predicates"); !ok) return ok;
+  group.sent = true;
+  return {};
+}
+
+Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set) {
+  has_undefined_ = false;
+  std::vector<const Volume*> holes;
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    if (!set.channels()[c].has_undefined) continue;
+    has_undefined_ = true;
+    holes.push_back(set.channels()[c].codes.get());
+  }
+  const bool known = std::all_of(holes.begin(), holes.end(), [&](const Volume* codes) {
+    return std::find(undefined_of_.begin(), undefined_of_.end(), codes) != undefined_of_.end();
+  });
+  if (!has_undefined_ || known) return {};
+  const auto& size = set.channels()[0].codes->grid().size;
+  std::vector<std::uint16_t> cells(set.channels()[0].codes->grid().voxel_count());
+  for (const Volume* codes : holes) {
+    const Place place = *find(codes);
+    mark_undefined(*codes,
+                   static_cast<std::uint16_t>(1U << (place.group * kChannels + place.component)),
+                   cells);
+  }
+  glBindTexture(GL_TEXTURE_3D, undefined_.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16UI, size[0], size[1], size[2], 0, GL_RED_INTEGER,
+               GL_UNSIGNED_SHORT, cells.data());
+  ++uploads_;
+  if (auto ok = accepted("undefined voxels of predicates"); !ok) return ok;
+  undefined_of_ = std::move(holes);
+  return {};
+}
+
+GlFeatureTextures::Slot GlFeatureTextures::slot(std::size_t channel) const {
+  const Place& at = channels_[channel - 1];
+  const auto used = std::find(used_.begin(), used_.end(), at.group);
+  return {static_cast<std::size_t>(used - used_.begin()), static_cast<int>(at.component),
+          1U << (at.group * kChannels + at.component)};
+}
+
+void GlFeatureTextures::release() {
+  for (Group& group : groups_) {
+    group.texture.release();
+    group.members.clear();
+    group.sent = false;
+  }
+  undefined_.release();
+  places_.clear();
+  undefined_of_.clear();
+  used_.clear();
+  channels_.clear();
+}
+
+}  // namespace nav::render

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "render/gl_textures.hpp"
+#include "render/predicates/set.hpp"
+
+namespace nav::render {
+
+/// The features of predicates on the device, up to four interleaved in each texture, so that one
+/// fetch reads four. What has been sent stays as long as the scene offers it: another set that
+/// reads the same features sends nothing. Internal to render/; needs the context current.
+class GlFeatureTextures {
+ public:
+  static constexpr std::size_t kMostTextures = 4;
+  static constexpr std::size_t kChannels = 4;  ///< Of a texture.
+
+  /// Sends what the channels of a set need and what is not there. offered: the scene's features.
+  /// kUnsupportedData for more than 16 and for what the device's memory does not hold.
+  Result<void> update(const PredicateSet& set, const Features& offered);
+  void release();
+
+  /// Textures of the last set, at most kMostTextures.
+  [[nodiscard]] std::size_t used() const { return used_.size(); }
+  [[nodiscard]] unsigned texture(std::size_t i) { return groups_[used_[i]].texture.id(); }
+  /// Some feature of the last set has voxels without a value.
+  [[nodiscard]] bool has_undefined() const { return has_undefined_; }
+  /// Bits of the features without a value at one of the eight voxels around a place, by the voxel
+  /// below it.
+  [[nodiscard]] unsigned undefined_cells() { return undefined_.id(); }
+
+  /// Where a channel of the last set is: texture, counted as in used(), component; and its bit.
+  struct Slot {
+    std::size_t texture;
+    int component;
+    std::uint32_t undefined_bit;
+  };
+  [[nodiscard]] Slot slot(std::size_t channel) const;
+  /// How often a texture was sent, for tests.
+  [[nodiscard]] int uploads() const { return uploads_; }
+
+ private:
+  struct Group {
+    GlTexture texture;
+    std::vector<std::shared_ptr<const Volume>> members;
+    bool sent = false;
+  };
+  struct Place {
+    std::size_t group;
+    std::size_t component;
+  };
+  [[nodiscard]] const Place* find(const Volume* codes) const;
+  Result<void> place(const PredicateSet& set);
+  Result<void> send(Group& group);
+  Result<void> send_undefined(const PredicateSet& set);
+
+  std::array<Group, kMostTextures> groups_;
+  std::vector<std::pair<const Volume*, Place>> places_;
+  std::vector<std::size_t> used_;
+  std::vector<Place> channels_;  ///< Of the last set's channels but the first.
+  GlTexture undefined_;
+  std::vector<const Volume*> undefined_of_;  ///< Whose bits are there.
+  bool has_undefined_ = false;
+  int uploads_ = 0;
+};
+
+}  // namespace nav::render

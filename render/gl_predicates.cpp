@@ -1,0 +1,277 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "render/gl_predicates.hpp"
+#include "render/gl_uniforms.hpp"
+#include "render/gl_upload.hpp"
+#include "render/predicate_brick_cache.hpp"
+#include "render/predicate_sampler.hpp"
+#include "render/predicates/shader.hpp"
+#include "render/ray_spec.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr std::size_t kMostWeighed = 8;  // Entries whose weights single precision always holds.
+constexpr double kNeverReached = 2;      // Of an opacity.
+
+void bind_texture(int unit, GLenum target, GLuint texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(target, texture);
+}
+
+bool same_weights(const PredicateSet& a, const PredicateSet& b) {
+  return a.hue_mean() == b.hue_mean() &&
+         std::equal(a.weights().begin(), a.weights().end(), b.weights().begin(), b.weights().end(),
+                    [](const spec::PredicateWeight& x, const spec::PredicateWeight& y) {
+                      return x.impact == y.impact && x.hue_deg == y.hue_deg &&
+                             x.saturation == y.saturation;
+                    });
+}
+
+bool same_programs(const PredicateSet& a, const PredicateSet& b) {
+  const auto same_token = [](PredicateProgram::Token x, PredicateProgram::Token y) {
+    return x.op == y.op && x.index == y.index;
+  };
+  return std::equal(a.programs().begin(), a.programs().end(), b.programs().begin(),
+                    b.programs().end(), [&](const PredicateProgram& x, const PredicateProgram& y) {
+                      return x.entry == y.entry &&
+                             std::equal(x.tokens.begin(), x.tokens.end(), y.tokens.begin(),
+                                        y.tokens.end(), same_token);
+                    });
+}
+
+/// Sends labels in as few bytes as their bits need.
+template <class T>
+void send_bits(std::span<const std::uint32_t> bits, const std::array<int, 3>& size, GLint internal,
+               GLenum type) {
+  std::vector<T> texels(bits.size());
+  std::transform(bits.begin(), bits.end(), texels.begin(),
+                 [](std::uint32_t b) { return static_cast<T>(b); });
+  glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, GL_RED_INTEGER, type,
+               texels.data());
+}
+
+}  // namespace
+
+Result<void> GlPredicates::update(const Scene& scene) {
+  auto made = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  if (!made) return made.error();
+  const gl::PackedRows packed;
+  const bool other_looks = !set_ || !same_weights(*set_, *made) || !same_programs(*set_, *made) ||
+                           set_->leaves().size() != made->leaves().size();
+  set_ = *std::move(made);
+  const auto fail = [&](const Error& error) {
+    set_.reset();
+    return error;
+  };
+  if (auto sent = features_.update(*set_, scene.predicates->features); !sent) {
+    return fail(sent.error());
+  }
+  if (auto sent = send_labels(); !sent) return fail(sent.error());
+  std::vector<PredicateTexel> texels;
+  for (std::size_t c = 1; c < set_->channels().size(); ++c) {
+    const auto slot = features_.slot(c);
+    texels.push_back({static_cast<int>(slot.texture), slot.component});
+  }
+  form_ = {.text = predicate_shader(*set_, texels),
+           .feature_textures = static_cast<int>(features_.used()),
+           .undefined = features_.has_undefined(),
+           .labels = set_->labels().has_value(),
+           .log_importance = set_->size() > kMostWeighed,
+           .look_table = classes_of(*set_) != PredicateClasses::kNone};
+  const bool other_leaves = known_.update(*set_, 0);
+  if (other_looks) form_.look_table ? send_looks() : send_weights();
+  if (other_looks || other_leaves) send_bricks();
+  if (opacity_length_mm_ != scene.predicates->opacity_length_mm)
+    send_opacity(scene.predicates->opacity_length_mm);
+  return {};
+}
+
+double GlPredicates::measure(double importance) const {
+  return form_.log_importance ? importance : std::exp(importance - set_->greatest_impact());
+}
+
+Result<void> GlPredicates::send_labels() {
+  const auto& labels = set_->labels();
+  const bool same = labels && labels_ && labels->bits().data() == labels_->bits().data();
+  if (!labels || same) return {};
+  labels_.reset();
+  std::uint32_t all = 0;
+  for (const std::uint32_t b : labels->bits()) all |= b;
+  glBindTexture(GL_TEXTURE_3D, label_texture_.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  const auto& size = labels->grid().size;
+  if (all <= 0xFFU) {
+    send_bits<std::uint8_t>(labels->bits(), size, GL_R8UI, GL_UNSIGNED_BYTE);
+  } else if (all <= 0xFFFFU) {
+    send_bits<std::uint16_t>(labels->bits(), size, GL_R16UI, GL_UNSIGNED_SHORT);
+  } else {
+    send_bits<std::uint32_t>(labels->bits(), size, GL_R32UI, GL_UNSIGNED_INT);
+  }
+  if (glGetError() != GL_NO_ERROR) {
+    return Error{ErrorCode::kUnsupportedData,
+                 labels->name() +
+                     ": expected room on this OpenGL device, found its memory full; "
+                     "the CPU engine draws such scenes"};
+  }
+  labels_ = labels;
+  return {};
+}
+
+void GlPredicates::send_looks() {
+  const bool by_leaves = classes_of(*set_) == PredicateClasses::kLeaves;
+  const std::uint32_t count = 1U << (by_leaves ? set_->leaves().size() : set_->size());
+  std::vector<Eigen::Vector4f> looks;
+  looks.reserve(count);
+  for (std::uint32_t bits = 0; bits < count; ++bits) {
+    const spec::PredicateClass c = set_->class_of(by_leaves ? set_->mask_of(bits) : bits);
+    Eigen::Vector4d look = Eigen::Vector4d::Zero();
+    if (c.importance > 0) {
+      look << spec::hsl_tint(c.hue_deg, c.saturation), std::max(measure(c.importance), 1e-37);
+    }
+    looks.push_back(look.cast<float>());
+  }
+  gl::send_table(look_table_, GL_RGBA32F, looks);
+}
+
+void GlPredicates::send_weights() {
+  std::vector<Eigen::Vector4f> texels;
+  for (const spec::PredicateWeight& w : set_->weights()) {
+    const double share = w.impact * w.saturation;
+    const double angle = w.hue_deg * M_PI / 180;
+    texels.push_back(Eigen::Vector4d(w.impact, share, w.hue_deg, 0).cast<float>());
+    texels.push_back(
+        Eigen::Vector4d(share * std::cos(angle), share * std::sin(angle), share * w.hue_deg, share)
+            .cast<float>());
+  }
+  gl::send_table(weight_table_, GL_RGBA32F, texels);
+}
+
+void GlPredicates::send_bricks() {
+  const LeafBricks& leaves = known_.leaves();
+  const BrickGrid& grid = known_.grid();
+  importances_ = brick_importances(*set_, leaves, 0);
+  occupied_ = static_cast<std::size_t>(
+      std::count_if(importances_.begin(), importances_.end(), [](double i) { return i > 0; }));
+  const std::vector<std::uint8_t> distances = visible_distances(grid, importances_, 0);
+  const std::vector<KnownAround> around = known_around(grid.count, importances_, leaves);
+  constexpr double kRounding = 1 + 1e-5;
+  std::vector<std::array<std::uint32_t, 4>> texels(importances_.size());
+  for (std::size_t b = 0; b < texels.size(); ++b) {
+    const KnownAround& known = around[b];
+    const double importance = known.importance > 0 ? measure(known.importance) * kRounding : 0;
+    texels[b] = {distances[b], std::bit_cast<std::uint32_t>(static_cast<float>(importance)),
+                 known.sure, known.some & ~known.sure};
+  }
+  glBindTexture(GL_TEXTURE_3D, brick_texture_.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA32UI, grid.count.x(), grid.count.y(), grid.count.z(), 0,
+               GL_RGBA_INTEGER, GL_UNSIGNED_INT, texels.data());
+}
+
+void GlPredicates::send_opacity(double opacity_length_mm) {
+  const IntensityOpacity opacity(opacity_length_mm);
+  const std::vector<float>& entries = opacity.entries();
+  std::vector<Eigen::Vector2f> texels;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const float next = entries[std::min(i + 1, entries.size() - 1)];
+    texels.emplace_back(entries[i], next - entries[i]);
+  }
+  gl::send_table(opacity_table_, GL_RG32F, texels);
+  opacity_length_mm_ = opacity_length_mm;
+}
+
+void GlPredicates::bind(GlProgram& program, const Scene& scene) {
+  set_march(program, scene);
+  set_leaves(program);
+  for (std::size_t i = 0; i < features_.used(); ++i) {
+    program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
+    bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D, features_.texture(i));
+  }
+  if (form_.undefined) bind_texture(kUndefined, GL_TEXTURE_3D, features_.undefined_cells());
+  if (form_.labels) bind_texture(kLabels, GL_TEXTURE_3D, label_texture_.id());
+  bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
+  bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
+  bind_texture(kLooks, GL_TEXTURE_BUFFER,
+               form_.look_table ? look_table_.texture.id() : weight_table_.texture.id());
+}
+
+void GlPredicates::set_march(GlProgram& program, const Scene& scene) const {
+  const PredicateScene& predicates = *scene.predicates;
+  const double error = predicates.termination_error;
+  const bool ends = error > 0;
+  const auto budget = spec::termination_budget<double>(error);
+  const double greatest = set_->greatest_impact();
+  // Plain over never brings back what is hidden.
+  const bool over = set_->uniform();
+  program.set("leaps", static_cast<int>(scene.quality.skip_empty_bricks));
+  program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
+  program.set("leave_out_from", ends && !over ? budget.leave_out_from : kNeverReached);
+  program.set("end_at", !ends ? kNeverReached : over ? 1 - error : budget.end_at);
+  program.set("surface_importance", measure(greatest));
+  program.set("first_importance", measure(over ? greatest : 0));
+  const PredicateSet::Channel& volume = set_->channels()[0];
+  constexpr double kLast = PredicateScene::kTauEntries - 1;
+  program.set("entry_of_volume", Eigen::Vector2d(volume.scale * kLast, volume.offset * kLast));
+  program.set("last_entry", kLast);
+  program.set("spacing_mm", scene.ct->grid().spacing_mm);
+  program.set("cutaway_scale", predicates.cutaway_importance / std::max(greatest, 1e-30));
+  program.set("cutaway_greatest", greatest);
+  program.set("greatest_impact", greatest);
+  program.set("entry_count", static_cast<int>(set_->size()));
+  program.set("linear_hue", static_cast<int>(set_->hue_mean() == spec::HueMean::kLinear));
+  for (const auto& [name, unit] : {std::pair{"looks", kLooks},
+                                   {"weights", kLooks},
+                                   {"opacity", kOpacity},
+                                   {"labels", kLabels},
+                                   {"undefined_cells", kUndefined}}) {
+    program.set(name, unit);
+  }
+  program.set("run_cells", std::max(1.0, std::floor(kBrickVoxels / scene.quality.step_voxels)));
+  set_brick_walk(program, scene.ct->grid(), known_.grid().count, kPredicateBricks);
+}
+
+void GlPredicates::set_leaves(GlProgram& program) const {
+  const PredicateUniforms uniforms = predicate_uniforms(*set_);
+  for (const auto& [name, value] : uniforms.values) program.set(name, value);
+  for (const auto& [name, mask] : uniforms.masks) program.set_bits(name, mask);
+  for (std::size_t c = 0; c < set_->channels().size(); ++c) {
+    const PredicateSet::Channel& channel = set_->channels()[c];
+    const std::string prefix = "channel" + std::to_string(c);
+    program.set(prefix + "_scale", Eigen::Vector2d(channel.offset, channel.scale));
+  }
+  Eigen::Vector4i readers = Eigen::Vector4i::Zero();
+  std::uint32_t label_leaves = 0;
+  for (std::size_t i = 0; i < set_->leaves().size(); ++i) {
+    const PredicateSet::Leaf& leaf = set_->leaves()[i];
+    std::uint32_t undefined = 0;
+    for (const int c : leaf.channels) {
+      if (c == 0) continue;
+      const auto slot = features_.slot(static_cast<std::size_t>(c));
+      undefined |= slot.undefined_bit;
+      int& bits = readers[static_cast<Eigen::Index>(slot.texture)];
+      bits = std::bit_cast<int>(std::bit_cast<std::uint32_t>(bits) | (1U << i));
+    }
+    if (leaf.labels) label_leaves |= 1U << i;
+    program.set_bits("leaf" + std::to_string(i) + "_undefined", undefined);
+  }
+  program.set("feature_leaves", readers);
+  program.set("label_leaves", std::bit_cast<int>(label_leaves));
+}
+
+void GlPredicates::release() {
+  features_.release();
+  for (GlTexture* texture : {&label_texture_, &brick_texture_}) texture->release();
+  for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_}) table->release();
+  labels_.reset();
+  set_.reset();
+  opacity_length_mm_ = 0;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <compare>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/gl_feature_textures.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_textures.hpp"
+#include "render/predicate_brick_cache.hpp"
+#include "render/predicates/set.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// What pictures by predicates need on the device: features, labels, bricks and tables. A
+/// parameter, an importance or a hue is a table or a uniform. Internal to render/; needs the
+/// context current.
+class GlPredicates {
+ public:
+  /// Prepares for a validated scene with predicates whose volume is whole on the device, sending
+  /// what has changed. kUnsupportedData for what the device does not hold.
+  Result<void> update(const Scene& scene);
+  /// What has to be compiled in for the last scene.
+  [[nodiscard]] const GlPredicateForm& form() const { return form_; }
+  /// Sets the uniforms of the program in use and binds the textures that it reads.
+  void bind(GlProgram& program, const Scene& scene);
+  void release();
+
+  [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
+  [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
+  [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
+
+ private:
+  Result<void> send_labels();
+  void send_looks();
+  void send_weights();
+  void send_bricks();
+  void send_opacity(double opacity_length_mm);
+  [[nodiscard]] double measure(double importance) const;
+  void set_march(GlProgram& program, const Scene& scene) const;
+  void set_leaves(GlProgram& program) const;
+
+  std::optional<PredicateSet> set_;
+  GlPredicateForm form_;
+  PredicateBrickCache known_;
+  GlFeatureTextures features_;
+  std::optional<LabelVolume> labels_;
+  std::vector<double> importances_;  ///< Of the bricks.
+  std::size_t occupied_ = 0;
+  double opacity_length_mm_ = 0;
+  GlTexture label_texture_, brick_texture_;
+  GlTable look_table_, weight_table_, opacity_table_;
+};
+
+}  // namespace nav::render

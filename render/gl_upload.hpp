@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+#include <vtk_glew.h>
+
+#include "render/gl_textures.hpp"
+
+/// How textures are sent. Only for render/gl_*.cpp.
+namespace nav::render::gl {
+
+/// Filter, and edges that repeat the outermost texel, of the texture that is bound.
+inline void set_sampling(GLenum target, GLint filter) {
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
+  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+    glTexParameteri(target, axis, GL_CLAMP_TO_EDGE);
+  }
+}
+
+/// Rows of our arrays are packed; VTK's own uploads find the state that they left.
+class PackedRows {
+ public:
+  PackedRows() {
+    glGetIntegerv(GL_UNPACK_ALIGNMENT, &before_);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  }
+  ~PackedRows() { glPixelStorei(GL_UNPACK_ALIGNMENT, before_); }
+  PackedRows(const PackedRows&) = delete;
+  PackedRows& operator=(const PackedRows&) = delete;
+
+ private:
+  GLint before_ = 4;
+};
+
+/// Entries of a table, as a texture without filter or edges.
+template <class T>
+void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) {
+  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(entries.size() * sizeof(T)),
+               entries.data(), GL_STATIC_DRAW);
+  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, internal, table.buffer_id());
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
+}
+
+}  // namespace nav::render::gl

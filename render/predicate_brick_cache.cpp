@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicate_brick_cache.hpp"
+
+#include <algorithm>
+
+namespace nav::render {
+namespace {
+
+bool same_leaf(const PredicateSet::Leaf& a, const PredicateSet::Leaf& b) {
+  // What depends on the place may have moved.
+  return a.kind == b.kind && a.values == b.values && a.channels == b.channels && !a.position;
+}
+
+bool same_channel(const PredicateSet::Channel& a, const PredicateSet::Channel& b) {
+  return a.codes == b.codes && a.offset == b.offset && a.scale == b.scale;
+}
+
+bool same_labels(const std::optional<LabelVolume>& a, const std::optional<LabelVolume>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->bits().data() == b->bits().data();
+}
+
+bool same_leaves(const PredicateSet& a, const PredicateSet& b) {
+  return same_labels(a.labels(), b.labels()) &&
+         std::equal(a.leaves().begin(), a.leaves().end(), b.leaves().begin(), b.leaves().end(),
+                    same_leaf) &&
+         std::equal(a.channels().begin(), a.channels().end(), b.channels().begin(),
+                    b.channels().end(), same_channel);
+}
+
+}  // namespace
+
+bool PredicateBrickCache::update(const PredicateSet& set, int threads) {
+  if (set_ && same_leaves(*set_, set)) return false;
+  set_.reset();
+  take_channels(set, threads);
+  take_labels(set, threads);
+  volume_ = set.channels()[0].codes.get();
+  std::vector<const ChannelBricks*> channels;
+  for (const auto& channel : set.channels()) {
+    channels.push_back(&channels_.at(channel.codes.get()).bricks);
+  }
+  leaves_ = leaf_bricks(set, channels, set.labels() ? &*label_bricks_ : nullptr, threads);
+  set_ = set;
+  return true;
+}
+
+void PredicateBrickCache::take_channels(const PredicateSet& set, int threads) {
+  std::map<const Volume*, Known> kept;
+  for (const auto& channel : set.channels()) {
+    const Volume* key = channel.codes.get();
+    if (kept.count(key) != 0) continue;
+    if (auto before = channels_.extract(key); !before.empty()) {
+      kept.insert(std::move(before));
+    } else {
+      kept.emplace(key, Known{channel.codes, channel_bricks(channel, threads)});
+    }
+  }
+  channels_ = std::move(kept);
+}
+
+void PredicateBrickCache::take_labels(const PredicateSet& set, int threads) {
+  if (label_bricks_ && same_labels(set.labels(), labels_)) return;
+  labels_ = set.labels();
+  label_bricks_.reset();
+  if (labels_) label_bricks_ = label_bricks(*labels_, threads);
+}
+
+std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
+                                            const std::vector<double>& importances, int threads) {
+  BrickDistances visible{std::vector<std::uint8_t>(importances.size()), 0};
+  std::transform(importances.begin(), importances.end(), visible.distance.begin(),
+                 [](double importance) { return static_cast<std::uint8_t>(importance > 0); });
+  return brick_depths(grid, visible, threads);
+}
+
+std::vector<KnownAround> known_around(const Eigen::Vector3i& count,
+                                      const std::vector<double>& importances,
+                                      const LeafBricks& leaves) {
+  std::vector<KnownAround> known(importances.size());
+  for (std::size_t b = 0; b < known.size(); ++b) {
+    const auto sure = static_cast<std::uint32_t>(leaves.sure[b]);
+    known[b] = {importances[b], sure, sure | static_cast<std::uint32_t>(leaves.open[b])};
+  }
+  std::size_t stride = 1;
+  for (int axis = 0; axis < 3; ++axis) {  // A box is taken apart into its axes.
+    const std::vector<KnownAround> before = known;
+    const auto n = static_cast<std::size_t>(count[axis]);
+    for (std::size_t b = 0; b < known.size(); ++b) {
+      const std::size_t i = b / stride % n;
+      const auto join = [&](const KnownAround& other) {
+        known[b] = {std::max(known[b].importance, other.importance), known[b].sure & other.sure,
+                    known[b].some | other.some};
+      };
+      if (i > 0) join(before[b - stride]);
+      if (i + 1 < n) join(before[b + stride]);
+    }
+    stride *= n;
+  }
+  return known;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Bricks of the volume and where rays leave them.
+
+uniform usampler3D bricks;  // What is known of each: the engines' own.
+uniform ivec3 brick_count;
+uniform float bricks_per_voxel;
+uniform float brick_margin;  // More than the rounding of an index, voxels.
+
+#ifdef PREINTEGRATED
+const float kPlace = 0.0;  // Of a sample in its cell.
+#else
+const float kPlace = 0.5;
+#endif
+
+ivec3 brick_of(int n) {
+  vec3 index = index_at(float(n) + kPlace);
+  return clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
+}
+
+// Where a ray leaves the cube of bricks less than reach away from one; margin: voxels farther out.
+float leaves_cube(ivec3 brick, int reach, float margin) {
+  bvec3 ahead = greaterThan(lattice_step, vec3(0.0));
+  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) / bricks_per_voxel +
+               mix(vec3(-margin), vec3(margin), ahead);
+  vec3 exits = mix((faces - lattice_origin) / lattice_step, vec3(1.0e9),
+                   equal(lattice_step, vec3(0.0)));
+  return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
+}

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Compositing by importance, front to back: render/predicate_spec.hpp. Importance as its logarithm
+// with LOG_IMPORTANCE, else as a weight exp(I - greatest), which needs neither exp nor log. With all
+// importances equal both begin at the greatest one, and are plain over.
+
+uniform float first_importance;
+uniform float surface_importance;  // Of surfaces: the greatest.
+
+struct Light {
+  vec3 rgb;  // Not premultiplied; without the ultrasound picture.
+  float alpha;
+  float importance;
+  float picture;  // Share of the ultrasound picture in the colour.
+};
+
+Light light;
+
+void begin_light() { light = Light(vec3(0.0), 0.0, first_importance, 0.0); }
+
+// How much of the colour so far surely stays before what comes with an importance; times alpha.
+float kept_before(float importance) {
+#ifdef LOG_IMPORTANCE
+  return exp(-max(importance - light.importance, 0.0));
+#else
+  return min(light.importance / max(importance, 1.0e-37), 1.0);
+#endif
+}
+
+// spec::composite_log() or composite_weight(). opacity 0 changes nothing.
+void blend(vec3 rgb, float opacity, float importance, float picture) {
+  precise float a = min(light.alpha, kept_before(importance));
+  precise float over = (1.0 - a) * opacity;
+  precise float beta = opacity > 0.0 ? over / max(a + over, 1.0e-37) : 0.0;
+  light.rgb += beta * (rgb - light.rgb);
+  light.picture += beta * (picture - light.picture);
+  light.alpha += (1.0 - light.alpha) * opacity;
+#ifdef LOG_IMPORTANCE
+  float kept = kept_before(importance);
+  float gained = importance + log(max(opacity + (1.0 - opacity) * kept, 1.0e-37));
+  if (opacity > 0.0) light.importance = max(light.importance, gained);
+#else
+  light.importance = max(light.importance, mix(light.importance, importance, opacity));
+#endif
+}

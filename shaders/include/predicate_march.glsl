@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Composites the cells of a stretch by predicates: render/predicate_scene.hpp. Cells are looked up
+// in runs no longer than a brick, whose bounds are the same for all rays and pictures; what is known
+// at the first cell of a run holds for all bricks that it can touch. What is composited, and when a
+// ray ends, depends on runs and on the light alone, not on how runs without effect are passed:
+// pictures with and without leaps have the same bits.
+// Known of a brick: distance to the nearest visible one, in bricks along the longest axis; and of it
+// and all that touch it: bits of the greatest importance; leaves that are true throughout; leaves
+// that are not decided.
+
+uniform bool leaps;           // Over bricks where nothing is visible.
+uniform bool looks_at_bricks;  // For leaps or for ending early.
+uniform float run_cells;
+uniform float leave_out_from;  // spec::TerminationBudget; > 1: never.
+uniform float end_at;
+uniform vec2 entry_of_volume;   // Of the table of extinctions: scale, offset.
+uniform float last_entry;
+uniform samplerBuffer opacity;  // Extinction per mm, what to add to reach the next.
+uniform vec3 spacing_mm;
+
+#ifdef FEATURES
+uniform sampler3D features0;  // Codes of up to four features each.
+#if FEATURES > 1
+uniform sampler3D features1;
+#endif
+#if FEATURES > 2
+uniform sampler3D features2;
+#endif
+#if FEATURES > 3
+uniform sampler3D features3;
+#endif
+uniform ivec4 feature_leaves;  // Leaves that read each texture.
+#ifdef UNDEFINED
+uniform usampler3D undefined_cells;  // Bits of features without a value at a corner of the cell.
+#endif
+#endif
+#ifdef LABELS
+uniform usampler3D labels;
+uniform int label_leaves;
+#endif
+#ifdef CUTAWAY
+uniform float cutaway_scale;  // Cutaway importance of importance 1.
+uniform float cutaway_greatest;
+#endif
+
+bool ended;              // The light is final.
+float greatest_to_come;  // Importance on the rest of the stretch, at most.
+
+// Which leaves are true at a place. asked: those that matter; reads: some of them reads features.
+uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
+  uint undefined = 0u;
+  uint bits = 0u;
+#ifdef FEATURES
+  vec4 texels[FEATURES];
+  texels[0] = vec4(0.0);
+  if (reads && (asked & uint(feature_leaves.x)) != 0u) texels[0] = trilinear(features0, index);
+#if FEATURES > 1
+  texels[1] = vec4(0.0);
+  if (reads && (asked & uint(feature_leaves.y)) != 0u) texels[1] = trilinear(features1, index);
+#endif
+#if FEATURES > 2
+  texels[2] = vec4(0.0);
+  if (reads && (asked & uint(feature_leaves.z)) != 0u) texels[2] = trilinear(features2, index);
+#endif
+#if FEATURES > 3
+  texels[3] = vec4(0.0);
+  if (reads && (asked & uint(feature_leaves.w)) != 0u) texels[3] = trilinear(features3, index);
+#endif
+#ifdef UNDEFINED
+  if (reads) undefined = texelFetch(undefined_cells, ivec3(index), 0).r;
+#endif
+#else
+  const vec4 texels[1] = vec4[1](vec4(0.0));
+#endif
+#ifdef LABELS
+  if ((asked & uint(label_leaves)) != 0u) bits = texelFetch(labels, ivec3(index + 0.5), 0).r;
+#endif
+  return predicate_leaves(texels, volume, undefined, bits, spacing_mm * index);
+}
+
+float extinction_of(float entry) {
+  float at = min(floor(entry), last_entry - 1.0);
+  vec2 known = texelFetch(opacity, int(at)).rg;
+  return known.x + (entry - at) * known.y;
+}
+
+#ifdef CUTAWAY
+float linear_importance(float importance) {
+#ifdef LOG_IMPORTANCE
+  return importance;
+#else
+  return log(max(importance, 1.0e-37)) + cutaway_greatest;
+#endif
+}
+
+float faded_extinction(float tau, float importance, float begin, float end) {
+  float share = max(cutaway_scale * linear_importance(importance), 0.0);
+  float sum = 0.0;
+  for (int i = 0; i < kFadeSteps; ++i) {
+    float t = t_of(mix(begin, end, (float(i) + 0.5) / float(kFadeSteps)));
+    sum += faded(tau, visibility(share, occlusion(cut_span, t)));
+  }
+  return sum / float(kFadeSteps);
+}
+#endif
+
+// The part of cell n between begin and end.
+void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, bool fading) {
+  float cell = float(n);
+  vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), vec3(ct_size - 1));
+  cost.x += 1.0;
+  float volume = ct_hu(index);
+  float entry = volume * entry_of_volume.x + entry_of_volume.y;
+  if (!(entry > 0.0)) return;
+  entry = min(entry, last_entry);
+  uint leaves = sure | (leaves_at(index, volume, open, reads) & open);
+  Look look = look_of(predicate_class(leaves));
+  if (!(look.importance > 0.0)) return;
+  float from = max(cell, begin);
+  float to = min(cell + 1.0, end);
+  precise float tau = extinction_of(entry);
+#ifdef CUTAWAY
+  if (fading && t_of(from) < cut_span.t2) tau = faded_extinction(tau, look.importance, from, to);
+#endif
+  precise float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
+  if (!(seen > 0.0)) return;
+  precise float grey = entry / last_entry;
+  precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
+  blend(rgb, seen, look.importance, 0.0);
+  ended = light.alpha >= end_at && light.alpha * kept_before(greatest_to_come) >= end_at;
+}
+
+int begin_of_run(int n) {
+  return int(floor((float(n) + 0.5) / run_cells) * run_cells);
+}
+
+// Where to go on behind the run of cell n, when nothing in it counts.
+int behind_run(int n, uint distance) {
+  int next = begin_of_run(n) + int(run_cells);
+  vec3 size = abs(lattice_step) * bricks_per_voxel;
+  float cells = float(max(int(distance), 1) - 1) / max(max(size.x, size.y), size.z);
+  return max(next, begin_of_run(n + int(min(cells, 1.0e6))));
+}
+
+// The greatest importance of cells n to last - 1, and up to which cell it stays the greatest.
+void look_ahead(int n, int last, out int valid_to) {
+  greatest_to_come = 0.0;
+  valid_to = last;
+  do {
+    uvec4 known = texelFetch(bricks, brick_of(n), 0);
+    n = behind_run(n, known.r);
+    if (uintBitsToFloat(known.g) >= greatest_to_come) {
+      greatest_to_come = uintBitsToFloat(known.g);
+      valid_to = n;
+    }
+  } while (n < last);
+}
+
+// Whether nothing of the run of cell n can be seen yet.
+bool is_hidden(int n, float importance) {
+#ifdef CUTAWAY
+  float share = cutaway_scale * linear_importance(importance);
+  float hidden = cells_of(hidden_until(cut_span, clamp(share, 0.0, 0.99)));
+  return share < 0.99 && hidden > float(begin_of_run(n)) + run_cells;
+#else
+  return false;
+#endif
+}
+
+bool reads_features(uint asked) {
+#ifdef FEATURES
+  ivec2 both = feature_leaves.xy | feature_leaves.zw;
+  return (asked & uint(both.x | both.y)) != 0u;
+#else
+  return true;
+#endif
+}
+
+// Loops are tested at their ends, as in march.glsl. All in cells; far: where the volume ends before
+// the next surface, for rule 2, which ends the ray up to there.
+void march(float begin, float end, float far, bool fading) {
+  int n = int(floor(begin));
+  int last = end > begin ? int(ceil(end)) : n;
+  int last_of_all = int(ceil(far));
+  int valid_to = n - 1;
+  bool marching = last > n && !ended;
+  if (marching) do {
+    int run_end = last;
+    uint sure = 0u;
+    uint open = ~0u;
+    if (looks_at_bricks) {
+      bool passed;
+      do {
+        uvec4 known = texelFetch(bricks, brick_of(n), 0);
+        float importance = uintBitsToFloat(known.g);
+        // Rule 1 of spec::TerminationBudget, run by run.
+        passed = light.alpha >= leave_out_from && light.importance >= importance;
+        if (leaps) {
+          passed = passed || known.r > 1u || (fading && is_hidden(n, importance));
+          sure = known.b;
+          open = known.a;
+        }
+        if (passed) n = behind_run(n, leaps ? known.r : 0u);
+      } while (passed && n < last);
+      run_end = min(begin_of_run(n) + int(run_cells), last);
+      // Rule 2.
+      if (light.alpha >= end_at && n < last) {
+        if (n >= valid_to) look_ahead(n, last_of_all, valid_to);
+        ended = light.alpha * kept_before(greatest_to_come) >= end_at;
+      }
+    }
+    // A device that runs many rays in step skips nothing inside of a loop, but whole loops. The
+    // same operations in both, so that the bits are the same.
+    bool reads = fading || reads_features(open);
+#ifdef FEATURES
+    if (n < run_end && !ended && !reads && !fading) do {
+      add_cell(n, begin, end, sure, open, false, false);
+      ++n;
+    } while (n < run_end && !ended);
+#endif
+    if (n < run_end && !ended && reads) do {
+      add_cell(n, begin, end, sure, open, true, fading);
+      ++n;
+    } while (n < run_end && !ended);
+    marching = n < last && !ended;
+  } while (marching);
+}

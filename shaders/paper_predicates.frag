@@ -1,0 +1,67 @@
+#version 410 core
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Schulte zu Berge et al. 2014 as they describe it, as a peer for the benchmark: every sample from
+// entry to exit, a texture for each feature, Eqs. 3 to 8 with the linear mean of hues and Eqs. 10 to
+// 12 for each of them. Misprints are corrected as in render/predicate_spec.hpp, and samples lie on
+// the same lattice, so that the picture is the same. Before this text come the predicates, the
+// features and sum_bars(): bench/paper_shader.cpp.
+// Result: premultiplied colour and alpha.
+
+#include "include/camera.glsl"
+#include "include/ct.glsl"
+#include "include/compositing.glsl"
+#include "include/lattice.glsl"
+
+uniform vec2 intensity_of_volume;  // Scale, offset.
+uniform float per_opacity_length;  // 1/mm.
+uniform float most_opacity;
+uniform vec3 spacing_mm;
+uniform usampler3D paper_labels;
+layout(location = 0) out vec4 colour;
+
+vec3 rgb_of_hsl(float hue_deg, float saturation, float luminance) {
+  vec3 pure = clamp(abs(mod(hue_deg / 60.0 + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
+  return luminance + (1.0 - abs(2.0 * luminance - 1.0)) * saturation * (pure - 0.5);
+}
+
+void main() {
+  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+  set_lattice(ray);
+  vec2 box =
+      clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, -t_base_mm);
+  float begin = cells_of(box.x);
+  float end = cells_of(box.y);
+  int last = end > begin ? int(ceil(end)) : int(floor(begin));
+  vec4 light = vec4(0.0);  // Premultiplied.
+  float importance = 0.0;
+  for (int n = int(floor(begin)); n < last; ++n) {
+    vec3 index = clamp(index_at(float(n) + 0.5), vec3(0.0), vec3(ct_size - 1));
+    float volume = ct_hu(index);
+    vec4 texels[FEATURES];
+    fetch_features(texels, (index + 0.5) / vec3(ct_size));
+    uint labels = 0u;
+#ifdef LABELS
+    labels = texelFetch(paper_labels, ivec3(index + 0.5), 0).r;
+#endif
+    float x = clamp(volume * intensity_of_volume.x + intensity_of_volume.y, 0.0, 1.0);
+    float part = min(float(n + 1), end) - max(float(n), begin);
+    float alpha = 1.0 - pow(1.0 - min(x, most_opacity), part * step_mm * per_opacity_length);
+    uint leaves = predicate_leaves(texels, volume, 0u, labels, spacing_mm * index);
+    // Count, impact, impact times saturation, that times hue.
+    vec4 sum = sum_bars(predicate_entries(leaves));
+    if (!(sum.y > 0.0 && alpha > 0.0)) continue;
+    float kappa = sum.y / sum.x;
+    float hue = sum.z > 0.0 ? sum.w / sum.z : 0.0;
+    vec3 own = alpha * rgb_of_hsl(hue, sum.z / sum.y, x);
+    float vis = 1.0 - exp(importance - kappa);
+    bool over = kappa <= importance || 1.0 - light.a >= vis;
+    float m = over ? 1.0 : (1.0 - vis) / light.a;
+    vec3 mixed = m * light.rgb + (1.0 - m * light.a) * own;
+    float modulated = m * light.a * (1.0 - alpha) + alpha;
+    float next = light.a * (1.0 - alpha) + alpha;
+    light = vec4(modulated > 0.0 ? next * mixed / modulated : vec3(0.0), next);
+    importance = max(importance, log(alpha + (1.0 - alpha) * exp(importance - kappa)) + kappa);
+  }
+  colour = light;
+}

@@ -1,0 +1,103 @@
+#version 410 core
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Casts one ray per pixel through an ultrasound volume classified by predicates, the ultrasound
+// plane and the solid shapes. The equations are those of render/predicate_scene.hpp and
+// render/predicate_spec.hpp, the lattice of cells that of render/ray_spec.hpp. Which predicates
+// there are comes before this text: see render/predicates/shader.hpp.
+// Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; how many
+// samples it took; and with PLANE the weight of the picture in the colour and where the ray meets
+// it, column and row. resolve.frag puts the picture in.
+
+#include "include/camera.glsl"
+#include "include/ct.glsl"
+#include "include/compositing.glsl"
+#include "include/lattice.glsl"
+#ifdef SOLIDS
+#include "include/phong.glsl"
+#endif
+#ifdef SHARED_DEPTH
+#include "include/shared_depth.glsl"
+#endif
+#ifdef CUTAWAY
+#include "include/cutaway.glsl"
+#endif
+#include "include/bricks.glsl"
+#include "include/predicate_look.glsl"
+#include "include/predicate_light.glsl"
+#include "include/predicate_march.glsl"
+#if defined(PLANE) || defined(SOLIDS)
+#define SURFACES
+#include "include/next_surface.glsl"
+#endif
+
+layout(location = 0) out vec4 colour;
+layout(location = 1) out vec2 samples;  // Volume samples; 0.
+#ifdef PLANE
+layout(location = 2) out vec4 behind;  // Weight of the picture; 0.
+layout(location = 3) out vec2 live_at;
+#endif
+
+// The volume between two places on the ray, mm.
+void march_between(float begin, float end) {
+  float first = cells_of(begin);
+  float last = cells_of(end);
+  if (!(last > first)) return;
+  ended = false;
+  greatest_to_come = surface_importance;
+#ifdef CUTAWAY
+  // Cells that begin in front of the surface of theta2 fade.
+  float fade = cells_of(cut_span.t2);
+  float turn = fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
+  march(first, min(turn, last), last, true);
+  march(turn, last, last, false);
+#else
+  march(first, last, last, false);
+#endif
+}
+
+void main() {
+  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+  set_lattice(ray);
+  float t_eye = -t_base_mm;
+  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  float t_stop = 3.0e38;
+#ifdef SHARED_DEPTH
+  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  box.y = min(box.y, t_stop);
+#endif
+#ifdef CUTAWAY
+  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
+#endif
+  begin_light();
+#ifdef PLANE
+  live_at = vec2(-1.0e9);
+#endif
+  float begin = box.x;
+#ifdef SURFACES
+  // Everything up to the first opaque surface, which nothing behind it can outshine.
+  Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
+  for (;;) {
+    march_between(begin, min(box.y, surface.t));
+    if (surface.t >= kNever) break;
+    if (surface.live) {
+#ifdef PLANE
+      live_at = surface.rgb.xy;
+#endif
+      blend(vec3(0.0), surface.alpha, surface_importance, 1.0);
+    } else {
+      blend(surface.rgb, surface.alpha, surface_importance, 0.0);
+    }
+    if (light.alpha >= 1.0) break;
+    begin = max(box.x, surface.t);
+    surface = next_surface(ray, t_eye, t_stop, surface.t, surface.order);
+  }
+#else
+  march_between(begin, box.y);
+#endif
+  samples = cost;
+  colour = vec4(light.alpha * light.rgb, light.alpha);
+#ifdef PLANE
+  behind = vec4(light.alpha * light.picture, 0.0, 0.0, 0.0);
+#endif
+}

@@ -1,0 +1,309 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The GL engine by predicates against the reference and against itself.
+#include <cstring>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include "render/gl_volume_prop.hpp"
+#include "render/vtk_offscreen.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/predicates/predicate_scenes.hpp"
+
+namespace nav::render {
+namespace {
+
+using E = PredicateExpression;
+
+constexpr double kAgreement255 = 2.0;
+constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+
+bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
+  const auto x = a.pixels.pixels();
+  const auto y = b.pixels.pixels();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
+}
+
+VoxelGrid grid_of(int i) {
+  const Eigen::Vector3d spacing =
+      i % 3 == 0 ? Eigen::Vector3d(0.4, 0.4, 2) : Eigen::Vector3d(1, 0.8, 0.9);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  if (i % 2 == 1) {
+    turn = Eigen::AngleAxisd(0.3 + i, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() *
+           Eigen::Vector3d(1, -1, 1).asDiagonal();
+  }
+  if (i % 7 == 6) return test::centred_grid({25, 17, 1}, spacing, turn);
+  return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
+}
+
+class GlPredicatesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto window = OffscreenWindow::create(48, 36);
+    ASSERT_TRUE(test::has_value(window));
+    window_ = std::move(window).value();
+    view_ = std::make_unique<SceneView>(window_->window());
+  }
+  Result<void> try_to_draw(const Scene& scene) {
+    window_->window().SetSize(scene.width, scene.height);
+    return view_->draw(std::make_shared<const Scene>(scene));
+  }
+  /// Over the background, as engines give it.
+  RenderedImage draw(const Scene& scene) {
+    EXPECT_TRUE(test::has_value(try_to_draw(scene)));
+    std::vector<RgbaF> pixels = caster().read();
+    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
+    for (RgbaF& p : pixels) {
+      const float rest = 1 - p.a;
+      p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
+           1};
+    }
+    return {{scene.width, scene.height, std::move(pixels)}, caster().statistics()};
+  }
+  double share_beyond(const Scene& scene, double limit_255) {
+    const RenderedImage expected = test::draw(*reference_, scene);
+    return test::difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
+  }
+  GlRaycaster& caster() { return view_->raycaster(); }
+
+  /// A volume with features, and a model of some predicates.
+  Scene scene_with(PredicateModel model, int volume = 1) {
+    const auto ct = test::small_ultrasound(grid_of(volume), 5);
+    Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(80, 30, false));
+    scene.width = 48;
+    scene.height = 36;
+    scene.needle = test::needle({2, -3, 1}, {9, -20, 4});
+    scene.spheres.push_back({{{4, 2, 0}}, 2, {1, 0.8, 0.1}, 0.5});
+    scene.predicates.emplace();
+    scene.predicates->model = std::move(model);
+    scene.predicates->features = test::random_features(ct, 3);
+    scene.predicates->scan = FanScan{{{0, -40, 0}}, 20};
+    scene.predicates->termination_error = 0;
+    EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates, 1)));
+    return scene;
+  }
+
+  std::unique_ptr<Engine> reference_ = make_reference_engine();
+  std::unique_ptr<OffscreenWindow> window_;
+  std::unique_ptr<SceneView> view_;
+};
+
+/// Scenes with everything that predicates may ask for. Few sets, as each is compiled, and of each
+/// several views.
+std::vector<Scene> random_scenes(unsigned seed, const std::vector<int>& volumes) {
+  std::mt19937 random(seed);
+  std::vector<Scene> all;
+  for (const int i : volumes) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    for (int view = 0; view < 3; ++view) {
+      const Eigen::Vector3d from = scene.camera.eye_ct.mm - scene.camera.look_at_ct.mm;
+      scene.camera.eye_ct.mm =
+          scene.camera.look_at_ct.mm + Eigen::Vector3d(from.y(), from.z(), from.x());
+      scene.quality.step_voxels = 0.5 + 0.45 * view;
+      scene.predicates->model.histogram.drag(0, 0.2 + 0.3 * view);
+      all.push_back(scene);
+    }
+  }
+  return all;
+}
+
+TEST_F(GlPredicatesTest, AgreesWithTheReferenceOnEverythingAtOnce) {
+  double beyond = 0;
+  const std::vector<Scene> scenes = random_scenes(11, {0, 1, 3, 6});
+  for (Scene scene : scenes) {
+    scene.predicates->termination_error = 0;
+    const double share = share_beyond(scene, kAgreement255);
+    EXPECT_LT(share, 0.02);
+    beyond += share;
+  }
+  EXPECT_LE(beyond, kShare * static_cast<double>(scenes.size()));
+}
+
+TEST_F(GlPredicatesTest, SkippingIsBitIdenticalToNotSkipping) {
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  int i = 0;
+  for (Scene scene : random_scenes(2, {1, 6})) {
+    if (++i % 3 == 0) scene.predicates->termination_error = 0;
+    if (i % 3 == 1) scene.predicates->opacity_length_mm = 0.2;
+    const RenderedImage skipped = draw(scene);
+    scene.quality.skip_empty_bricks = false;
+    const RenderedImage full = draw(scene);
+    ASSERT_TRUE(same_bytes(skipped, full)) << i << ": " << test::max_difference(skipped, full);
+    with += skipped.statistics.volume_samples;
+    without += full.statistics.volume_samples;
+  }
+  EXPECT_LT(with, without) << "nothing was skipped";
+}
+
+TEST_F(GlPredicatesTest, EarlyTerminationStaysWithinItsError) {
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  float worst = 0;
+  for (Scene scene : random_scenes(5, {0, 1})) {
+    scene.predicates->opacity_length_mm = 0.15;
+    const RenderedImage fast = draw(scene);
+    scene.predicates->termination_error = 0;
+    const RenderedImage full = draw(scene);
+    worst = std::max(worst, test::max_difference(fast, full));
+    with += fast.statistics.volume_samples;
+    without += full.statistics.volume_samples;
+  }
+  EXPECT_LE(worst, 1.0F / 255 + 1e-5F);
+  EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
+}
+
+/// As many entries as there may be, each a range of intensities of its own.
+PredicateModel many(std::size_t count, const std::function<double(std::size_t)>& importance) {
+  std::vector<std::pair<E, double>> entries;
+  for (std::size_t j = 0; j < count; ++j) {
+    const double low = static_cast<double>(j) / static_cast<double>(count);
+    entries.emplace_back(E::kind("intensity", {0.6 * low, 0.6 * low + 0.3}), importance(j));
+  }
+  return test::model_of(std::move(entries));
+}
+
+TEST_F(GlPredicatesTest, AsManyPredicatesAsThereMayBe) {
+  Scene scene =
+      scene_with(many(32, [](std::size_t j) { return 1.0 + 0.3 * static_cast<double>(j % 5); }));
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  scene.predicates->hue_mean = spec::HueMean::kLinear;
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_EQ(caster().compiled(), 1);
+}
+
+TEST_F(GlPredicatesTest, OneHasAllImportance) {
+  for (const std::size_t n : {3U, 9U, 32U}) {
+    Scene scene = scene_with(many(n, [](std::size_t j) { return j == 1 ? 1.0 : 0.0; }));
+    EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << n;
+  }
+}
+
+TEST_F(GlPredicatesTest, WhatNoPredicateIsTrueOfIsNotDrawn) {
+  Scene scene = scene_with(test::model_of({{E::kind("intensity", {7, 8}), 1}}));
+  scene.needle.reset();
+  scene.spheres.clear();
+  const RenderedImage image = draw(scene);
+  const auto background = static_cast<float>(scene.background_rgb.x());
+  for (const RgbaF& p : image.pixels.pixels()) EXPECT_FLOAT_EQ(p.r, background);
+  EXPECT_EQ(image.statistics.volume_samples, 0U);
+}
+
+TEST_F(GlPredicatesTest, EqualImportancesCompositeAsPlainOver) {
+  Scene scene = scene_with(test::model_of({{E::kind("snr", {0.1, 0.7}), 1},
+                                           {E::kind("vesselness", {0.3, 1}), 1},
+                                           {E::kind("intensity", {0.1, 1}), 1}}));
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  const int compiled = caster().compiled();
+  scene.predicates->model.histogram.drag(0, 0.5);
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_EQ(caster().compiled(), compiled);
+}
+
+TEST_F(GlPredicatesTest, ASaturatedVolumeIsWithinClosedRanges) {
+  Scene scene = scene_with(test::model_of({{E::kind("intensity", {1, 1}), 1}}));
+  scene.ct = test::make_volume(scene.ct->grid(), [](int, int, int) { return 255.0; });
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_GT(caster().statistics().bricks_occupied, 0U);
+}
+
+TEST_F(GlPredicatesTest, ParameterEditsNeverCompile) {
+  PredicateModel model = test::model_of(
+      {{E::all({E::kind("snr", {0.2, 0.9}), E::negation(E::kind("label", {1}))}), 3},
+       {E::kind("gradient_angle", {0.1, 1.2, 0.003}), 2},
+       {E::any({E::kind("needle_distance", {-1, 5}), E::kind("depth", {2, 9})}), 1}});
+  Scene scene = scene_with(std::move(model));
+  scene.cutaway.emplace();
+  scene.cutaway->around_needle = true;
+  draw(scene);
+  ASSERT_EQ(caster().compiled(), 1);
+  PredicateScene& p = *scene.predicates;
+  p.model.histogram.drag(0, 0.9);
+  p.model.histogram.set_colour(1, 300, 0.9);
+  p.model.entries[0].expression.operands[0].values = {0.4, 0.5};
+  p.model.entries[0].expression.operands[1].operands[0].values = {2147483648.0};
+  p.model.entries[1].expression.values = {0, 2, 0.01};
+  p.model.entries[2].expression.operands[1].values = {1, 3};
+  p.hue_mean = spec::HueMean::kLinear;
+  p.opacity_length_mm = 0.7;
+  p.termination_error = 0.01;
+  p.intensity = {10, 200};
+  p.cutaway_importance = 0.9;
+  p.scan = FanScan{{{0, -50, 0}}, 25};
+  scene.needle->tip_ct.mm.x() += 3;
+  scene.quality.skip_empty_bricks = false;
+  draw(scene);
+  // How they combine is a table as well, as long as the predicates themselves stay.
+  p.model.entries[0].expression.op = PredicateExpression::Operator::kOr;
+  draw(scene);
+  EXPECT_EQ(caster().compiled(), 1);
+  p.termination_error = 0;
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+}
+
+TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
+  Scene scene = scene_with(test::model_of({{E::kind("snr", {0.1, 0.7}), 1}}));
+  draw(scene);
+  const int first = caster().predicates().features().uploads();
+  scene.predicates->model = test::model_of({{E::kind("vesselness", {0.1, 0.7}), 1}});
+  draw(scene);
+  const int both = caster().predicates().features().uploads();
+  EXPECT_GT(both, first);
+  scene.predicates->model = test::model_of({{E::kind("snr", {0.2, 0.7}), 1}});
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_EQ(caster().predicates().features().uploads(), both);
+  EXPECT_EQ(caster().uploads().volumes, 1);
+  EXPECT_EQ(caster().uploads().transfers, 0) << "nothing reads the transfer function";
+}
+
+TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
+  std::mt19937 random(6);
+  Scene scene = scene_with(test::random_model(random));
+  const auto check = [&](const char* what) {
+    EXPECT_LE(share_beyond(scene, kAgreement255), 4 * kShare) << what;
+  };
+  check("first");
+  scene.predicates->model.histogram.drag(0, 0.3);
+  check("an importance");
+  scene.predicates->features = test::random_features(scene.ct, 9);
+  EXPECT_TRUE(test::has_value(add_gradient_features(*scene.ct, 0.4, *scene.predicates)));
+  check("other features");
+  scene.predicates->model = test::random_model(random);
+  EXPECT_TRUE(test::has_value(add_gradient_features(*scene.ct, 0.4, *scene.predicates)));
+  check("another set");
+  scene.predicates->intensity.white = 180;
+  check("the window");
+  scene.predicates.reset();
+  check("without predicates");
+  scene = scene_with(test::random_model(random), 2);
+  check("another volume");
+  caster().release();
+  scene.camera.eye_ct.mm.x() += 1;
+  check("another context");
+}
+
+TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
+  Scene scene = scene_with(
+      test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
+  scene.plane->opacity = 0.5;
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_EQ(caster().statistics().volume_samples, 0U);
+}
+
+TEST_F(GlPredicatesTest, AVolumeThatTheDeviceDoesNotHoldIsRefused) {
+  const Scene scene = scene_with(test::model_of({{E::kind("intensity", {0.1, 1}), 1}}));
+  caster().set_largest_edge(16);
+  const auto drawn = try_to_draw(scene);
+  ASSERT_FALSE(drawn);
+  EXPECT_EQ(drawn.error().message,
+            "predicates: expected a volume that this OpenGL device holds whole, found 29 x 26 x 25 "
+            "voxels; the CPU engine draws it");
+}
+
+}  // namespace
+}  // namespace nav::render
