@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "app/engines.hpp"
-#include "app/landmark_file.hpp"
+#include "app/landmark_outcome.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
 #include "app/registration_file.hpp"
@@ -16,24 +16,6 @@ std::string joined(const std::vector<std::string>& reasons) {
   std::string text;
   for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;
-}
-
-Json json_of(const registration::LandmarkRegistration& fit, const registration::Decision& decision,
-             const Point<frames::Ct>& target) {
-  Json json;
-  json["accepted"] = decision.accepted;
-  json["reasons"] = decision.reasons;
-  json["fre_rms_mm"] = fit.fre_rms_mm;
-  json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
-  json["target_error_rms_mm"] = json_number(registration::predicted_tre_rms_mm(fit, target));
-  json["landmarks"] = Json::array();
-  for (const auto& residual : fit.residuals) {
-    json["landmarks"].push_back({{"name", residual.name},
-                                 {"residual_mm", residual.distance_mm},
-                                 {"leave_one_out_mm", json_number(residual.leave_one_out_mm)}});
-  }
-  json["ct_from_reference_mm"] = app::json_of(fit.ct_from_reference.matrix());
-  return json;
 }
 
 Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
@@ -52,7 +34,7 @@ Result<void> deliver(const Json& json, const SessionConfig& config,
 
 struct Ground {
   std::shared_ptr<const Volume> ct;  ///< Absent for landmarks alone.
-  std::optional<registration::LandmarkRegistration> landmarks;
+  std::optional<LandmarkOutcome> landmarks;
 };
 
 Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& options,
@@ -64,13 +46,9 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
     ground.ct = std::move(*ct);
   }
   if (!options.landmarks.empty()) {
-    const auto pairs = read_landmarks(options.landmarks);
-    if (!pairs) return pairs.error();
-    auto fit = registration::register_landmarks(*pairs);
-    if (!fit) {
-      return Error{fit.error().code, options.landmarks.string() + ": " + fit.error().message};
-    }
-    ground.landmarks = std::move(*fit);
+    auto outcome = register_landmark_file(options.landmarks, console);
+    if (!outcome) return outcome.error();
+    ground.landmarks = std::move(*outcome);
   }
   return ground;
 }
@@ -78,7 +56,7 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
 Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
                                    const Ground& ground,
                                    const std::optional<std::string>& json_file) {
-  const auto& fit = *ground.landmarks;
+  const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
   Json json;
@@ -88,10 +66,10 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
   json["target_ct_mm"] = json_of(target);
-  const auto decision = registration::decide(fit, registration::LandmarkLimits{}, target);
+  const auto decision = decide(*ground.landmarks, target);
   json["reference_frame"] =
       config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
-  json["registration"] = json_of(fit, decision, target);
+  json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
   if (auto written = deliver(json, config, json_file); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
@@ -134,7 +112,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();
   if (ground->landmarks) {
-    start->placement.ct_from_reference = ground->landmarks->ct_from_reference;
+    start->placement.ct_from_reference = ground->landmarks->fit.ct_from_reference;
     start->kind = "landmarks";
   } else if (start->kind == "centred") {
     console.report(Severity::kWarning, "register",

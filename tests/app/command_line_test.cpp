@@ -412,6 +412,29 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
 }
 
+TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm,reference_sigma_x_mm,reference_sigma_y_mm,"
+                           "reference_sigma_z_mm,ct_sigma_x_mm,ct_sigma_y_mm,ct_sigma_z_mm\n"
+                           "A,0,0,0,10,0,0,.2,.2,1,.3,.3,1\nB,50,0,0,60,0,0,.2,.2,1,.3,.3,1\n"
+                           "C,0,40,0,10,40,0,.2,.2,1,.3,.3,1\nD,0,0,30,10,0,30,.2,.2,1,.3,.3,1\n"
+                           "Slipped,40,40,0,50,40,25,.2,.2,1,.3,.3,1\n";
+  const Outcome outcome =
+      sonde("register --landmarks " + points.string() + " --ct " + write_ct() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("'Slipped' is not used"), std::string::npos) << outcome.errors;
+  const Json found = Json::parse(outcome.output)["registration"];
+  ASSERT_EQ(found["rejected"].size(), 1u);
+  EXPECT_EQ(found["rejected"][0]["name"], "Slipped");
+  EXPECT_NEAR(found["rejected"][0]["distance_mm"].get<double>(), 25, 1e-6);
+  EXPECT_EQ(found["landmarks"].size(), 4u);
+  EXPECT_EQ(found["anisotropic"], true);
+  EXPECT_NEAR(found["ct_from_reference_mm"][3].get<double>(), 10, 1e-6);
+  EXPECT_GT(found["error_map"]["worst_rms_mm"].get<double>(),
+            found["target_error_rms_mm"].get<double>());
+}
+
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   EXPECT_EQ(outcome.errors.find('\033'), std::string::npos);
