@@ -4,6 +4,7 @@
 #include "app/landmark_outcome.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
+#include "app/register_shape.hpp"
 #include "app/registration_file.hpp"
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
@@ -77,6 +78,48 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   return {};
 }
 
+/// Start of a registration by shape: landmarks, or the declared matrix.
+Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig& config,
+                                                             const Ground& ground) {
+  if (ground.landmarks) return ground.landmarks->fit.ct_from_reference;
+  if (config.placement.ct_from_reference) {
+    return rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
+  }
+  return Error{ErrorCode::kUsage,
+               "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
+}
+
+Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
+                               const Ground& ground, const std::optional<std::string>& json_file) {
+  const auto start = shape_start(config, ground);
+  if (!start) return start.error();
+  const auto result = register_shape_files(options.shape, *start);
+  if (!result) return result.error();
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
+  const auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = options.shape.surface.empty() ? "vessels" : "surface";
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
+  json["points"] = options.shape.points.string();
+  json["shape"] =
+      (options.shape.surface.empty() ? options.shape.centre_lines : options.shape.surface).string();
+  json["start"] = {{"kind", ground.landmarks ? "landmarks" : "declared"},
+                   {"ct_from_reference_mm", app::json_of(start->matrix())}};
+  json["target_ct_mm"] = json_of(target);
+  json["reference_frame"] =
+      config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
+  json["registration"] = app::json_of(*result, decision, target);
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
   std::vector<TrackedFrame> frames;
   const auto played = session.play([&](const tracking::PairedFrame& paired) {
@@ -97,6 +140,14 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   }
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
+  const bool by_shape = !options.shape.points.empty();
+  if (by_shape && config.source.recording.empty()) {
+    return register_by_shape(config, options, *ground, json_file);
+  }
+  if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--surface, --centre-lines: expected --points and no sweep, found otherwise"};
+  }
   if (config.source.recording.empty()) {
     if (!ground->landmarks) {
       return Error{ErrorCode::kUsage, "register: expected a sweep or --landmarks, found neither"};
