@@ -263,6 +263,11 @@ void CommandLine::add_register() {
   add_source_options(*verb, config_, matrix_);
   verb->add_option("--landmarks", register_.landmarks,
                    "comma-separated pairs; the start pose, or the whole registration");
+  verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
+      ->capture_default_str();
+  verb->add_option("--stretch", register_.stretch,
+                   "refined beside the pose: none, sound-speed or affine")
+      ->capture_default_str();
   verb->add_option("--points", register_.shape.points,
                    "tracked points on a surface or along vessels, three numbers in each line");
   verb->add_option("--surface", register_.shape.surface,

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+
 #include "app/engines.hpp"
 #include "app/landmark_outcome.hpp"
 #include "app/placement.hpp"
@@ -20,6 +22,16 @@ std::string joined(const std::vector<std::string>& reasons) {
 }
 
 Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
+
+/// What was refined beside the pose; null when nothing was.
+Json json_of(const registration::Stretch& stretch, const std::string& model) {
+  if (model == "none") return nullptr;
+  Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
+  for (int i = 0; i < 9; ++i) json["strain"].push_back(stretch.strain(i / 3, i % 3));
+  const Eigen::Vector3d& c = stretch.centre_mm;
+  json["centre_reference_mm"] = {c.x(), c.y(), c.z()};
+  return json;
+}
 
 Result<void> deliver(const Json& json, const SessionConfig& config,
                      const std::optional<std::string>& json_file) {
@@ -120,6 +132,30 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   return {};
 }
 
+Result<void> choose_similarity(const RegisterOptions& options,
+                               registration::ImageRegistrationOptions& solver) {
+  using registration::Similarity;
+  using registration::StretchModel;
+  const std::map<std::string, Similarity> similarities = {
+      {"lc2", Similarity::kLc2}, {"ncc", Similarity::kNcc}, {"mi", Similarity::kMutualInformation}};
+  const std::map<std::string, StretchModel> stretches = {{"none", StretchModel::kNone},
+                                                         {"sound-speed", StretchModel::kSoundSpeed},
+                                                         {"affine", StretchModel::kAffine}};
+  const auto similarity = similarities.find(options.similarity);
+  if (similarity == similarities.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--similarity: expected lc2, ncc or mi, found " + options.similarity};
+  }
+  const auto stretch = stretches.find(options.stretch);
+  if (stretch == stretches.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--stretch: expected none, sound-speed or affine, found " + options.stretch};
+  }
+  solver.similarity = similarity->second;
+  solver.stretch = stretch->second;
+  return registration::validate(solver);
+}
+
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
   std::vector<TrackedFrame> frames;
   const auto played = session.play([&](const tracking::PairedFrame& paired) {
@@ -175,6 +211,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   console.begin("registration");
   registration::ImageRegistrationOptions solver;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
+  if (const auto ok = choose_similarity(options, solver); !ok) return ok;
   const auto& initial = start->placement.ct_from_reference;
   const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
                                                    [&](double fraction) {
@@ -199,7 +236,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["reference_frame"] = session->reference_frame();
   json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
+  json["similarity"] = options.similarity;
   json["registration"] = app::json_of(*result, decision, target);
+  json["stretch"] = json_of(result->stretch, options.stretch);
   json["ledger"] = app::json_of(session->navigator().ledger());
   json["diagnostics"] = app::json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;

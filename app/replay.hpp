@@ -20,6 +20,8 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
 struct RegisterOptions {
   std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
+  std::string similarity = "lc2";            ///< lc2, ncc or mi.
+  std::string stretch = "none";              ///< none, sound-speed or affine.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
   std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre
                                              ///< of the sweep or of the landmarks.

@@ -12,7 +12,7 @@
 namespace nav::registration {
 
 struct ShapeFieldOptions {
-  double spacing_mm = 2.0;  ///< Of the grid's nodes, 0.25 to 20.
+  double spacing_mm = 4.0;  ///< Of the grid's nodes, 0.25 to 20.
   double margin_mm = 40;    ///< Of the grid around the shape, 0 to 200.
 };
 

@@ -468,6 +468,10 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
                  {"does not determine"});
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
   expect_refusal("register --surface x.vtk", 2, {"--points"});
+  const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
+  expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
+  expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
+  expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
 }
 
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {
