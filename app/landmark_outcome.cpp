@@ -64,6 +64,10 @@ Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path
                            " of the fit of the others, found it " +
                            quantity(one.distance_mm, 1, "mm") + " off");
   }
+  if (!outcome->no_majority.empty()) {
+    diagnostics.report(Severity::kWarning, "landmarks",
+                       path.string() + ": " + outcome->no_majority + "; all pairs are used");
+  }
   return outcome;
 }
 

@@ -106,7 +106,9 @@ std::vector<Point<frames::Reference>> points_along(
     points.push_back(line.front());
     for (std::size_t i = 1; i < line.size(); ++i) {
       const Eigen::Vector3d along = line[i].mm - line[i - 1].mm;
-      const int parts = std::max(1, static_cast<int>(std::ceil(along.norm() / spacing_mm)));
+      constexpr double kMostParts = 1e6;  // Of one step; a recording has none so long.
+      const double needed = std::min(std::ceil(along.norm() / spacing_mm), kMostParts);
+      const int parts = std::max(1, static_cast<int>(needed));
       for (int part = 1; part <= parts; ++part) {
         points.push_back({line[i - 1].mm + static_cast<double>(part) / parts * along});
       }

@@ -42,7 +42,7 @@ class Propagation {
   }
 
   std::vector<std::int32_t> run() {
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kRounds || !complete(); ++round) {
       pass(1);
       pass(-1);
     }
@@ -50,6 +50,9 @@ class Propagation {
   }
 
  private:
+  [[nodiscard]] bool complete() const {
+    return std::none_of(nearest_.begin(), nearest_.end(), [](std::int32_t n) { return n < 0; });
+  }
   [[nodiscard]] std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid_.size[1]) +
             static_cast<std::size_t>(j)) *

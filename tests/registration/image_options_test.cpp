@@ -152,6 +152,10 @@ TEST(StretchTest, FindsTheSpeedOfSound) {
     EXPECT_LT(error_mm(*found), 0.7 * error_mm(*rigid));
     EXPECT_LT(found->final_cost, rigid->final_cost);
     EXPECT_EQ(rigid->stretch.depth_scale, 1.0);
+    // Right or not: what is shown is not stretched.
+    const Decision decision = decide(*found, {}, {{0, 0, 0}});
+    ASSERT_FALSE(decision.accepted);
+    EXPECT_NE(decision.reasons.back().find("stretch"), std::string::npos);
   }
 }
 
