@@ -263,6 +263,17 @@ void CommandLine::add_register() {
   add_source_options(*verb, config_, matrix_);
   verb->add_option("--landmarks", register_.landmarks,
                    "comma-separated pairs; the start pose, or the whole registration");
+  verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
+      ->capture_default_str();
+  verb->add_option("--stretch", register_.stretch,
+                   "refined beside the pose: none, sound-speed or affine")
+      ->capture_default_str();
+  verb->add_option("--points", register_.shape.points,
+                   "tracked points on a surface or along vessels, three numbers in each line");
+  verb->add_option("--surface", register_.shape.surface,
+                   "what they touched: .vtk, .stl or .ply in the CT's coordinates");
+  verb->add_option("--centre-lines", register_.shape.centre_lines,
+                   "what they ran along: points in the CT, an empty line between branches");
   verb->add_option("--target", target_, "x y z in the CT, LPS mm: where the error is judged")
       ->expected(3);
   verb->add_option("--threads", config_.output.threads)->capture_default_str();

@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+
 #include "app/engines.hpp"
-#include "app/landmark_file.hpp"
+#include "app/landmark_outcome.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
+#include "app/register_shape.hpp"
 #include "app/registration_file.hpp"
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
@@ -18,25 +21,17 @@ std::string joined(const std::vector<std::string>& reasons) {
   return text;
 }
 
-Json json_of(const registration::LandmarkRegistration& fit, const registration::Decision& decision,
-             const Point<frames::Ct>& target) {
-  Json json;
-  json["accepted"] = decision.accepted;
-  json["reasons"] = decision.reasons;
-  json["fre_rms_mm"] = fit.fre_rms_mm;
-  json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
-  json["target_error_rms_mm"] = json_number(registration::predicted_tre_rms_mm(fit, target));
-  json["landmarks"] = Json::array();
-  for (const auto& residual : fit.residuals) {
-    json["landmarks"].push_back({{"name", residual.name},
-                                 {"residual_mm", residual.distance_mm},
-                                 {"leave_one_out_mm", json_number(residual.leave_one_out_mm)}});
-  }
-  json["ct_from_reference_mm"] = app::json_of(fit.ct_from_reference.matrix());
+Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
+
+/// What was refined beside the pose; null when nothing was.
+Json json_of(const registration::Stretch& stretch, const std::string& model) {
+  if (model == "none") return nullptr;
+  Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
+  for (int i = 0; i < 9; ++i) json["strain"].push_back(stretch.strain(i / 3, i % 3));
+  const Eigen::Vector3d& c = stretch.centre_mm;
+  json["centre_reference_mm"] = {c.x(), c.y(), c.z()};
   return json;
 }
-
-Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
 
 Result<void> deliver(const Json& json, const SessionConfig& config,
                      const std::optional<std::string>& json_file) {
@@ -52,7 +47,7 @@ Result<void> deliver(const Json& json, const SessionConfig& config,
 
 struct Ground {
   std::shared_ptr<const Volume> ct;  ///< Absent for landmarks alone.
-  std::optional<registration::LandmarkRegistration> landmarks;
+  std::optional<LandmarkOutcome> landmarks;
 };
 
 Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& options,
@@ -64,13 +59,9 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
     ground.ct = std::move(*ct);
   }
   if (!options.landmarks.empty()) {
-    const auto pairs = read_landmarks(options.landmarks);
-    if (!pairs) return pairs.error();
-    auto fit = registration::register_landmarks(*pairs);
-    if (!fit) {
-      return Error{fit.error().code, options.landmarks.string() + ": " + fit.error().message};
-    }
-    ground.landmarks = std::move(*fit);
+    auto outcome = register_landmark_file(options.landmarks, console);
+    if (!outcome) return outcome.error();
+    ground.landmarks = std::move(*outcome);
   }
   return ground;
 }
@@ -78,7 +69,7 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
 Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
                                    const Ground& ground,
                                    const std::optional<std::string>& json_file) {
-  const auto& fit = *ground.landmarks;
+  const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
   Json json;
@@ -88,15 +79,81 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
   json["target_ct_mm"] = json_of(target);
-  const auto decision = registration::decide(fit, registration::LandmarkLimits{}, target);
+  const auto decision = decide(*ground.landmarks, target);
   json["reference_frame"] =
       config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
-  json["registration"] = json_of(fit, decision, target);
+  json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
   if (auto written = deliver(json, config, json_file); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
   }
   return {};
+}
+
+/// Start of a registration by shape: landmarks, or the declared matrix.
+Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig& config,
+                                                             const Ground& ground) {
+  if (ground.landmarks) return ground.landmarks->fit.ct_from_reference;
+  if (config.placement.ct_from_reference) {
+    return rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
+  }
+  return Error{ErrorCode::kUsage,
+               "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
+}
+
+Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
+                               const Ground& ground, const std::optional<std::string>& json_file) {
+  const auto start = shape_start(config, ground);
+  if (!start) return start.error();
+  const auto result = register_shape_files(options.shape, *start);
+  if (!result) return result.error();
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
+  const auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = options.shape.surface.empty() ? "vessels" : "surface";
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
+  json["points"] = options.shape.points.string();
+  json["shape"] =
+      (options.shape.surface.empty() ? options.shape.centre_lines : options.shape.surface).string();
+  json["start"] = {{"kind", ground.landmarks ? "landmarks" : "declared"},
+                   {"ct_from_reference_mm", app::json_of(start->matrix())}};
+  json["target_ct_mm"] = json_of(target);
+  json["reference_frame"] =
+      config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
+  json["registration"] = app::json_of(*result, decision, target);
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
+Result<void> choose_similarity(const RegisterOptions& options,
+                               registration::ImageRegistrationOptions& solver) {
+  using registration::Similarity;
+  using registration::StretchModel;
+  const std::map<std::string, Similarity> similarities = {
+      {"lc2", Similarity::kLc2}, {"ncc", Similarity::kNcc}, {"mi", Similarity::kMutualInformation}};
+  const std::map<std::string, StretchModel> stretches = {{"none", StretchModel::kNone},
+                                                         {"sound-speed", StretchModel::kSoundSpeed},
+                                                         {"affine", StretchModel::kAffine}};
+  const auto similarity = similarities.find(options.similarity);
+  if (similarity == similarities.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--similarity: expected lc2, ncc or mi, found " + options.similarity};
+  }
+  const auto stretch = stretches.find(options.stretch);
+  if (stretch == stretches.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--stretch: expected none, sound-speed or affine, found " + options.stretch};
+  }
+  solver.similarity = similarity->second;
+  solver.stretch = stretch->second;
+  return registration::validate(solver);
 }
 
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
@@ -119,6 +176,14 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   }
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
+  const bool by_shape = !options.shape.points.empty();
+  if (by_shape && config.source.recording.empty()) {
+    return register_by_shape(config, options, *ground, json_file);
+  }
+  if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--surface, --centre-lines: expected --points and no sweep, found otherwise"};
+  }
   if (config.source.recording.empty()) {
     if (!ground->landmarks) {
       return Error{ErrorCode::kUsage, "register: expected a sweep or --landmarks, found neither"};
@@ -134,7 +199,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();
   if (ground->landmarks) {
-    start->placement.ct_from_reference = ground->landmarks->ct_from_reference;
+    start->placement.ct_from_reference = ground->landmarks->fit.ct_from_reference;
     start->kind = "landmarks";
   } else if (start->kind == "centred") {
     console.report(Severity::kWarning, "register",
@@ -146,6 +211,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   console.begin("registration");
   registration::ImageRegistrationOptions solver;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
+  if (const auto ok = choose_similarity(options, solver); !ok) return ok;
   const auto& initial = start->placement.ct_from_reference;
   const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
                                                    [&](double fraction) {
@@ -170,7 +236,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["reference_frame"] = session->reference_frame();
   json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
+  json["similarity"] = options.similarity;
   json["registration"] = app::json_of(*result, decision, target);
+  json["stretch"] = json_of(result->stretch, options.stretch);
   json["ledger"] = app::json_of(session->navigator().ledger());
   json["diagnostics"] = app::json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;

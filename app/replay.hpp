@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/console.hpp"
+#include "app/register_shape.hpp"
 #include "app/session_config.hpp"
 #include "nav/result.hpp"
 
@@ -19,13 +20,16 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
 struct RegisterOptions {
   std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
+  std::string similarity = "lc2";            ///< lc2, ncc or mi.
+  std::string stretch = "none";              ///< none, sound-speed or affine.
+  ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
   std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre
                                              ///< of the sweep or of the landmarks.
 };
 
-/// Registers a CT to a recorded sweep (from a declared pose or landmarks), or by landmarks alone
-/// when the configuration names no recording. Writes the result as JSON; kRefused, after writing,
-/// when it was not accepted.
+/// Registers a CT to a recorded sweep (from a declared pose or landmarks), or, when the
+/// configuration names no recording, by points on a surface or along vessels, or by landmarks.
+/// Writes the result as JSON; kRefused, after writing, when it was not accepted.
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json, Console& console);
 

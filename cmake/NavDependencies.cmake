@@ -46,7 +46,10 @@ find_package(
              CommonDataModel
              CommonExecutionModel
              FiltersSources
+             IOGeometry
              IOImage
+             IOLegacy
+             IOPLY
              InteractionStyle
              RenderingCore
              RenderingFreeType

@@ -50,6 +50,9 @@ Result<void> validate(const AcceptanceLimits& limits) {
     return refuse("max_halves_disagreement_mm", "a positive number",
                   limits.max_halves_disagreement_mm);
   }
+  if (!(limits.max_stretch > 0)) {
+    return refuse("max_stretch", "a positive number", limits.max_stretch);
+  }
   return {};
 }
 
@@ -87,6 +90,9 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
           limits.max_split_disagreement_mm, " mm");
   at_most("disagreement of first and second half", result.halves_disagreement_mm,
           limits.max_halves_disagreement_mm, " mm");
+  at_most("stretch of the pictures, which are shown without it",
+          std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
+          limits.max_stretch, "");
   const bool accepted = reasons.empty();
   return {accepted, std::move(reasons)};
 }

@@ -25,6 +25,9 @@ struct AcceptanceLimits {
   double max_tre_rms_mm = 2;                ///< Predicted at the target, > 0.
   double max_split_disagreement_mm = 1;     ///< Odd against even pictures, > 0.
   double max_halves_disagreement_mm = 2.5;  ///< First against second half, > 0.
+  /// Strain or depth factor off one that was refined beside the pose, > 0: pictures are shown as
+  /// they came, and 1 % of 100 mm is a millimetre.
+  double max_stretch = 0.01;
 };
 
 /// A refusal that names the first limit out of its range.

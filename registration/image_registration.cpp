@@ -13,6 +13,7 @@
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/sandwich.hpp"
+#include "registration/stretch.hpp"
 #include "registration/sweep_points.hpp"
 
 namespace nav::registration {
@@ -65,7 +66,8 @@ class Registrar {
     for (const PreparedLevel& level : sweep.levels()) {
       const CtChannels& channels = *ct.levels()[level.index];
       levels_.push_back(
-          {level, channels, Lc2Cost(channels, level.patches, options.ridge, options.threads)});
+          {level, channels,
+           Lc2Cost(channels, level.patches, options.ridge, options.threads, options.similarity)});
     }
   }
 
@@ -78,6 +80,7 @@ class Registrar {
   bool lost(const Candidate& best, const Candidate& other);
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
+  void stretch(Candidate& best);
   bool keep_going();
   [[nodiscard]] Error cancelled() const {
     return {ErrorCode::kCancelled, "image registration: cancelled by the caller"};
@@ -92,6 +95,7 @@ class Registrar {
   std::vector<Level> levels_;
   std::vector<Candidate> candidates_;
   std::optional<double> lost_margin_;
+  Stretch stretch_;
   double fraction_ = 0;
   bool cancelled_ = false;
   int non_finite_ = 0;
@@ -183,13 +187,28 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
   return margin;
 }
 
+/// Refines the chosen pose together with the stretch that the options allow.
+void Registrar::stretch(Candidate& best) {
+  const int iterations = best.solution.iterations;
+  StretchSolution found =
+      solve_stretch(levels_.back().cost, best.solution.pose, points_.centroid, options_.stretch,
+                    options_.max_iterations, [this] { return keep_going(); });
+  non_finite_ = std::max(non_finite_, found.pose.non_finite);
+  found.pose.iterations += iterations;
+  best.solution = std::move(found.pose);
+  best.history.back().iterations = best.solution.iterations;
+  best.history.back().final_cost = best.solution.final_cost;
+  stretch_ = found.stretch;
+}
+
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
-  const LocalShape shape = local_shape(finest.cost, pose, pose * points_.centroid,
+  const PatchSet patches = stretched(finest.patches(), stretch_);
+  const LocalShape shape = local_shape(finest.cost.on(patches), pose, pose * points_.centroid,
                                        0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =
-      sandwich_covariance(shape, finest.patches(), pose, options_.bias_floor_mm);
+      sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
   ImageRegistrationResult result{
       pose,
       best.solution.termination,
@@ -208,10 +227,10 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0,
       {},
       0};
-  result.split_disagreement_mm =
-      disagreement_mm(shape, finest.patches(), points_, pose, Halves::kOddEven);
+  result.stretch = stretch_;
+  result.split_disagreement_mm = disagreement_mm(shape, patches, points_, pose, Halves::kOddEven);
   result.halves_disagreement_mm =
-      disagreement_mm(shape, finest.patches(), points_, pose, Halves::kFirstSecond);
+      disagreement_mm(shape, patches, points_, pose, Halves::kFirstSecond);
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const Level& level = levels_[i];
     const LevelSolve& solve = best.history[i];
@@ -242,6 +261,8 @@ Result<ImageRegistrationResult> Registrar::run() {
                                      [](const Candidate& a, const Candidate& b) {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
+  if (options_.stretch != StretchModel::kNone) stretch(*best);
+  if (cancelled_) return cancelled();
   if (non_finite_ > 0) {
     return Error{ErrorCode::kNumerical,
                  "image registration: expected a finite similarity of every "

@@ -27,6 +27,30 @@ struct LevelOptions {
   double frame_step_mm;   ///< Pictures are thinned to about this distance, > 0.
 };
 
+/// What makes ultrasound and CT alike.
+enum class Similarity {
+  kLc2,  ///< Each patch is an affine combination of the CT and its gradient along the beam.
+  kNcc,  ///< Squared normalised cross-correlation of each patch with the CT.
+  kMutualInformation,  ///< Of all samples' greys and HU (mutual_information.hpp).
+};
+
+/// Stable lower-case name: "lc2", "ncc", "mi".
+const char* to_string(Similarity similarity);
+
+/// What is refined on the finest level besides the pose (stretch.hpp).
+enum class StretchModel {
+  kNone,
+  kSoundSpeed,  ///< One factor of depth: the tissue's speed of sound over the scanner's.
+  kAffine,      ///< Six strains about the sweep's centroid.
+};
+
+/// What a StretchModel found.
+struct Stretch {
+  double depth_scale = 1;                            ///< True depth over the picture's.
+  Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();  ///< Symmetric, Reference: p' = p + E(p − c).
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< c, Reference.
+};
+
 /// How to register a sweep to a CT. The defaults are meant for an abdominal sweep.
 struct ImageRegistrationOptions {
   /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
@@ -34,6 +58,9 @@ struct ImageRegistrationOptions {
   std::vector<LevelOptions> levels = {
       {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {1.2, 9, 3000, 2.0}};
   ShadowMaskOptions mask;
+  /// The limits of acceptance are those of LC²; what the others cost is not comparable.
+  Similarity similarity = Similarity::kLc2;
+  StretchModel stretch = StretchModel::kNone;
   double ridge = 0.01;            ///< λ: noise of the CT channels in units of 100 HU, > 0.
   int max_iterations = 30;        ///< Of each solve on each level, >= 1.
   int starts = 600;               ///< Seeded starts searched where the plain solve fails, >= 0.
@@ -94,6 +121,7 @@ struct ImageRegistrationResult {
 
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
+  Stretch stretch = {};             ///< Identity unless the options ask for it.
 
   /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

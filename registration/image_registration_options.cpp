@@ -45,6 +45,11 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     }
   }
   if (const auto ok = validate(options.mask); !ok) return ok.error();
+  if (options.stretch != StretchModel::kNone &&
+      options.similarity == Similarity::kMutualInformation) {
+    return Error{ErrorCode::kUsage,
+                 "image registration: stretch: expected none with mutual information, found one"};
+  }
   if (!(options.ridge >= 1e-4 && options.ridge <= 10)) {
     return refuse("ridge", "1e-4 to 10", options.ridge);
   }
@@ -70,6 +75,18 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     return refuse("threads", "1 to 64", options.threads);
   }
   return {};
+}
+
+const char* to_string(Similarity similarity) {
+  switch (similarity) {
+    case Similarity::kLc2:
+      return "lc2";
+    case Similarity::kNcc:
+      return "ncc";
+    case Similarity::kMutualInformation:
+      return "mi";
+  }
+  return "lc2";
 }
 
 const char* to_string(Termination termination) {

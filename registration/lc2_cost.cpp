@@ -7,7 +7,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include "registration/lc2_kernel.hpp"
+#include "registration/mutual_information.hpp"
 
 namespace nav::registration {
 namespace {
@@ -15,11 +15,7 @@ namespace {
 // Fixed, so that the order of the sum does not depend on the threads.
 constexpr std::size_t kPatchesPerChunk = 32;
 
-/// ct_from_reference followed by the change to Grid axes.
-struct GridPose {
-  Eigen::Matrix3d rotation;  ///< May reflect.
-  Eigen::Vector3d translation_mm;
-};
+}  // namespace
 
 GridPose grid_pose(const CtChannels& ct, const Pose& pose) {
   return {ct.directions.transpose() * pose.rotation().toRotationMatrix(),
@@ -36,15 +32,12 @@ PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose) {
           set.u(i)};
 }
 
-/// Twist about a patch centre from the twist about a common centre, r apart (Grid):
-/// t_patch = t + ω × r.
 Matrix6d patch_from_common(const Eigen::Vector3d& r) {
   Matrix6d m = Matrix6d::Identity();
   m.bottomLeftCorner<3, 3>() = -cross_matrix(r);
   return m;
 }
 
-/// Grid twist from Ct twist. A rotation is an axial vector: it changes sign under reflection.
 Matrix6d grid_from_ct(const CtChannels& ct) {
   Matrix6d m = Matrix6d::Zero();
   m.topLeftCorner<3, 3>() =
@@ -53,10 +46,9 @@ Matrix6d grid_from_ct(const CtChannels& ct) {
   return m;
 }
 
-}  // namespace
-
-Lc2Cost::Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads)
-    : ct_(ct), patches_(patches), ridge_(ridge), threads_(threads) {
+Lc2Cost::Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads,
+                 Similarity similarity)
+    : ct_(ct), patches_(patches), ridge_(ridge), threads_(threads), similarity_(similarity) {
   NAV_CHECK(ridge > 0, ridge);
   NAV_CHECK(threads >= 1, threads);
 }
@@ -77,11 +69,15 @@ void Lc2Cost::for_each_chunk(const Visit& visit) const {
 }
 
 CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
+  if (similarity_ == Similarity::kMutualInformation) {
+    return mutual_information(ct_, patches_, ct_from_reference);
+  }
+  const bool intensity_only = similarity_ == Similarity::kNcc;
   const GridPose pose = grid_pose(ct_, ct_from_reference);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const double s = patch_cost(ct_, place(patches_, i, pose), ridge_);
+      const double s = patch_cost(ct_, place(patches_, i, pose), ridge_, intensity_only);
       const bool finite = !std::isnan(s);
       parts[chunk].cost += patches_.patches[i].weight * (finite ? s : 1.0);
       parts[chunk].non_finite += finite ? 0 : 1;
@@ -97,6 +93,11 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
 
 CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                          bool keep_patch_gradients) const {
+  if (similarity_ == Similarity::kMutualInformation) {
+    return mutual_information_terms(ct_, patches_, ct_from_reference, centre_ct_mm,
+                                    keep_patch_gradients);
+  }
+  const bool intensity_only = similarity_ == Similarity::kNcc;
   const GridPose pose = grid_pose(ct_, ct_from_reference);
   const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
@@ -105,7 +106,7 @@ CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& c
     CostTerms& part = parts[chunk];
     for (std::size_t i = begin; i < end; ++i) {
       const PlacedPatch placed = place(patches_, i, pose);
-      const PatchTerms terms = patch_terms(ct_, placed, ridge_);
+      const PatchTerms terms = patch_terms(ct_, placed, ridge_, intensity_only);
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
       if (std::isnan(terms.s)) {

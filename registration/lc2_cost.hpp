@@ -6,6 +6,7 @@
 
 #include "nav/transform.hpp"
 #include "registration/ct_channels.hpp"
+#include "registration/lc2_kernel.hpp"
 #include "registration/patches.hpp"
 #include "registration/twist.hpp"
 
@@ -22,11 +23,31 @@ struct CostTerms {
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
 };
 
-/// One level's similarity: thread-safe to read. Keeps references to both parts.
+/// ct_from_reference followed by the change to Grid axes.
+struct GridPose {
+  Eigen::Matrix3d rotation;  ///< May reflect.
+  Eigen::Vector3d translation_mm;
+};
+
+GridPose grid_pose(const CtChannels& ct, const Pose& pose);
+
+/// Patch i of a set at a pose.
+PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose);
+
+/// Twist about a patch centre from the twist about a common centre, r apart (Grid):
+/// t_patch = t + ω × r.
+Matrix6d patch_from_common(const Eigen::Vector3d& r);
+
+/// Grid twist from Ct twist. A rotation is an axial vector: it changes sign under reflection.
+Matrix6d grid_from_ct(const CtChannels& ct);
+
+/// One level's similarity, LC² unless told otherwise: thread-safe to read. Keeps references to both
+/// parts.
 class Lc2Cost {
  public:
   /// Preconditions: ridge > 0, threads >= 1, otherwise a Bug.
-  Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads);
+  Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads,
+          Similarity similarity = Similarity::kLc2);
 
   /// Cost only; a bit more than half the time of terms().
   [[nodiscard]] CostTerms cost(const Pose& ct_from_reference) const;
@@ -35,9 +56,12 @@ class Lc2Cost {
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                                 bool keep_patch_gradients = false) const;
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
+  [[nodiscard]] const CtChannels& ct() const { return ct_; }
+  [[nodiscard]] double ridge() const { return ridge_; }
+  [[nodiscard]] Similarity similarity() const { return similarity_; }
   /// The same with other patches, which must outlive it.
   [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
-    return {ct_, patches, ridge_, threads_};
+    return {ct_, patches, ridge_, threads_, similarity_};
   }
 
  private:
@@ -48,6 +72,7 @@ class Lc2Cost {
   const PatchSet& patches_;
   double ridge_;
   int threads_;
+  Similarity similarity_;
 };
 
 }  // namespace nav::registration

@@ -283,7 +283,7 @@ struct Moments {
 
 /// Centres f and g in place and solves for the coefficients.
 [[gnu::always_inline]] inline Fit fit_patch(Samples& samples, std::span<const float> u,
-                                            double ridge) {
+                                            double ridge, bool intensity_only) {
   const std::size_t n = u.size();
   auto [ff, fg, gg, fu, gu, uu] = centre(samples, u);
   const double damping = static_cast<double>(n) * ridge * ridge;
@@ -292,6 +292,7 @@ struct Moments {
   const double determinant = ff * gg - fg * fg;
   Fit fit{};
   fit.inverse = {gg / determinant, -fg / determinant, ff / determinant};
+  if (intensity_only) fit.inverse = {1 / ff, 0, 0};
   fit.c = {fit.inverse[0] * fu + fit.inverse[1] * gu, fit.inverse[1] * fu + fit.inverse[2] * gu};
   const double s = uu - fit.c[0] * fu - fit.c[1] * gu;
   // NaN first: a clamp would turn it into the perfect match 0.
@@ -355,18 +356,18 @@ template <int kLane>
 }
 
 [[gnu::always_inline]] inline double cost_of(const CtChannels& ct, const PlacedPatch& patch,
-                                             double ridge) {
+                                             double ridge, bool intensity_only) {
   Samples samples;  // Not initialised: each element used is written first.
   if (!sample_patch<false>(ct, patch, samples)) return std::numeric_limits<double>::quiet_NaN();
-  return fit_patch(samples, patch.u, ridge).s;
+  return fit_patch(samples, patch.u, ridge, intensity_only).s;
 }
 
 [[gnu::always_inline]] inline PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& patch,
-                                                  double ridge) {
+                                                  double ridge, bool intensity_only) {
   PatchTerms terms{std::numeric_limits<double>::quiet_NaN(), Vector6d::Zero(), Matrix6d::Zero()};
   Samples samples;  // Not initialised: each element used is written first.
   if (!sample_patch<true>(ct, patch, samples)) return terms;
-  const Fit fit = fit_patch(samples, patch.u, ridge);
+  const Fit fit = fit_patch(samples, patch.u, ridge, intensity_only);
   if (std::isnan(fit.s)) return terms;
   Sums sums;
   accumulate(samples, patch, fit, sums);
@@ -394,12 +395,12 @@ template <int kLane>
 
 #if defined(__x86_64__)
 [[gnu::target("avx2,fma")]] double cost_avx2(const CtChannels& ct, const PlacedPatch& patch,
-                                             double ridge) {
-  return cost_of(ct, patch, ridge);
+                                             double ridge, bool intensity_only) {
+  return cost_of(ct, patch, ridge, intensity_only);
 }
 [[gnu::target("avx2,fma")]] PatchTerms terms_avx2(const CtChannels& ct, const PlacedPatch& patch,
-                                                  double ridge) {
-  return terms_of(ct, patch, ridge);
+                                                  double ridge, bool intensity_only) {
+  return terms_of(ct, patch, ridge, intensity_only);
 }
 bool has_avx2() {
   static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
@@ -409,18 +410,37 @@ bool has_avx2() {
 
 }  // namespace
 
-double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge,
+                  bool intensity_only) {
 #if defined(__x86_64__)
-  if (has_avx2()) return cost_avx2(ct, patch, ridge);
+  if (has_avx2()) return cost_avx2(ct, patch, ridge, intensity_only);
 #endif
-  return cost_of(ct, patch, ridge);
+  return cost_of(ct, patch, ridge, intensity_only);
 }
 
-PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
+PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge,
+                       bool intensity_only) {
 #if defined(__x86_64__)
-  if (has_avx2()) return terms_avx2(ct, patch, ridge);
+  if (has_avx2()) return terms_avx2(ct, patch, ridge, intensity_only);
 #endif
-  return terms_of(ct, patch, ridge);
+  return terms_of(ct, patch, ridge, intensity_only);
+}
+
+bool patch_intensities(const CtChannels& ct, const PlacedPatch& patch, std::span<float> f,
+                       std::span<Eigen::Vector3f> by_point) {
+  Samples samples;  // Not initialised: each element used is written first.
+  const bool slopes = !by_point.empty();
+  if (slopes ? !sample_patch<true>(ct, patch, samples) : !sample_patch<false>(ct, patch, samples)) {
+    return false;
+  }
+  for (std::size_t k = 0; k < f.size(); ++k) {
+    f[k] = samples.f[k];
+    if (!std::isfinite(f[k])) return false;
+    if (!slopes) continue;
+    by_point[k] = {samples.df[k][0], samples.df[k][1], samples.df[k][2]};
+    if (!by_point[k].allFinite()) return false;
+  }
+  return true;
 }
 
 }  // namespace nav::registration

@@ -35,9 +35,17 @@ struct PatchTerms {
 /// c = S⁻¹Aᵀu and V = (dA/dtwist) c centred: gradient = −Vᵀ(u − Ac), exact;
 /// hessian = VᵀV − VᵀA S⁻¹ AᵀV (Kaufman 1975; Golub and Pereyra 1973). Samples outside the grid
 /// take the nearest border value and do not move. Precondition: ridge > 0.
-PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge);
+/// intensity_only: A = [f] alone; then s is 1 − NCC² but for the ridge.
+PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge,
+                       bool intensity_only = false);
 
 /// Only s of patch_terms(), to the last bit.
-double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge);
+double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge,
+                  bool intensity_only = false);
+
+/// f and its gradient (Grid, per mm; 0 along axes that were clamped) at the samples of a patch, in
+/// their order; false: the patch is not finite. Both have side² elements, by_point may be empty.
+bool patch_intensities(const CtChannels& ct, const PlacedPatch& patch, std::span<float> f,
+                       std::span<Eigen::Vector3f> by_point);
 
 }  // namespace nav::registration

@@ -122,11 +122,12 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   return true;
 }
 
-/// Takes the mean out; the standard deviation.
-double centre_values(std::vector<float>& values) {
+/// Takes the mean out; the standard deviation, and the mean where asked.
+double centre_values(std::vector<float>& values, double* mean = nullptr) {
   const auto count = static_cast<double>(values.size());
   double sum = 0;
   for (const float value : values) sum += value;
+  if (mean != nullptr) *mean = sum / count;
   double squares = 0;
   for (float& value : values) {
     value = static_cast<float>(value - sum / count);
@@ -167,7 +168,8 @@ bool add_patch(const LevelPicture& picture, const Candidate& candidate, const Le
   const double step = level.sample_step_mm;
   if (!sample_square(picture, candidate.centre, step, level.patch_side / 2, 1, values))
     return false;
-  const double deviation = centre_values(values);
+  double mean = 0;
+  const double deviation = centre_values(values, &mean);
   if (!(deviation >= kMinDeviation)) return false;
   const auto norm = static_cast<float>(deviation * std::sqrt(static_cast<double>(values.size())));
   for (const float value : values) out.samples.push_back(value / norm);
@@ -175,12 +177,14 @@ bool add_patch(const LevelPicture& picture, const Candidate& candidate, const Le
   const auto& outline = picture.tracked.frame.outline;
   const Eigen::Vector2d beam =
       outline ? (centre - outline->apex_mm).normalized() : Eigen::Vector2d(0, 1);
+  const double depth = outline ? (centre - outline->apex_mm).norm() - outline->radius_min_mm
+                               : centre.y() - picture.tracked.frame.grid.at(0, 0).mm.y();
   const auto& pose = picture.tracked.reference_from_image;
   out.patches.push_back({(pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
                          pose.rotation() * Eigen::Vector3d(step, 0, 0),
                          pose.rotation() * Eigen::Vector3d(0, step, 0),
                          pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
-                         std::pow(deviation, kWeightPower), picture.index});
+                         std::pow(deviation, kWeightPower), picture.index, mean, norm, depth});
   return true;
 }
 

@@ -20,6 +20,9 @@ struct Patch {
   Eigen::Vector3d beam;            ///< Reference, unit, away from the transducer.
   double weight;                   ///< >= 0; the weights of a set sum to 1.
   int frame;                       ///< Index of the picture in the sweep.
+  double mean_grey = 0;            ///< Of the samples before they were normalised.
+  double norm_grey = 0;            ///< Grey = mean_grey + norm_grey · u.
+  double depth_mm = 0;             ///< From the transducer along the beam.
 };
 
 /// The patches of one level.

@@ -412,6 +412,68 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
 }
 
+TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm,reference_sigma_x_mm,reference_sigma_y_mm,"
+                           "reference_sigma_z_mm,ct_sigma_x_mm,ct_sigma_y_mm,ct_sigma_z_mm\n"
+                           "A,0,0,0,10,0,0,.2,.2,1,.3,.3,1\nB,50,0,0,60,0,0,.2,.2,1,.3,.3,1\n"
+                           "C,0,40,0,10,40,0,.2,.2,1,.3,.3,1\nD,0,0,30,10,0,30,.2,.2,1,.3,.3,1\n"
+                           "Slipped,40,40,0,50,40,25,.2,.2,1,.3,.3,1\n";
+  const Outcome outcome =
+      sonde("register --landmarks " + points.string() + " --ct " + write_ct() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("'Slipped' is not used"), std::string::npos) << outcome.errors;
+  const Json found = Json::parse(outcome.output)["registration"];
+  ASSERT_EQ(found["rejected"].size(), 1u);
+  EXPECT_EQ(found["rejected"][0]["name"], "Slipped");
+  EXPECT_NEAR(found["rejected"][0]["distance_mm"].get<double>(), 25, 1e-6);
+  EXPECT_EQ(found["landmarks"].size(), 4u);
+  EXPECT_EQ(found["anisotropic"], true);
+  EXPECT_NEAR(found["ct_from_reference_mm"][3].get<double>(), 10, 1e-6);
+  EXPECT_GT(found["error_map"]["worst_rms_mm"].get<double>(),
+            found["target_error_rms_mm"].get<double>());
+}
+
+TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
+  // A hip roof of 80 x 60 mm, and the same without its ends: that slides along the ridge.
+  const auto points = folder_ / "points.txt";
+  std::ofstream touched(points);
+  for (int i = -9; i <= 9; ++i) {
+    for (int j = -6; j <= 6; ++j) {
+      const double x = 4.0 * i;
+      const double y = 4.0 * j;
+      touched << x + 5 << ' ' << y << ' ' << std::min(30 - std::abs(y), 40 - std::abs(x)) << '\n';
+    }
+  }
+  touched.close();
+  const auto mesh = [&](const std::string& name, const std::string& polygons) {
+    std::ofstream(folder_ / name)
+        << "# vtk DataFile Version 3.0\nroof\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n-40 -30 0 "
+           "40 -30 0 40 30 0 -40 30 0 -10 0 30 10 0 30\nPOLYGONS "
+        << polygons << '\n';
+    return (folder_ / name).string();
+  };
+  const std::string tail = " --points " + points.string() +
+                           " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1' --json -";
+  const Outcome outcome =
+      sonde("register --surface " +
+            mesh("roof.vtk", "4 18\n4 0 1 5 4\n4 3 4 5 2\n3 0 4 3\n3 1 2 5") + tail);
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json found = Json::parse(outcome.output);
+  EXPECT_EQ(found["method"], "surface");
+  EXPECT_NEAR(found["registration"]["ct_from_reference_mm"][3].get<double>(), -5, 0.2);
+  EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.2);
+  expect_refusal("register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail, 5,
+                 {"does not determine"});
+  expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
+  expect_refusal("register --surface x.vtk", 2, {"--points"});
+  const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
+  expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
+  expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
+  expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
+}
+
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   EXPECT_EQ(outcome.errors.find('\033'), std::string::npos);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/landmark_file.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -29,11 +30,28 @@ TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
       read(std::string(kHeader) +
            ",sigma_mm\r\n# tip first\nTip , 1,2,3, -4,5.5,1e1,0.5\nBase,0,0,0,0,0,0,2\n");
   ASSERT_TRUE(test::has_value(pairs));
-  ASSERT_EQ(pairs->size(), 2u);
-  EXPECT_EQ((*pairs)[0].name, "Tip");
-  EXPECT_EQ((*pairs)[0].reference.mm, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ((*pairs)[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
-  EXPECT_EQ((*pairs)[1].sigma_mm, 2);
+  ASSERT_EQ(pairs->pairs.size(), 2u);
+  EXPECT_TRUE(pairs->sigmas_given);
+  EXPECT_TRUE(pairs->shaped.empty());
+  EXPECT_EQ(pairs->pairs[0].name, "Tip");
+  EXPECT_EQ(pairs->pairs[0].reference.mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(pairs->pairs[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
+  EXPECT_EQ(pairs->pairs[1].sigma_mm, 2);
+}
+
+TEST_F(LandmarkFileTest, ReadsTheAxesOfTheErrorsInBothFrames) {
+  const auto list = read(std::string(kHeader) +
+                         ",reference_sigma_x_mm,reference_sigma_y_mm,reference_sigma_z_mm,"
+                         "ct_sigma_x_mm,ct_sigma_y_mm,ct_sigma_z_mm\n"
+                         "Tip,1,2,3,4,5,6,0.1,0.2,0.3,0,0,2\n");
+  ASSERT_TRUE(test::has_value(list));
+  ASSERT_EQ(list->shaped.size(), 1u);
+  EXPECT_NEAR(list->shaped[0].reference_covariance_mm2(1, 1), 0.04, 1e-12);
+  EXPECT_NEAR(list->shaped[0].ct_covariance_mm2(2, 2), 4, 1e-12);
+  EXPECT_EQ(list->shaped[0].ct_covariance_mm2(0, 2), 0);
+  EXPECT_NEAR(list->pairs[0].sigma_mm, std::sqrt((0.01 + 0.04 + 0.09 + 4) / 3), 1e-12);
+  EXPECT_TRUE(test::refuses(read(std::string(kHeader) + ",sigma_mm,reference_sigma_x_mm\n"),
+                            ErrorCode::kMalformedData, {"column 8", "reference_sigma_x_mm"}));
 }
 
 TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {

@@ -61,9 +61,23 @@ class BlobPatient {
   std::vector<Blob> blobs_;
 };
 
+/// The slice z = 0 of a patient, for ever along z.
+class PrismaticPatient {
+ public:
+  explicit PrismaticPatient(const BlobPatient& slice) : slice_(slice) {}
+  [[nodiscard]] double hu(const Eigen::Vector3d& p) const { return slice_.hu({p.x(), p.y(), 0}); }
+  [[nodiscard]] double slope(const Eigen::Vector3d& p, const Eigen::Vector3d& d) const {
+    return slice_.slope({p.x(), p.y(), 0}, {d.x(), d.y(), 0});
+  }
+
+ private:
+  BlobPatient slice_;
+};
+
 /// CT of the patient; offset moves the patient and the grid together.
-inline Volume blob_ct(const BlobPatient& patient, const VoxelGrid& grid,
-                      const Eigen::Vector3d& offset_mm = Eigen::Vector3d::Zero()) {
+template <class Patient>
+Volume blob_ct(const Patient& patient, const VoxelGrid& grid,
+               const Eigen::Vector3d& offset_mm = Eigen::Vector3d::Zero()) {
   std::vector<std::int16_t> hu;
   hu.reserve(grid.voxel_count());
   for (int k = 0; k < grid.size[2]; ++k) {
@@ -108,9 +122,10 @@ inline Transform<frames::Ct, frames::Reference> true_pose(
 
 /// Linear-probe pictures, fanned by 12 degrees over the sweep, that follow the formula
 /// grey = offset + gain·HU + echo·|slope along the beam| + noise.
-inline Sweep blob_sweep(const BlobPatient& patient, const SweepSpec& spec,
-                        const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero(),
-                        const Eigen::Vector3d& reference_offset_mm = Eigen::Vector3d::Zero()) {
+template <class Patient>
+Sweep blob_sweep(const Patient& patient, const SweepSpec& spec,
+                 const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero(),
+                 const Eigen::Vector3d& reference_offset_mm = Eigen::Vector3d::Zero()) {
   std::mt19937 random(spec.seed);
   const auto uniform = [&] { return (static_cast<double>(random()) + 0.5) / 4294967296.0; };
   const auto normal = [&] {

@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/landmark_outcome.hpp"
+
+#include <algorithm>
+
+#include "app/landmark_file.hpp"
+#include "registration/robust_landmarks.hpp"
+#include "registration/tre_map.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr double kMapStepMm = 20;
+
+/// The pairs with the axes of their errors that agree.
+Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
+                                                  const std::vector<std::string>& rejected) {
+  std::vector<registration::AnisotropicLandmark> kept;
+  for (const auto& one : list.shaped) {
+    if (std::find(rejected.begin(), rejected.end(), one.name) == rejected.end())
+      kept.push_back(one);
+  }
+  return registration::register_anisotropic_landmarks(kept);
+}
+
+Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
+  registration::RobustLandmarkOptions options;
+  if (!list.sigmas_given) options.inlier_sigmas = registration::LandmarkLimits{}.max_fre_rms_mm;
+  const auto robust = registration::register_landmarks_robustly(list.pairs, options);
+  if (!robust && robust.error().code != ErrorCode::kRefused) return robust.error();
+  const std::vector<std::string> rejected = robust ? robust->rejected : std::vector<std::string>{};
+  auto fit = !list.shaped.empty() ? refine(list, rejected)
+             : robust             ? Result(robust->fit)
+                                  : registration::register_landmarks(list.pairs);
+  if (!fit) return fit.error();
+  LandmarkOutcome outcome{std::move(*fit),
+                          {},
+                          options.inlier_sigmas,
+                          !list.shaped.empty(),
+                          robust ? "" : robust.error().message};
+  for (const auto& pair : list.pairs) {
+    if (std::find(rejected.begin(), rejected.end(), pair.name) == rejected.end()) continue;
+    const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
+    outcome.rejected.push_back({pair.name, off});
+  }
+  return outcome;
+}
+
+}  // namespace
+
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+                                               Diagnostics& diagnostics) {
+  const auto list = read_landmarks(path);
+  if (!list) return list.error();
+  auto outcome = fit_list(*list);
+  if (!outcome) {
+    return Error{outcome.error().code, path.string() + ": " + outcome.error().message};
+  }
+  for (const RejectedLandmark& one : outcome->rejected) {
+    diagnostics.report(Severity::kWarning, "landmarks",
+                       path.string() + ": landmark '" + one.name + "' is not used: expected it " +
+                           "within " + quantity(outcome->gate_sigmas, 2, "sigmas") +
+                           " of the fit of the others, found it " +
+                           quantity(one.distance_mm, 1, "mm") + " off");
+  }
+  if (!outcome->no_majority.empty()) {
+    diagnostics.report(Severity::kWarning, "landmarks",
+                       path.string() + ": " + outcome->no_majority + "; all pairs are used");
+  }
+  return outcome;
+}
+
+registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target) {
+  auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
+  if (!outcome.no_majority.empty()) {
+    decision.accepted = false;
+    decision.reasons.push_back(outcome.no_majority);
+  }
+  return decision;
+}
+
+Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
+             const Point<frames::Ct>& target, const Volume* ct) {
+  const auto& fit = outcome.fit;
+  Json json;
+  json["accepted"] = decision.accepted;
+  json["reasons"] = decision.reasons;
+  json["fre_rms_mm"] = fit.fre_rms_mm;
+  json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
+  json["sigma_scale"] = json_number(fit.sigma_scale);
+  json["anisotropic"] = outcome.shaped;
+  json["target_error_rms_mm"] = json_number(registration::predicted_tre_rms_mm(fit, target));
+  json["landmarks"] = Json::array();
+  for (const auto& residual : fit.residuals) {
+    json["landmarks"].push_back({{"name", residual.name},
+                                 {"residual_mm", residual.distance_mm},
+                                 {"leave_one_out_mm", json_number(residual.leave_one_out_mm)}});
+  }
+  json["gate_sigmas"] = outcome.gate_sigmas;
+  json["rejected"] = Json::array();
+  for (const auto& one : outcome.rejected) {
+    json["rejected"].push_back({{"name", one.name}, {"distance_mm", one.distance_mm}});
+  }
+  if (ct != nullptr) {
+    const double limit = registration::LandmarkLimits{}.max_tre_rms_mm;
+    const auto map = registration::tre_map(fit.uncertainty, ct->grid(), kMapStepMm);
+    json["error_map"] = {{"step_mm", kMapStepMm},
+                         {"worst_rms_mm", map.worst_mm()},
+                         {"limit_mm", limit},
+                         {"fraction_within_limit", map.fraction_within(limit)}};
+  }
+  json["ct_from_reference_mm"] = app::json_of(fit.ct_from_reference.matrix());
+  return json;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/console.hpp"
+#include "app/report.hpp"
+#include "registration/landmarks.hpp"
+
+namespace nav::app {
+
+/// A pair that does not belong to the fit.
+struct RejectedLandmark {
+  std::string name;
+  double distance_mm;  ///< From the fit of the others.
+};
+
+/// What 'sonde register --landmarks' found.
+struct LandmarkOutcome {
+  registration::LandmarkRegistration fit;  ///< Of the pairs that agree.
+  std::vector<RejectedLandmark> rejected;
+  double gate_sigmas;       ///< A pair farther from the fit is rejected, in its sigmas.
+  bool shaped;              ///< The errors' axes were given and used.
+  std::string no_majority;  ///< Why no pairs were singled out although they disagree; else empty:
+                            ///< the fit is then that of all pairs and never accepted.
+};
+
+/// Fits the pairs of a file that agree with each other (robust_landmarks.hpp), refined with the
+/// axes of their errors where the file has them; warns of every rejected pair. Without sigmas in
+/// the file a pair may be 5 mm off, the limit of the residual. Errors name the file.
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+                                               Diagnostics& diagnostics);
+
+/// Whether the outcome may be used at a target.
+registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target);
+
+/// docs/json.md, registration by landmarks. ct: adds the error over it; null: there is none.
+Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
+             const Point<frames::Ct>& target, const Volume* ct);
+
+}  // namespace nav::app

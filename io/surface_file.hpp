@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <vector>
+
+#include "nav/result.hpp"
+#include "nav/triangle_mesh.hpp"
+
+namespace nav::io {
+
+/// Reads a surface from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file; polygons become fans of
+/// triangles. Coordinates are taken as they stand: CT, LPS, mm. Errors: kNotFound,
+/// kUnsupportedData (another ending), kMalformedData (not readable, no triangles); the message
+/// names the file.
+Result<TriangleMesh> read_surface(const std::filesystem::path& path);
+
+/// Reads points from text: three numbers in each line, between blanks or commas, mm; lines that
+/// begin with # are comments. An empty line ends a group (a branch of a vessel tree) and begins
+/// another. Errors name file and line.
+Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
+    const std::filesystem::path& path);
+
+}  // namespace nav::io

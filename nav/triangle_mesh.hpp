@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+namespace nav {
+
+/// Triangles in CT coordinates, as a file gives them: possibly open, with either orientation.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> points_mm;     ///< Ct, LPS.
+  std::vector<std::array<int, 3>> triangles;  ///< Indices into points_mm.
+  std::string name;                           ///< For messages.
+};
+
+}  // namespace nav

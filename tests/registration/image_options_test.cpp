@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "registration/acceptance.hpp"
+#include "registration/mutual_information.hpp"
+#include "registration/prepared.hpp"
+#include "registration/stretch.hpp"
+#include "registration/volume_sweep.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+/// The similarities beside LC², stretches, and volumes as moving image.
+namespace nav::registration {
+namespace {
+
+using test::BlobPatient;
+
+ImageRegistrationOptions quick_options() {
+  ImageRegistrationOptions options;
+  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
+  options.starts = 0;
+  options.ridge = 0.005;
+  options.threads = 1;
+  return options;
+}
+
+struct Scene {
+  BlobPatient patient{11};
+  Volume ct = test::blob_ct(patient, test::cubic_grid());
+  Sweep sweep = test::blob_sweep(patient, {.echo = 0});
+};
+const Scene& scene() {
+  static const Scene instance;
+  return instance;
+}
+
+Result<ImageRegistrationResult> solve(const Sweep& sweep, const ImageRegistrationOptions& options,
+                                      unsigned seed = 1) {
+  CollectingDiagnostics diagnostics;
+  return register_sweep(scene().ct, sweep, test::off_by(test::true_pose(), 5, 0.05, seed), options,
+                        diagnostics);
+}
+
+double error_mm(const ImageRegistrationResult& result) {
+  return test::cube_error_mm(result.ct_from_reference, test::true_pose());
+}
+
+TEST(SimilarityTest, EachFindsThePlantedPose) {
+  for (const Similarity similarity :
+       {Similarity::kLc2, Similarity::kNcc, Similarity::kMutualInformation}) {
+    auto options = quick_options();
+    options.similarity = similarity;
+    for (unsigned seed = 1; seed <= 2; ++seed) {
+      const auto result = solve(scene().sweep, options, seed);
+      ASSERT_TRUE(test::has_value(result));
+      EXPECT_LT(error_mm(*result), 0.5) << to_string(similarity) << ' ' << seed;
+      EXPECT_LT(result->final_cost, result->initial_cost);
+      EXPECT_TRUE(result->covariance_valid) << result->covariance_fault;
+    }
+  }
+}
+
+/// One prepared level to look at the cost itself.
+struct PreparedScene {
+  PreparedCt ct = *PreparedCt::create(scene().ct, quick_options());
+  PreparedSweep sweep = prepared_sweep();
+  static PreparedSweep prepared_sweep() {
+    CollectingDiagnostics diagnostics;
+    return *PreparedSweep::create(scene().sweep, quick_options(), diagnostics);
+  }
+};
+
+TEST(SimilarityTest, GradientsAreThoseOfTheCost) {
+  const PreparedScene prepared;
+  const auto pose = test::off_by(test::true_pose(), 2, 0.02, 3);
+  const Eigen::Vector3d centre(5, -3, 8);
+  for (const Similarity similarity : {Similarity::kNcc, Similarity::kMutualInformation}) {
+    const Lc2Cost cost(*prepared.ct.levels()[1], prepared.sweep.levels()[1].patches, 0.005, 1,
+                       similarity);
+    const CostTerms terms = cost.terms(pose, centre, true);
+    EXPECT_NEAR(terms.cost, cost.cost(pose).cost, 1e-9);
+    Vector6d sum = Vector6d::Zero();
+    for (const Vector6d& g : terms.patch_gradients) sum += g;
+    EXPECT_LT((sum - terms.gradient).norm(), 1e-6 * terms.gradient.norm());
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      // Kinks of the trilinear interpolation average out over 20 000 samples.
+      const double h = axis < 3 ? 1e-4 : 5e-3;
+      const double up = cost.cost(moved(pose, centre, h * Vector6d::Unit(axis))).cost;
+      const double down = cost.cost(moved(pose, centre, -h * Vector6d::Unit(axis))).cost;
+      const double slope = 0.5 * (up - down) / (2 * h);
+      EXPECT_NEAR(slope, terms.gradient[axis],
+                  0.02 * terms.gradient.segment(axis / 3 * 3, 3).norm())
+          << to_string(similarity) << ' ' << axis;
+    }
+  }
+}
+
+TEST(SimilarityTest, MutualInformationIgnoresAMonotoneChangeOfGreys) {
+  // Gamma 0.5 breaks no bin order: information stays nearly all, where an affine model loses some.
+  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  for (TrackedFrame& tracked : frames) {
+    std::vector<std::uint8_t> pixels(tracked.frame.pixels.pixels().begin(),
+                                     tracked.frame.pixels.pixels().end());
+    for (auto& p : pixels)
+      p = static_cast<std::uint8_t>(255 - std::lround(255 * std::pow(p / 255.0, 0.5)));
+    tracked.frame.pixels = Image2d<std::uint8_t>(tracked.frame.pixels.width(),
+                                                 tracked.frame.pixels.height(), std::move(pixels));
+  }
+  const auto dark = Sweep::create(std::move(frames), "inverted");
+  ASSERT_TRUE(test::has_value(dark));
+  auto options = quick_options();
+  options.similarity = Similarity::kMutualInformation;
+  options.mask.drop_grey = 254;  // Inverted pictures end in no shadow.
+  const auto result = solve(*dark, options);
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_LT(error_mm(*result), 0.5);
+}
+
+TEST(SimilarityTest, FlatPicturesHaveNoInformation) {
+  const PreparedScene prepared;
+  PatchSet flat = prepared.sweep.levels()[0].patches;
+  for (Patch& patch : flat.patches) patch.norm_grey = patch.mean_grey = 0;
+  const CostTerms terms =
+      Lc2Cost(*prepared.ct.levels()[0], flat, 0.005, 1, Similarity::kMutualInformation)
+          .terms(test::true_pose(), {0, 0, 0});
+  EXPECT_EQ(terms.cost, 1.0);
+  EXPECT_EQ(terms.gradient.norm(), 0);
+}
+
+/// The sweep as a scanner that assumes another speed of sound shows it: depths divided by scale.
+Sweep misread(double scale) {
+  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel.col(1) /= scale;
+  return *Sweep::create(std::move(frames), "misread");
+}
+
+TEST(StretchTest, FindsTheSpeedOfSound) {
+  auto options = quick_options();
+  for (const double scale : {0.96, 1.03}) {
+    const Sweep sweep = misread(scale);
+    options.stretch = StretchModel::kNone;
+    const auto rigid = solve(sweep, options);
+    options.stretch = StretchModel::kSoundSpeed;
+    const auto found = solve(sweep, options);
+    ASSERT_TRUE(test::has_value(rigid));
+    ASSERT_TRUE(test::has_value(found));
+    EXPECT_NEAR(found->stretch.depth_scale, scale, 0.004);
+    EXPECT_LT(error_mm(*found), 0.6);
+    EXPECT_LT(error_mm(*found), 0.7 * error_mm(*rigid));
+    EXPECT_LT(found->final_cost, rigid->final_cost);
+    EXPECT_EQ(rigid->stretch.depth_scale, 1.0);
+    // Right or not: what is shown is not stretched.
+    const Decision decision = decide(*found, {}, {{0, 0, 0}});
+    ASSERT_FALSE(decision.accepted);
+    EXPECT_NE(decision.reasons.back().find("stretch"), std::string::npos);
+  }
+}
+
+TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
+  auto options = quick_options();
+  options.stretch = StretchModel::kAffine;
+  const auto plain = solve(scene().sweep, options);
+  ASSERT_TRUE(test::has_value(plain));
+  EXPECT_LT(plain->stretch.strain.norm(), 0.01);
+  EXPECT_LT(error_mm(*plain), 0.6);
+  const auto found = solve(misread(1.03), options);
+  ASSERT_TRUE(test::has_value(found));
+  // The beams run nearly along one direction: the strain is that of the depth.
+  const Eigen::Vector3d beam =
+      scene().sweep.frames()[12].reference_from_image.rotation() * Eigen::Vector3d::UnitY();
+  EXPECT_NEAR(beam.dot(found->stretch.strain * beam), 0.03, 0.008);
+}
+
+TEST(StretchTest, RefusesMutualInformation) {
+  auto options = quick_options();
+  options.stretch = StretchModel::kAffine;
+  options.similarity = Similarity::kMutualInformation;
+  EXPECT_TRUE(test::refuses(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
+}
+
+/// The patient's ultrasound as a volume of 1.5 mm voxels whose axes are (slice, lateral, depth).
+UltrasoundVolume blob_volume() {
+  UltrasoundVolume volume;
+  volume.grid.size = {40, 60, 64};
+  volume.grid.spacing_mm = {2.0, 1.5, 1.5};
+  volume.lateral_axis = 1;
+  volume.depth_axis = 2;
+  volume.name = "matrix probe";
+  const auto reference_from_ct = test::true_pose().inverse();
+  volume.grid.directions = reference_from_ct.rotation().toRotationMatrix();
+  volume.grid.origin_mm = (reference_from_ct * Point<frames::Ct>{{-40, -45, -48}}).mm;
+  for (int k = 0; k < 64; ++k) {
+    for (int j = 0; j < 60; ++j) {
+      for (int i = 0; i < 40; ++i) {
+        const Eigen::Vector3d p =
+            (test::true_pose() *
+             Point<frames::Reference>{volume.grid.at({1.0 * i, 1.0 * j, 1.0 * k}).mm})
+                .mm;
+        const double grey = 60 + 0.7 * scene().patient.hu(p);
+        volume.grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0))));
+      }
+    }
+  }
+  return volume;
+}
+
+TEST(VolumeSweepTest, AVolumeRegistersLikeItsSlices) {
+  const UltrasoundVolume volume = blob_volume();
+  const auto sweep = sweep_of_volume(volume);
+  ASSERT_TRUE(test::has_value(sweep));
+  ASSERT_EQ(sweep->frames().size(), 40u);
+  // A voxel lies where its pixel does.
+  const TrackedFrame& tracked = sweep->frames()[7];
+  EXPECT_EQ(tracked.frame.pixels.at(20, 30), volume.grey[(30 * 60 + 20) * 40 + 7]);
+  EXPECT_LT(((tracked.reference_from_image * tracked.frame.grid.at(20, 30)).mm -
+             volume.grid.at({7, 20, 30}).mm)
+                .norm(),
+            1e-9);
+  const auto result = solve(*sweep, quick_options());
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_LT(error_mm(*result), 0.6);
+}
+
+TEST(VolumeSweepTest, RefusesWhatIsNoVolume) {
+  const auto code = ErrorCode::kMalformedData;
+  UltrasoundVolume volume = blob_volume();
+  volume.grey.pop_back();
+  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"matrix probe", "voxels"}));
+  volume = blob_volume();
+  volume.depth_axis = 1;
+  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"axes", "1 and 1"}));
+  volume.grid.size = {1, 60, 40 * 64};
+  volume.depth_axis = 2;
+  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"2 slices"}));
+}
+
+}  // namespace
+}  // namespace nav::registration
