@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tracking/frame_pairer.hpp"
 
+#include <algorithm>
 #include <variant>
 
 namespace nav::tracking {
@@ -86,7 +87,11 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
     return PairedFrame{frame.sequence, std::nullopt, cause};
   };
   if (newest_frame_ && frame.acquired <= *newest_frame_) return reject("time_not_increasing");
-  if (frame.acquired - frame.received > options_.gate.max_future) return reject("time_in_future");
+  // Pictures that are stamped early are moved past their reception by the offset itself.
+  const Duration moved = std::max<Duration>(-options_.temporal_offset, Duration::zero());
+  if (frame.acquired - frame.received > options_.gate.max_future + moved) {
+    return reject("time_in_future");
+  }
   if (!waiting.clock_believed) return reject("clock_not_believed");
   if (frame.pixels.empty()) return reject("no_image");
   if (!validate(frame.grid)) return reject("invalid_pixel_grid");

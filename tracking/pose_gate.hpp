@@ -19,7 +19,7 @@ struct PoseGateOptions {
   /// whose markers were mistaken for each other, not a hand. (0, pi].
   double max_turn_rad = 1.2;
   /// How far a stamp may lie after its reception; beyond it the device's clock is not believed.
-  Duration max_future = std::chrono::seconds(1);
+  Duration max_future = std::chrono::milliseconds(100);
   /// How far the way from acquisition to reception may differ from what is usual for the stream;
   /// beyond it the device's clock has been set, or the stream was held up. > 0.
   Duration max_delay_change = std::chrono::milliseconds(60);
