@@ -60,8 +60,8 @@ io::NamedTransform pose_at(const PoseTrack& track, Timestamp time, const char* n
   out.to_from_from = nearest.tracker_from_body;
   // A file cannot claim numbers that are not there.
   const bool finite = nearest.tracker_from_body.allFinite();
-  out.status = finite || nearest.status != TrackingStatus::kOk ? nearest.status
-                                                               : TrackingStatus::kInvalid;
+  out.status =
+      finite || nearest.status != TrackingStatus::kOk ? nearest.status : TrackingStatus::kInvalid;
   return out;
 }
 
@@ -116,11 +116,11 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
     }
     io::SequenceFrame out = file_frame(*frame);
     io::set_transform(out, pose_at<frames::Probe>(probe, frame->acquired, "ProbeToTracker"));
-    io::set_transform(
-        out, pose_at<frames::Reference>(reference, frame->acquired, "ReferenceToTracker"));
-    io::set_transform(out, {"ImageToProbe",
-                            probe_from_pixels(session.probe_from_image(), frame->grid),
-                            TrackingStatus::kOk});
+    io::set_transform(out,
+                      pose_at<frames::Reference>(reference, frame->acquired, "ReferenceToTracker"));
+    io::set_transform(out,
+                      {"ImageToProbe", probe_from_pixels(session.probe_from_image(), frame->grid),
+                       TrackingStatus::kOk});
     if (const auto written = writer->append(out); !written) return written.error();
     recording.frames.push_back({frame->sequence, frame->acquired});
     progress(static_cast<double>(frame->sequence + 1) / session.frame_count());

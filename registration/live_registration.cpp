@@ -39,8 +39,9 @@ Matrix6d recentred(const Vec& from, const Vec& to) {
 /// The scaled twist about a centre that takes one pose to another.
 Vector6d scaled_twist(const Pose& from, const Pose& to, const Vec& centre) {
   const Eigen::AngleAxisd turn((to.rotation() * from.rotation().conjugate()).normalized());
-  const Vec there = to.rotation() * (from.rotation().conjugate() * (centre - from.translation_mm())) +
-                    to.translation_mm();
+  const Vec there =
+      to.rotation() * (from.rotation().conjugate() * (centre - from.translation_mm())) +
+      to.translation_mm();
   Vector6d twist;
   // AngleAxis gives [0, 2 pi): the short way round.
   const double angle = turn.angle() > M_PI ? turn.angle() - 2 * M_PI : turn.angle();
@@ -97,7 +98,10 @@ Result<void> validate(const LiveOptions& o) {
   if (o.mask_pictures < 1 || o.mask_pictures > 30) return refuse("1 to 30 mask_pictures");
   if (o.max_iterations < 1 || o.max_iterations > 50) return refuse("1 to 50 iterations");
   if (!positive(o.ridge)) return refuse("ridge > 0");
-  if (!positive(o.walk_mm)) return refuse("walk_mm > 0");
+  if (!positive(o.wander_mm) || !positive(o.wander_rad) || !positive(o.return_s)) {
+    return refuse("wander_mm, wander_rad and return_s > 0");
+  }
+  if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return refuse("contrast_power in [0, 3]");
   if (!(o.patches_per_measurement >= 1)) return refuse("patches_per_measurement >= 1");
   if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
   if (!(o.max_cost > 0 && o.max_cost <= 1)) return refuse("max_cost in (0, 1]");
@@ -126,7 +130,7 @@ LiveRegistration::LiveRegistration(std::shared_ptr<const CtChannels> ct, const P
 void LiveRegistration::accept(const Pose& pose) {
   accepted_ = pose;
   pose_ = pose;
-  covariance_ = Matrix6d::Identity();  // An accepted registration is good to about a millimetre.
+  covariance_ = Matrix6d::Identity();  // An accepted registration is good to a millimetre.
   mean_twist_.setZero();
   mean_centre_ct_.reset();
   unusable_ = 0;
@@ -152,8 +156,12 @@ Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& picture) const
   if (!masks) return masks.error();
   const auto one = Sweep::create({picture}, "live");
   if (!one) return one.error();
-  return make_patches(*one, {std::move(masks->back())}, options_.level,
-                      kSigmaPerStep * options_.level.sample_step_mm);
+  PatchSet patches = make_patches(*one, {std::move(masks->back())}, options_.level,
+                                  kSigmaPerStep * options_.level.sample_step_mm);
+  for (Patch& patch : patches.patches) {
+    patch.weight = std::pow(patch.weight, options_.contrast_power / kPatchWeightPower);
+  }
+  return patches;
 }
 
 PatchSet LiveRegistration::window_patches() const {
@@ -173,18 +181,19 @@ PatchSet LiveRegistration::window_patches() const {
   return all;
 }
 
-/// Time passes: the pose may have wandered.
+/// Time passes: the tissue has wandered, and is on its way back.
 void LiveRegistration::predict(Timestamp now, const Vec& centre) {
-  const Matrix6d shift = recentred(centre_ct_, centre);
   if (newest_) {
-    covariance_ = shift * covariance_ * shift.transpose();
-    const double wander = options_.walk_mm * options_.walk_mm * to_seconds(now - *newest_);
-    covariance_.diagonal().array() += wander;
+    const Matrix6d shift = recentred(centre_ct_, centre);
+    const double kept = std::exp(-to_seconds(now - *newest_) / options_.return_s);
+    covariance_ = kept * kept * (shift * covariance_ * shift.transpose()).eval();
+    const double turn_mm = kRotationScaleMm * options_.wander_rad;
+    covariance_.diagonal().head<3>().array() += (1 - kept * kept) * turn_mm * turn_mm;
+    covariance_.diagonal().tail<3>().array() +=
+        (1 - kept * kept) * options_.wander_mm * options_.wander_mm;
+    const Vector6d away = scaled_twist(accepted_, pose_, centre);
+    pose_ = moved(accepted_, centre, twist_from_scaled() * (kept * away));
   }
-  // After a long pause the walk knows nothing; more than this is no better than nothing.
-  constexpr double kMostVarianceMm2 = 400;
-  const double most = covariance_.diagonal().maxCoeff();
-  if (most > kMostVarianceMm2) covariance_ *= kMostVarianceMm2 / most;
   centre_ct_ = centre;
 }
 
@@ -198,8 +207,8 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
   Solution best{pose_, 1, prior, 0, false};
   CostTerms terms = terms_at(pose_);
   if (terms.non_finite > 0 || !std::isfinite(terms.cost)) return best;
-  const double measurements = std::max(
-      1.0, static_cast<double>(patches.patches.size()) / options_.patches_per_measurement);
+  const double measurements =
+      std::max(1.0, static_cast<double>(patches.patches.size()) / options_.patches_per_measurement);
   const double kappa = measurements / std::max(terms.cost, 1e-3);
   Vector6d twist = Vector6d::Zero();
   double value = kappa * terms.cost;
@@ -236,8 +245,8 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
 
 void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   update.displacement_mm = picture_distance_mm(picture, accepted_, update.ct_from_reference);
-  const Pose mean = moved(accepted_, mean_centre_ct_.value_or(centre_ct_),
-                          twist_from_scaled() * mean_twist_);
+  const Pose mean =
+      moved(accepted_, mean_centre_ct_.value_or(centre_ct_), twist_from_scaled() * mean_twist_);
   update.mean_displacement_mm = picture_distance_mm(picture, accepted_, mean);
   std::ostringstream text;
   text.precision(3);

@@ -65,7 +65,8 @@ Result<std::shared_ptr<const Patient>> make_patient(std::string_view family, std
 
 Result<Transform<frames::Ct, frames::Image>> free_view(const Patient& patient, double press_mm) {
   const auto targets = patient.targets();
-  const Error none{ErrorCode::kUsage, "simulated patient: expected skin around targets, found none"};
+  const Error none{ErrorCode::kUsage,
+                   "simulated patient: expected skin around targets, found none"};
   if (targets.empty()) return none;
   const Vec centre = centre_of(targets);
   double best = 1e9;
@@ -79,8 +80,8 @@ Result<Transform<frames::Ct, frames::Image>> free_view(const Patient& patient, d
       if (!skin) continue;
       const Vec side = out.cross(Vec::UnitZ()).normalized();
       // As free as possible first; among the free the shortest way.
-      const double score = blocked_share(patient, *skin, centre, side) +
-                           2e-4 * (*skin - centre).norm();
+      const double score =
+          blocked_share(patient, *skin, centre, side) + 2e-4 * (*skin - centre).norm();
       if (score >= best) continue;
       best = score;
       view = looking(*skin, -out, press_mm);

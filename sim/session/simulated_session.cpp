@@ -158,13 +158,13 @@ const char* to_string(TrackerKind kind) {
 }
 
 Result<TrackerKind> tracker_kind_from(std::string_view name) {
-  for (const auto kind : {TrackerKind::kIdeal, TrackerKind::kOptical,
-                          TrackerKind::kElectromagnetic, TrackerKind::kArm}) {
+  for (const auto kind : {TrackerKind::kIdeal, TrackerKind::kOptical, TrackerKind::kElectromagnetic,
+                          TrackerKind::kArm}) {
     if (name == to_string(kind)) return kind;
   }
-  return Error{ErrorCode::kUsage,
-               "tracker: expected ideal, optical, electromagnetic or arm, found " +
-                   std::string(name)};
+  return Error{
+      ErrorCode::kUsage,
+      "tracker: expected ideal, optical, electromagnetic or arm, found " + std::string(name)};
 }
 
 Result<void> validate(const SimulatedSessionOptions& o) {
@@ -172,7 +172,8 @@ Result<void> validate(const SimulatedSessionOptions& o) {
     return Error{ErrorCode::kUsage, std::string("simulated session: expected ") + what};
   };
   if (!(o.duration_s > 0 && o.duration_s <= 3600)) return refuse("a duration of 0 to 3600 s");
-  if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000)) return refuse("0 to 1000 pictures a second");
+  if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
+    return refuse("0 to 1000 pictures a second");
   if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two pictures");
   // A picture cannot arrive before the time stamped on it.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {

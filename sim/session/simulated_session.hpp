@@ -36,7 +36,7 @@ struct SimulatedSessionOptions {
   TrackerTiming timing;
   ImageTiming image_timing;
   BreathingOptions breathing;
-  FaultPlan pose_faults;   ///< Of probe and reference, each in its own way.
+  FaultPlan pose_faults;  ///< Of probe and reference, each in its own way.
   FaultPlan frame_faults;
 };
 

@@ -17,8 +17,8 @@ using std::chrono::milliseconds;
 constexpr Duration kLength = std::chrono::seconds(20);
 constexpr Duration kFramePeriod = milliseconds(50);
 /// A hand on circles of 60 mm and 0.4 rad at 0.25 Hz: at 94 mm/s a stamp that is 10 ms wrong is
-/// 0.9 mm. Between samples 20 ms apart interpolation is less than 0.01 mm off, and across a gap of at
-/// most 200 ms by at most a g (T - g) / 2, g from the nearest sample, a = 148 mm/s² or 1 rad/s².
+/// 0.9 mm. Between samples 20 ms apart interpolation is less than 0.01 mm off, and across a gap of
+/// at most 200 ms by at most a g (T - g) / 2, g from the nearest sample, a = 148 mm/s² or 1 rad/s².
 double tolerance_mm(Duration gap) { return 0.05 + 0.5 * 150 * 0.2 * to_seconds(gap); }
 double tolerance_rad(Duration gap) { return 5e-4 + 0.5 * 1.1 * 0.2 * to_seconds(gap); }
 
@@ -135,7 +135,8 @@ class Session {
     EXPECT_LE((shown.translation_mm() - truth.translation_mm()).norm(),
               tolerance_mm(epoch.frame->pose_gap))
         << "at " << to_seconds(epoch.now) << " s";
-    EXPECT_LE(rotation_distance_rad(shown, truth), tolerance_rad(epoch.frame->pose_gap)) << "at " << to_seconds(epoch.now);
+    EXPECT_LE(rotation_distance_rad(shown, truth), tolerance_rad(epoch.frame->pose_gap))
+        << "at " << to_seconds(epoch.now);
   }
 
   bool judged_;

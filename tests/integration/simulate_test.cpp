@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "app/simulate.hpp"
+
 #include <fstream>
 #include <gtest/gtest.h>
 
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
-#include "app/simulate.hpp"
 #include "io/ct.hpp"
 #include "registration/acceptance.hpp"
 #include "tests/support/matchers.hpp"
@@ -67,7 +68,8 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     options.compress = true;
     const auto written = run_simulate(options, console);
     ASSERT_TRUE(written) << written.error().message;
-    const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    const Json truth =
+        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
     const auto frames = replayed(options, console);
     ASSERT_EQ(frames.size(), truth.at("frames").size());
     ASSERT_EQ(frames.size(), 13u);
@@ -77,8 +79,8 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
       const auto expected =
           transform_of<frames::Ct, frames::Image>(truth.at("frames")[i].at("ct_from_image_mm"));
       // Poses come every 20 ms and are interpolated over the tremor, 0.08 mm at 8 to 12 Hz.
-      EXPECT_TRUE(test::is_near(ct_from_reference * frames[i].reference_from_image, expected, 0.3,
-                                3e-3));
+      EXPECT_TRUE(
+          test::is_near(ct_from_reference * frames[i].reference_from_image, expected, 0.3, 3e-3));
       EXPECT_GT(truth.at("frames")[i].at("depth").get<double>(), -1e-12);
     }
     EXPECT_GE(truth.at("targets_ct_mm").size(), 100u);
@@ -108,7 +110,7 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
 TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   const test::TemporaryFolder folder;
   Console console(false);
-  for (std::string SimulateOptions::* option :
+  for (std::string SimulateOptions::*option :
        {&SimulateOptions::family, &SimulateOptions::path, &SimulateOptions::probe,
         &SimulateOptions::tracker, &SimulateOptions::breathing}) {
     SimulateOptions options = small(folder);
@@ -143,12 +145,10 @@ TEST(SimulateTest, ASimulatedSweepRegistersToItsCt) {
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   const Transform<frames::Ct, frames::Ct> error(Eigen::Quaterniond::Identity(), {4, -3, 4});
   registration::ImageRegistrationOptions solver;
-  const auto result =
-      registration::register_sweep(*ct, *sweep, error * expected, solver, console);
+  const auto result = registration::register_sweep(*ct, *sweep, error * expected, solver, console);
   ASSERT_TRUE(result) << result.error().message;
   const auto centre = expected * sweep->centroid();
-  const double miss =
-      ((result->ct_from_reference * sweep->centroid()).mm - centre.mm).norm();
+  const double miss = ((result->ct_from_reference * sweep->centroid()).mm - centre.mm).norm();
   EXPECT_LT(miss, 1.5);
   RecordProperty("miss_um", static_cast<int>(1000 * miss));
 }

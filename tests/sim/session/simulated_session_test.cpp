@@ -87,8 +87,8 @@ TEST(SimulatedSessionTest, EveryTrackerSeesBothBodiesInItsVolume) {
       while (const auto pose = probe->next(Timestamp::max())) {
         ASSERT_EQ(pose->status, TrackingStatus::kOk) << to_string(kind) << ' ' << seed;
         const Vec truth = session.tracker_from_probe(pose->acquired).translation_mm();
-        worst = std::max(worst,
-                         (Vec(pose->tracker_from_body.topRightCorner<3, 1>()) - truth).norm());
+        worst =
+            std::max(worst, (Vec(pose->tracker_from_body.topRightCorner<3, 1>()) - truth).norm());
       }
       EXPECT_GT(worst, 0.01) << to_string(kind);
       EXPECT_LT(worst, 4) << to_string(kind);
@@ -108,9 +108,9 @@ TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
   const Point<frames::Image> deep{{10, 70, 0}};
   EXPECT_GT((truth.rest.ct_from_image * deep).mm.z() - (truth.ct_from_image * deep).mm.z(), 1)
       << "inhaled tissue lies lower than at rest";
-  EXPECT_LE((warp->apply((truth.rest.ct_from_image * deep).mm) - (truth.ct_from_image * deep).mm)
-                .norm(),
-            1e-8);
+  EXPECT_LE(
+      (warp->apply((truth.rest.ct_from_image * deep).mm) - (truth.ct_from_image * deep).mm).norm(),
+      1e-8);
   auto frames = session.frames();
   double sum = 0;
   int count = 0;
