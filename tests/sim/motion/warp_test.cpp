@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "sim/motion/moved_field.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -90,6 +91,30 @@ TEST(WarpTest, StressInverseAtTheSteepestAllowedAndFarFromTheOrigin) {
   for (double x = -50; x <= 50; x += 5) {
     const Vec p = far + Vec(x, 0.3 * x, -x);
     EXPECT_LE((away.apply(away.invert(p)) - p).norm(), 2e-9);
+  }
+}
+
+TEST(MovedFieldTest, ValueAndGradientMoveWithTheTissue) {
+  const auto warp = smooth(three_bumps());
+  const auto value = [](const Vec& p) {
+    return std::sin(0.05 * p.x()) * std::cos(0.04 * p.y()) + 0.03 * p.z();
+  };
+  const auto gradient = [](const Vec& p) {
+    return Vec(0.05 * std::cos(0.05 * p.x()) * std::cos(0.04 * p.y()),
+               -0.04 * std::sin(0.05 * p.x()) * std::sin(0.04 * p.y()), 0.03);
+  };
+  Random random(9, 3);
+  for (int i = 0; i < 100; ++i) {
+    const Vec rest = random.offset(120);
+    const Vec now = warp.apply(rest);
+    EXPECT_NEAR(moved_value(warp, now, value), value(rest), 1e-9);
+    Vec numeric;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec step = 1e-2 * Vec::Unit(axis);
+      numeric[axis] =
+          (moved_value(warp, now + step, value) - moved_value(warp, now - step, value)) / 2e-2;
+    }
+    EXPECT_LE((numeric - moved_gradient(warp, now, gradient)).norm(), 1e-6);
   }
 }
 
