@@ -65,16 +65,6 @@ io::NamedTransform pose_at(const PoseTrack& track, Timestamp time, const char* n
   return out;
 }
 
-/// PLUS's ImageToProbe: pixels (column, row) to mm in the probe.
-Eigen::Matrix4d probe_from_pixels(const Transform<frames::Probe, frames::Image>& probe_from_image,
-                                  const PixelGrid& grid) {
-  Eigen::Matrix4d image_from_pixels = Eigen::Matrix4d::Identity();
-  image_from_pixels.topLeftCorner<2, 2>() = grid.mm_per_pixel;
-  image_from_pixels(2, 2) = grid.mm_per_pixel.col(0).norm();
-  image_from_pixels.block<2, 1>(0, 3) = grid.origin_mm;
-  return probe_from_image.matrix() * image_from_pixels;
-}
-
 io::SequenceHeader header_of(const sim::ProbeModel& probe, bool compress) {
   io::SequenceHeader header;
   header.width = probe.columns;
@@ -97,6 +87,14 @@ io::SequenceFrame file_frame(const UltrasoundFrame& frame) {
 }
 
 }  // namespace
+
+Eigen::Matrix4d image_from_pixels(const PixelGrid& grid) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<2, 2>() = grid.mm_per_pixel;
+  m(2, 2) = grid.mm_per_pixel.col(0).norm();
+  m.block<2, 1>(0, 3) = grid.origin_mm;
+  return m;
+}
 
 Result<SimulatedRecording> record(const sim::SimulatedSession& session,
                                   const std::filesystem::path& path, bool compress,

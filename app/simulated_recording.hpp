@@ -30,4 +30,7 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
                                   const std::filesystem::path& path, bool compress,
                                   const std::function<void(double)>& progress);
 
+/// Where pixels (column, row, 0) lie in the Image frame, mm; the third column as long as the first.
+Eigen::Matrix4d image_from_pixels(const PixelGrid& grid);
+
 }  // namespace nav::app

@@ -73,6 +73,7 @@ Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& re
                   {"angle_rad", o.path.angle_rad}};
   json["ct_from_reference_mm"] = json_of(session.ct_from_reference().matrix());
   json["probe_from_image_mm"] = json_of(session.probe_from_image().matrix());
+  json["image_from_pixels_mm"] = json_of(image_from_pixels(session.grid()));
   json["tracker"] = json_of_timing(o);
   json["breathing"] = json_of_breathing(session.breathing().options());
   json["targets_ct_mm"] = Json::array();

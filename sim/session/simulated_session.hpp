@@ -64,6 +64,8 @@ class SimulatedSession {
   [[nodiscard]] const SimulatedSessionOptions& options() const { return options_; }
   [[nodiscard]] const Patient& patient() const { return *patient_; }
   [[nodiscard]] const Breathing& breathing() const { return breathing_; }
+  /// Of the pictures.
+  [[nodiscard]] PixelGrid grid() const { return ultrasound_.grid(); }
   [[nodiscard]] const Transform<frames::Ct, frames::Reference>& ct_from_reference() const {
     return ct_from_reference_;
   }

@@ -21,11 +21,21 @@ Json read_json(const std::filesystem::path& path) {
   return Json::parse(in);
 }
 
+Eigen::Matrix4d matrix_of(const Json& numbers) {
+  Eigen::Matrix4d m;
+  const auto flat = numbers.flatten();
+  int i = 0;
+  for (const auto& [key, value] : flat.items()) {
+    m(i / 4, i % 4) = value.get<double>();
+    ++i;
+  }
+  EXPECT_EQ(i, 16);
+  return m;
+}
+
 template <class To, class From>
 Transform<To, From> transform_of(const Json& numbers) {
-  Eigen::Matrix4d m;
-  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
-  return *rigid_from_matrix<To, From>(m);
+  return *rigid_from_matrix<To, From>(matrix_of(numbers));
 }
 
 SimulateOptions small(const test::TemporaryFolder& folder) {
@@ -75,6 +85,7 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     ASSERT_EQ(frames.size(), 13u);
     const auto ct_from_reference =
         transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
+    const Eigen::Matrix4d image_from_pixels = matrix_of(truth.at("image_from_pixels_mm"));
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const auto expected =
           transform_of<frames::Ct, frames::Image>(truth.at("frames")[i].at("ct_from_image_mm"));
