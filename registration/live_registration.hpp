@@ -35,8 +35,9 @@ struct LiveOptions {
   int threads = 1;  ///< 1 to 64; the result does not depend on it.
   ShadowMaskOptions mask;
 
-  /// A picture whose cost is higher does not move the pose, (0, 1].
-  double max_cost = 0.4;
+  /// A picture whose cost is higher does not move the pose, (0, 1]. Simulated abdomens cost 0.5 at
+  /// the truth; what shows another patient is acceptance before, not this.
+  double max_cost = 0.75;
   int lost_after = 5;  ///< Unusable pictures in a row until the registration is lost, >= 1.
   /// The pose's mean over drift_s may be this far from the accepted one: breathing averages out to
   /// less, a patient who was moved or a reference that was knocked does not. > 0.
