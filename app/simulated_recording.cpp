@@ -116,9 +116,9 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
     io::set_transform(out, pose_at<frames::Probe>(probe, frame->acquired, "ProbeToTracker"));
     io::set_transform(out,
                       pose_at<frames::Reference>(reference, frame->acquired, "ReferenceToTracker"));
-    io::set_transform(out,
-                      {"ImageToProbe", probe_from_pixels(session.probe_from_image(), frame->grid),
-                       TrackingStatus::kOk});
+    io::set_transform(
+        out, {"ImageToProbe", session.probe_from_image().matrix() * image_from_pixels(frame->grid),
+              TrackingStatus::kOk});
     if (const auto written = writer->append(out); !written) return written.error();
     recording.frames.push_back({frame->sequence, frame->acquired});
     progress(static_cast<double>(frame->sequence + 1) / session.frame_count());
