@@ -7,8 +7,6 @@
 
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
-#include "io/ct.hpp"
-#include "registration/acceptance.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -136,34 +134,6 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   SimulateOptions options = small(folder);
   options.faults = 2;
   EXPECT_FALSE(run_simulate(options, console));
-}
-
-TEST(SimulateTest, ASimulatedSweepRegistersToItsCt) {
-  const test::TemporaryFolder folder;
-  Console console(false);
-  SimulateOptions options;
-  options.out = folder / "sweep.igs.mha";
-  options.ct = folder / "ct.mha";
-  options.path = "tilt";
-  options.duration_s = 4;
-  options.frame_rate_hz = 10;
-  options.ct_spacing_mm = 2;
-  ASSERT_TRUE(run_simulate(options, console));
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
-  const auto ct = io::read_ct(options.ct, console);
-  ASSERT_TRUE(ct) << ct.error().message;
-  const auto sweep = Sweep::create(replayed(options, console), "simulated");
-  ASSERT_TRUE(sweep) << sweep.error().message;
-  const auto expected =
-      transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
-  const Transform<frames::Ct, frames::Ct> error(Eigen::Quaterniond::Identity(), {4, -3, 4});
-  registration::ImageRegistrationOptions solver;
-  const auto result = registration::register_sweep(*ct, *sweep, error * expected, solver, console);
-  ASSERT_TRUE(result) << result.error().message;
-  const auto centre = expected * sweep->centroid();
-  const double miss = ((result->ct_from_reference * sweep->centroid()).mm - centre.mm).norm();
-  EXPECT_LT(miss, 1.5);
-  RecordProperty("miss_um", static_cast<int>(1000 * miss));
 }
 
 }  // namespace
