@@ -21,6 +21,7 @@
 #include "app/look_options.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
+#include "app/simulate.hpp"
 #include "app/slices.hpp"
 
 namespace nav::app {
@@ -128,6 +129,7 @@ class CommandLine {
     add_bench();
     add_gallery();
     add_devices();
+    add_simulate();
   }
 
   int run(int argc, const char* const* argv);
@@ -146,6 +148,7 @@ class CommandLine {
   void add_bench_predicates(CLI::App& bench);
   void add_gallery();
   void add_devices();
+  void add_simulate();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
   }
@@ -181,6 +184,7 @@ class CommandLine {
   BenchRegistrationOptions bench_registration_;
   BenchDerivedOptions derived_;
   GalleryOptions gallery_;
+  SimulateOptions simulate_;
   bool accept_unknown_orientation_ = false;
   bool print_session_ = false;
   Verb verb_;
@@ -400,6 +404,38 @@ void CommandLine::add_derive() {
   verb->add_option("--threads", o.threads, "0: all cores")->capture_default_str();
   verb->callback(
       [this] { verb_ = [this](Console& console) { return run_derive(derive_, console); }; });
+}
+
+void CommandLine::add_simulate() {
+  CLI::App* verb = app_.add_subcommand(
+      "simulate", "Write a recording of a simulated patient, with its truth and its CT");
+  SimulateOptions& o = simulate_;
+  verb->add_option("--out", o.out, "recording to write, .mha or .nrrd")->required();
+  verb->add_option("--truth", o.truth, "truth to write (JSON); none: beside the recording");
+  verb->add_option("--ct", o.ct, "CT of the patient to write, .mha");
+  verb->add_option("--ct-spacing-mm", o.ct_spacing_mm)->capture_default_str();
+  verb->add_option("--family", o.family, "of patients")->capture_default_str();
+  verb->add_option("--seed", o.seed, "which patient, room, hand and breath")->capture_default_str();
+  verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
+  verb->add_option("--length-mm", o.length_mm, "of the slide")->capture_default_str();
+  verb->add_option("--angle-deg", o.angle_deg, "of the swing")->capture_default_str();
+  verb->add_option("--probe", o.probe, "convex or linear")->capture_default_str();
+  verb->add_option("--tracker", o.tracker, "ideal, optical, electromagnetic or arm")
+      ->capture_default_str();
+  verb->add_option("--breathing", o.breathing, "none, rigid, affine or smooth")
+      ->capture_default_str();
+  verb->add_option("--breathing-mm", o.breathing_mm, "mean way towards the feet")
+      ->capture_default_str();
+  verb->add_option("--breathing-period-s", o.breathing_period_s)->capture_default_str();
+  verb->add_option("--faults", o.faults, "chance of each fault at each sample, 0 to 1")
+      ->capture_default_str();
+  verb->add_option("--duration-s", o.duration_s)->capture_default_str();
+  verb->add_option("--frame-rate-hz", o.frame_rate_hz)->capture_default_str();
+  verb->add_option("--columns", o.columns, "of the pictures; 0: the probe's own");
+  verb->add_option("--rows", o.rows, "of the pictures; 0: the probe's own");
+  verb->add_flag("--compress", o.compress, "the recording's pixels");
+  verb->callback(
+      [this] { verb_ = [this](Console& console) { return run_simulate(simulate_, console); }; });
 }
 
 void CommandLine::add_bench() {

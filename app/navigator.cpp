@@ -42,7 +42,7 @@ void Navigator::on_event(const SessionEvent& event) {
   } else if (const auto* reference = std::get_if<ReferencePose>(&event.what)) {
     pairer_.add_reference_pose(reference->raw);
     const auto admission = reference_gate_.admit(reference->raw);
-    if (admission.rejection != tracking::PoseRejection::kTime) {
+    if (tracking::has_usable_time(admission.rejection)) {
       reference_poses_.push(admission.pose);
     }
   } else if (const auto* needle = std::get_if<NeedlePose>(&event.what)) {
@@ -51,7 +51,7 @@ void Navigator::on_event(const SessionEvent& event) {
       ++rejected_needle_poses_[std::string("Needle.") + tracking::to_string(*admission.rejection)];
       diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
     }
-    if (admission.rejection != tracking::PoseRejection::kTime) {
+    if (tracking::has_usable_time(admission.rejection)) {
       needle_poses_.push(admission.pose);
     }
   }

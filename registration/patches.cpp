@@ -10,9 +10,6 @@
 namespace nav::registration {
 namespace {
 
-// c.1: the gain-free weight of a patch is a mild power of its contrast; larger powers let a few
-// bright interfaces rule.
-constexpr double kWeightPower = 0.3;
 // Grey levels. A flatter patch is quantisation noise.
 constexpr double kMinDeviation = 1.0;
 constexpr int kDepthBands = 3;
@@ -184,7 +181,7 @@ bool add_patch(const LevelPicture& picture, const Candidate& candidate, const Le
                          pose.rotation() * Eigen::Vector3d(step, 0, 0),
                          pose.rotation() * Eigen::Vector3d(0, step, 0),
                          pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
-                         std::pow(deviation, kWeightPower), picture.index, mean, norm, depth});
+                         std::pow(deviation, kPatchWeightPower), picture.index, mean, norm, depth});
   return true;
 }
 

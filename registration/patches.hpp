@@ -13,6 +13,10 @@
 
 namespace nav::registration {
 
+/// The weight of a patch is a mild power of its contrast; larger powers let a few bright interfaces
+/// rule a search from afar.
+inline constexpr double kPatchWeightPower = 0.3;
+
 /// A square of ultrasound samples in its picture's plane, fixed in Reference.
 struct Patch {
   Eigen::Vector3d centre_mm;       ///< Reference.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tracking/frame_pairer.hpp"
 
+#include <algorithm>
 #include <variant>
 
 namespace nav::tracking {
@@ -49,7 +50,8 @@ FramePairer::FramePairer(
       probe_gate_(options.gate),
       reference_gate_(options.gate),
       probe_poses_(kPoseCapacity, options.max_pose_gap),
-      reference_poses_(kPoseCapacity, options.max_pose_gap) {
+      reference_poses_(kPoseCapacity, options.max_pose_gap),
+      frame_delay_(options.gate.max_delay_change) {
   NAV_CHECK(validate(options).has_value());
 }
 
@@ -60,9 +62,9 @@ void FramePairer::admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const Ra
     ++rejected_poses_[std::string(Body::kName) + "." + to_string(*admission.rejection)];
     diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
   }
-  // A pose at a time that is already taken says nothing new; any other absence is kept, so that
-  // nothing is interpolated across it.
-  if (admission.rejection == PoseRejection::kTime) return;
+  // A pose at a time that is already taken, or not believed, says nothing new; any other absence is
+  // kept, so that nothing is interpolated across it.
+  if (!has_usable_time(admission.rejection)) return;
   buffer.push(admission.pose);
 }
 
@@ -74,16 +76,23 @@ void FramePairer::add_reference_pose(const RawPose& raw) {
 
 void FramePairer::add_frame(UltrasoundFrame frame) {
   frame.acquired -= options_.temporal_offset;
-  waiting_.push_back(std::move(frame));
+  const bool believed = frame_delay_.believes(frame.acquired, frame.received);
+  waiting_.push_back({std::move(frame), believed});
 }
 
-std::optional<PairedFrame> FramePairer::settle(const UltrasoundFrame& frame, Timestamp now,
+std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp now,
                                                bool end_of_stream) {
+  const UltrasoundFrame& frame = waiting.frame;
   const auto reject = [&](const std::string& cause) {
     return PairedFrame{frame.sequence, std::nullopt, cause};
   };
   if (newest_frame_ && frame.acquired <= *newest_frame_) return reject("time_not_increasing");
-  if (frame.acquired - frame.received > options_.gate.max_future) return reject("time_in_future");
+  // Pictures that are stamped early are moved past their reception by the offset itself.
+  const Duration moved = std::max<Duration>(-options_.temporal_offset, Duration::zero());
+  if (frame.acquired - frame.received > options_.gate.max_future + moved) {
+    return reject("time_in_future");
+  }
+  if (!waiting.clock_believed) return reject("clock_not_believed");
   if (frame.pixels.empty()) return reject("no_image");
   if (!validate(frame.grid)) return reject("invalid_pixel_grid");
 
@@ -122,7 +131,7 @@ std::vector<PairedFrame> FramePairer::take_ready(Timestamp now, bool end_of_stre
   while (!waiting_.empty()) {
     auto settled = settle(waiting_.front(), now, end_of_stream);
     if (!settled) break;  // Order is kept: later pictures wait behind this one.
-    if (settled->tracked) newest_frame_ = waiting_.front().acquired;
+    if (settled->tracked) newest_frame_ = waiting_.front().frame.acquired;
     ready.push_back(std::move(*settled));
     waiting_.pop_front();
   }

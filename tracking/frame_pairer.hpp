@@ -63,10 +63,13 @@ class FramePairer {
   }
 
  private:
+  struct Waiting {
+    UltrasoundFrame frame;
+    bool clock_believed;
+  };
   template <class Body>
   void admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const RawPose& raw);
-  std::optional<PairedFrame> settle(const UltrasoundFrame& frame, Timestamp now,
-                                    bool end_of_stream);
+  std::optional<PairedFrame> settle(const Waiting& waiting, Timestamp now, bool end_of_stream);
 
   Transform<frames::Probe, frames::Image> probe_from_image_;
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker_;
@@ -76,7 +79,8 @@ class FramePairer {
   PoseGate<frames::Reference> reference_gate_;
   PoseBuffer<frames::Probe> probe_poses_;
   PoseBuffer<frames::Reference> reference_poses_;
-  std::deque<UltrasoundFrame> waiting_;
+  std::deque<Waiting> waiting_;
+  DelayWatch frame_delay_;
   std::optional<Timestamp> newest_frame_;
   std::map<std::string, std::uint64_t> rejected_poses_;
 };

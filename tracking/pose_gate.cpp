@@ -3,6 +3,7 @@
 #include "tracking/pose_gate.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <sstream>
 
 namespace nav::tracking {
@@ -17,6 +18,8 @@ const char* to_string(PoseRejection cause) {
       return "outside_working_volume";
     case PoseRejection::kTime:
       return "time_not_increasing";
+    case PoseRejection::kClock:
+      return "clock_not_believed";
     case PoseRejection::kTooFast:
       return "too_fast";
   }
@@ -35,29 +38,85 @@ Result<void> validate(const PoseGateOptions& options) {
   if (!(options.rigid.orthonormality > 0 && options.rigid.orthonormality < 0.1)) {
     return Error{ErrorCode::kUsage, "pose gate: expected an orthonormality tolerance in (0, 0.1)"};
   }
+  if (!(options.max_turn_rad > 0 && options.max_turn_rad <= std::numbers::pi)) {
+    return Error{ErrorCode::kUsage, "pose gate: expected max_turn_rad in (0, pi], found " +
+                                        std::to_string(options.max_turn_rad)};
+  }
+  if (options.max_delay_change <= Duration::zero()) {
+    return Error{ErrorCode::kUsage, "pose gate: expected max_delay_change > 0"};
+  }
   return {};
 }
 
 namespace detail {
+namespace {
 
-GateState::Verdict GateState::judge(const RawPose& raw, const std::string& name) {
+std::string at(const RawPose& raw, const std::string& name) {
+  return name + " at " + std::to_string(to_seconds(raw.acquired)) + " s: ";
+}
+
+}  // namespace
+
+GateState::Verdict GateState::judge_time(const RawPose& raw, const std::string& name) {
   std::ostringstream text;
-  const auto at = [&] { return name + " at " + std::to_string(to_seconds(raw.acquired)) + " s: "; };
-
+  text << at(raw, name);
+  // Asked of every pose: a clock that was set back would otherwise hide behind "too old".
+  const bool believed = delay_.believes(raw.acquired, raw.received);
   if (newest_ && raw.acquired <= *newest_) {
-    text << at() << "expected a time after " << to_seconds(*newest_) << " s";
+    text << "expected a time after " << to_seconds(*newest_) << " s";
     return {PoseRejection::kTime, text.str()};
   }
   if (raw.acquired - raw.received > options_.max_future) {
-    text << at() << "expected a time at most " << to_seconds(options_.max_future)
+    text << "expected a time at most " << to_seconds(options_.max_future)
          << " s after its reception at " << to_seconds(raw.received) << " s";
     return {PoseRejection::kTime, text.str()};
   }
+  if (!believed) {
+    text << "expected to be received " << 1e3 * to_seconds(delay_.usual())
+         << " ms after acquisition as usual, found "
+         << 1e3 * to_seconds(raw.received - raw.acquired)
+         << " ms: the device's clock was set, or its data were held up";
+    return {PoseRejection::kClock, text.str()};
+  }
+  return {std::nullopt, ""};
+}
+
+GateState::Verdict GateState::judge_motion(const RawPose& raw, const Eigen::Quaterniond& rotation,
+                                           const std::string& name) const {
+  std::ostringstream text;
+  text << at(raw, name);
+  const Eigen::Vector3d position_mm = raw.tracker_from_body.topRightCorner<3, 1>();
+  if (position_mm.norm() > options_.working_radius_mm) {
+    text << "expected a position within " << options_.working_radius_mm
+         << " mm of the tracker, found " << position_mm.norm() << " mm";
+    return {PoseRejection::kOutsideVolume, text.str()};
+  }
+  if (!admitted_time_) return {std::nullopt, ""};
+  const double seconds = to_seconds(raw.acquired - *admitted_time_);
+  // After a second of silence the body may be anywhere: the gate must open again.
+  if (seconds >= 1.0) return {std::nullopt, ""};
+  const double speed = (position_mm - admitted_position_mm_).norm() / seconds;
+  if (speed > options_.max_speed_mm_per_s) {
+    text << "expected at most " << options_.max_speed_mm_per_s << " mm/s, found " << speed
+         << " mm/s";
+    return {PoseRejection::kTooFast, text.str()};
+  }
+  const double turn = rotation.angularDistance(admitted_rotation_);
+  if (turn > options_.max_turn_rad) {
+    text << "expected a turn of at most " << options_.max_turn_rad << " rad since "
+         << to_seconds(*admitted_time_) << " s, found " << turn << " rad";
+    return {PoseRejection::kTooFast, text.str()};
+  }
+  return {std::nullopt, ""};
+}
+
+GateState::Verdict GateState::judge(const RawPose& raw, const std::string& name) {
+  if (auto time = judge_time(raw, name); time.rejection) return time;
   newest_ = raw.acquired;
 
   if (raw.status != TrackingStatus::kOk && raw.status != TrackingStatus::kUnknown) {
-    text << at() << "expected status ok, found " << nav::to_string(raw.status);
-    return {PoseRejection::kStatus, text.str()};
+    return {PoseRejection::kStatus,
+            at(raw, name) + "expected status ok, found " + nav::to_string(raw.status)};
   }
   const auto rotation =
       nav::detail::rotation_from_matrix(raw.tracker_from_body, name, options_.rigid);
@@ -65,24 +124,10 @@ GateState::Verdict GateState::judge(const RawPose& raw, const std::string& name)
     return {PoseRejection::kNotRigid,
             rotation.error().message + " at " + std::to_string(to_seconds(raw.acquired)) + " s"};
   }
-  const Eigen::Vector3d position_mm = raw.tracker_from_body.topRightCorner<3, 1>();
-  if (position_mm.norm() > options_.working_radius_mm) {
-    text << at() << "expected a position within " << options_.working_radius_mm
-         << " mm of the tracker, found " << position_mm.norm() << " mm";
-    return {PoseRejection::kOutsideVolume, text.str()};
-  }
-  if (admitted_time_) {
-    const double seconds = to_seconds(raw.acquired - *admitted_time_);
-    const double speed = (position_mm - admitted_position_mm_).norm() / seconds;
-    // After a second of silence the body may be anywhere: the gate must open again.
-    if (seconds < 1.0 && speed > options_.max_speed_mm_per_s) {
-      text << at() << "expected at most " << options_.max_speed_mm_per_s << " mm/s, found " << speed
-           << " mm/s";
-      return {PoseRejection::kTooFast, text.str()};
-    }
-  }
+  if (auto motion = judge_motion(raw, *rotation, name); motion.rejection) return motion;
   admitted_time_ = raw.acquired;
-  admitted_position_mm_ = position_mm;
+  admitted_position_mm_ = raw.tracker_from_body.topRightCorner<3, 1>();
+  admitted_rotation_ = *rotation;
   return {std::nullopt, ""};
 }
 

@@ -70,6 +70,21 @@ TEST_F(FramePairerTest, GivesAPictureThePoseOfItsMoment) {
   EXPECT_EQ(ready[0].tracked->pose_gap, milliseconds(10));
 }
 
+TEST_F(FramePairerTest, RefusesPicturesOfAClockThatWasSet) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 2000);
+  for (int i = 0; i < 20; ++i) {
+    pairer.add_frame(picture(static_cast<std::uint64_t>(i), 100 + 50 * i, 110 + 50 * i));
+  }
+  pairer.add_frame(picture(20, 1100 + 80, 1110));
+  pairer.add_frame(picture(21, 1250, 1260));
+  const auto ready = pairer.take_ready(Timestamp(milliseconds(2020)));
+  ASSERT_EQ(ready.size(), 22u);
+  EXPECT_TRUE(ready[19].tracked);
+  EXPECT_EQ(ready[20].cause, "clock_not_believed");
+  EXPECT_TRUE(ready[21].tracked);
+}
+
 TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
   PairingOptions options;
   options.temporal_offset = milliseconds(40);  // Pictures are stamped 40 ms late.

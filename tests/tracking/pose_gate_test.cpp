@@ -78,11 +78,85 @@ TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
   EXPECT_FALSE(gate.admit(pose_at(20)).rejection) << "one absurd stamp must not shut the gate";
 }
 
+TEST(PoseGateTest, NoticesAClockThatWasSet) {
+  for (const int step_ms : {-500, -70, 70, 90}) {
+    PoseGate<frames::Probe> gate;
+    for (int t = 0; t < 1000; t += 20) {
+      RawPose raw = pose_at(t);
+      raw.received += milliseconds(15);
+      EXPECT_FALSE(gate.admit(raw).rejection);
+    }
+    for (int t = 1000; t < 3000; t += 20) {
+      RawPose raw = pose_at(t + step_ms);
+      raw.received = Timestamp(milliseconds(t + 15));
+      const auto rejection = gate.admit(raw).rejection;
+      ASSERT_TRUE(rejection) << step_ms << " ms at " << t;
+      EXPECT_FALSE(has_usable_time(rejection));
+    }
+    int refused = 0;
+    for (int t = 3000; t < 3500; t += 20) {
+      RawPose again = pose_at(t);
+      again.received += milliseconds(15);
+      refused += gate.admit(again).rejection ? 1 : 0;
+    }
+    // At once, or after 100 ms where the data looked held up; and until a future stamp is past.
+    EXPECT_LE(refused, 6) << "set back, it is believed again";
+  }
+}
+
+TEST(PoseGateTest, OneLateFirstSampleDoesNotDecideWhatIsUsual) {
+  for (const int first_ms : {315, -90}) {
+    PoseGate<frames::Probe> gate;
+    RawPose raw = pose_at(0);
+    raw.received = Timestamp(milliseconds(first_ms));
+    gate.admit(raw);
+    int refused = 0;
+    for (int t = 20; t < 1000; t += 20) {
+      raw = pose_at(t);
+      raw.received += milliseconds(15);
+      refused += gate.admit(raw).rejection ? 1 : 0;
+    }
+    EXPECT_LE(refused, 7) << first_ms;
+  }
+}
+
+TEST(PoseGateTest, WhatWasHeldUpAndStampedFalselyAtOnceIsNotBelieved) {
+  PoseGate<frames::Probe> gate;
+  const auto send = [&gate](int acquired_ms, int received_ms) {
+    RawPose raw = pose_at(acquired_ms);
+    raw.received = Timestamp(milliseconds(received_ms));
+    return !gate.admit(raw).rejection;
+  };
+  for (int t = 0; t < 1000; t += 20) EXPECT_TRUE(send(t, t + 15));
+  // The clock is 150 ms ahead, and everything from now on arrives at 1315: the stamp of the eighth
+  // sample looks just as old as it should.
+  for (int t = 1000; t < 1300; t += 20) EXPECT_FALSE(send(t + 150, 1315)) << t;
+  EXPECT_FALSE(send(1500, 1515));
+  EXPECT_TRUE(send(1640, 1655));
+}
+
+TEST(PoseGateTest, RefusesAHalfTurnThatNoHandMakes) {
+  PoseGate<frames::Probe> gate;
+  EXPECT_FALSE(gate.admit(pose_at(0)).rejection);
+  for (int t = 20; t < 1000; t += 20) {
+    RawPose flipped = pose_at(t);
+    flipped.tracker_from_body(0, 0) = flipped.tracker_from_body(1, 1) = -1;
+    EXPECT_EQ(gate.admit(flipped).rejection, PoseRejection::kTooFast);
+  }
+  EXPECT_FALSE(gate.admit(pose_at(1000)).rejection);
+}
+
 TEST(PoseGateTest, RefusesSenselessLimits) {
   PoseGateOptions options;
   options.working_radius_mm = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(validate(options));
   EXPECT_THROW(PoseGate<frames::Probe>{options}, Bug);
+  options = {};
+  options.max_turn_rad = 0;
+  EXPECT_FALSE(validate(options));
+  options = {};
+  options.max_delay_change = Duration(0);
+  EXPECT_FALSE(validate(options));
 }
 
 }  // namespace

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/simulate.hpp"
+
+#include <numbers>
+
+#include "app/simulated_truth.hpp"
+#include "io/ct.hpp"
+#include "sim/ct_scanner.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr double kRadPerDegree = std::numbers::pi / 180;
+
+Result<sim::ProbeModel> probe_of(const SimulateOptions& options) {
+  sim::ProbeModel probe;
+  if (options.probe == "convex") {
+    probe = sim::convex_abdominal();
+  } else if (options.probe == "linear") {
+    probe = sim::linear_l14();
+  } else {
+    return Error{ErrorCode::kUsage, "--probe: expected convex or linear, found " + options.probe};
+  }
+  if (options.columns != 0) probe.columns = options.columns;
+  if (options.rows != 0) probe.rows = options.rows;
+  return probe;
+}
+
+/// Scales the usual direction of the motion to the amplitude that was asked for.
+Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
+  sim::BreathingOptions breathing;
+  const auto kind = sim::breathing_kind_from(options.breathing);
+  if (!kind) return kind.error();
+  breathing.kind = *kind;
+  breathing.period_s = options.breathing_period_s;
+  breathing.lag_s = std::min(breathing.lag_s, 0.5 * breathing.period_s);
+  breathing.amplitude_mm *= options.breathing_mm / -breathing.amplitude_mm.z();
+  return breathing;
+}
+
+Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& options) {
+  sim::SimulatedSessionOptions out;
+  const auto probe = probe_of(options);
+  if (!probe) return probe.error();
+  const auto path = sim::hand_path_kind_from(options.path);
+  if (!path) return path.error();
+  const auto tracker = sim::tracker_kind_from(options.tracker);
+  if (!tracker) return tracker.error();
+  const auto breathing = breathing_of(options);
+  if (!breathing) return breathing.error();
+  out.family = options.family;
+  out.seed = options.seed;
+  out.path.kind = *path;
+  out.path.length_mm = options.length_mm;
+  out.path.angle_rad = options.angle_deg * kRadPerDegree;
+  out.duration_s = options.duration_s;
+  out.frame_rate_hz = options.frame_rate_hz;
+  out.probe = *probe;
+  out.tracker = *tracker;
+  out.breathing = *breathing;
+  out.pose_faults = sim::FaultPlan::everything(options.faults, options.seed);
+  out.frame_faults = out.pose_faults;
+  return out;
+}
+
+Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOptions& options) {
+  sim::CtOptions ct;
+  ct.seed = options.seed;
+  ct.spacing_mm = Eigen::Vector3d::Constant(options.ct_spacing_mm);
+  const auto volume = sim::scan_ct(session.patient(), ct);
+  if (!volume) return volume.error();
+  return io::write_ct_mha(*volume, options.ct);
+}
+
+}  // namespace
+
+Result<void> run_simulate(const SimulateOptions& options, Console& console) {
+  const auto session_settings = session_options(options);
+  if (!session_settings) return session_settings.error();
+  console.begin("simulated patient");
+  const auto session = sim::SimulatedSession::create(*session_settings);
+  if (!session) return session.error();
+  console.begin("pictures");
+  const auto recording =
+      record(*session, options.out, options.compress, [&](double f) { console.progress(f); });
+  if (!recording) return recording.error();
+  console.end(std::to_string(recording->frames.size()) + " pictures");
+  std::filesystem::path truth = options.truth;
+  if (truth.empty()) truth = std::filesystem::path(options.out).replace_extension(".truth.json");
+  if (auto written = write_json(truth_of(*session, *recording), truth.string()); !written) {
+    return written;
+  }
+  if (!options.ct.empty()) {
+    console.begin("CT");
+    if (auto written = write_ct(*session, options); !written) return written;
+    console.end();
+  }
+  console.say("truth: " + truth.string());
+  return {};
+}
+
+}  // namespace nav::app

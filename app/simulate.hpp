@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "app/console.hpp"
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+struct SimulateOptions {
+  std::filesystem::path out;    ///< Sequence, .mha or .nrrd; the truth goes beside it.
+  std::filesystem::path truth;  ///< JSON; empty: the sequence's name with .truth.json.
+  std::filesystem::path ct;     ///< .mha; empty: no CT is written.
+  std::string family = "abdomen";
+  std::uint64_t seed = 1;
+  std::string path = "sweep";       ///< sweep, fan, rock or tilt.
+  double length_mm = 60;            ///< Of a slide.
+  double angle_deg = 50;            ///< Of a swing.
+  std::string probe = "convex";     ///< convex or linear.
+  std::string tracker = "optical";  ///< ideal, optical, electromagnetic or arm.
+  std::string breathing = "none";   ///< none, rigid, affine or smooth.
+  double breathing_mm = 12;         ///< Towards the feet, mean.
+  double breathing_period_s = 4;
+  double faults = 0;  ///< Chance of each fault at each sample.
+  double duration_s = 4;
+  double frame_rate_hz = 15;
+  int columns = 0, rows = 0;  ///< Of the pictures; 0: the probe's own.
+  double ct_spacing_mm = 1.5;
+  bool compress = false;
+};
+
+/// Writes a simulated recording with its truth and, if asked for, the CT of the same patient at the
+/// end of expiration. Errors name the option.
+Result<void> run_simulate(const SimulateOptions& options, Console& console);
+
+}  // namespace nav::app

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/spline_field.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "nav/check.hpp"
+
+namespace nav::registration {
+namespace {
+
+/// The four cubic B-splines that reach a point t of a cell, and their slopes.
+struct Four {
+  std::array<double, 4> value, slope;
+};
+Four cubic(double t) {
+  const double s = 1 - t;
+  return {{s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6,
+           t * t * t / 6},
+          {-0.5 * s * s, 0.5 * (3 * t * t - 4 * t), -0.5 * (3 * s * s - 4 * s), 0.5 * t * t}};
+}
+
+/// Integrals of products of two cubic B-splines n cells apart, and of their first and second
+/// derivatives, cell of 1.
+constexpr std::array<std::array<double, 4>, 3> kProducts = {
+    {{2416.0 / 5040, 1191.0 / 5040, 120.0 / 5040, 1.0 / 5040},
+     {2.0 / 3, -1.0 / 8, -1.0 / 5, -1.0 / 120},
+     {8.0 / 3, -3.0 / 2, 0.0, 1.0 / 6}}};
+
+}  // namespace
+
+SplineField::SplineField(const CtBox& box, double spacing_mm) : box_(box), spacing_mm_(spacing_mm) {
+  NAV_CHECK(spacing_mm > 0 && box.low.allFinite() && box.high.allFinite(), spacing_mm);
+  origin_ = box.low - Eigen::Vector3d::Constant(spacing_mm);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = std::ceil((box.high[axis] - box.low[axis]) / spacing_mm);
+    NAV_CHECK(cells >= 0 && cells < 200, cells);
+    size_[static_cast<std::size_t>(axis)] = std::max(1, static_cast<int>(cells)) + 3;
+  }
+  coefficients_ = Eigen::VectorXd::Zero(3 * control_points());
+}
+
+SplineField::Reach SplineField::reach(const Eigen::Vector3d& p) const {
+  Reach out;
+  std::array<Four, 3> weights;
+  std::array<int, 3> first;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = static_cast<std::size_t>(axis);
+    const double at = (p[axis] - origin_[axis]) / spacing_mm_;
+    // Far away nothing reaches; the cast below must not overflow.
+    if (!(at > -1 && at < size_[n] + 1)) return out;
+    const double cell = std::floor(at);
+    first[n] = static_cast<int>(cell) - 1;
+    weights[n] = cubic(at - cell);
+  }
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t b = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a < 4; ++a) {
+        const int i = first[0] + static_cast<int>(a);
+        const int j = first[1] + static_cast<int>(b);
+        const int k = first[2] + static_cast<int>(c);
+        if (i < 0 || j < 0 || k < 0 || i >= size_[0] || j >= size_[1] || k >= size_[2]) continue;
+        const auto n = static_cast<std::size_t>(out.count++);
+        const double x = weights[0].value[a], y = weights[1].value[b], z = weights[2].value[c];
+        out.index[n] = i + size_[0] * (j + size_[1] * k);
+        out.weight[n] = x * y * z;
+        out.slope[n] = Eigen::Vector3d(weights[0].slope[a] * y * z, x * weights[1].slope[b] * z,
+                                       x * y * weights[2].slope[c]) /
+                       spacing_mm_;
+      }
+    }
+  }
+  return out;
+}
+
+Eigen::Vector3d SplineField::displacement(const Eigen::Vector3d& p) const {
+  const Reach near = reach(p);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t n = 0; n < static_cast<std::size_t>(near.count); ++n) {
+    sum += near.weight[n] * coefficients_.segment<3>(3 * near.index[n]);
+  }
+  return sum;
+}
+
+Eigen::Matrix3d SplineField::jacobian(const Eigen::Vector3d& p) const {
+  const Reach near = reach(p);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t n = 0; n < static_cast<std::size_t>(near.count); ++n) {
+    sum += coefficients_.segment<3>(3 * near.index[n]) * near.slope[n].transpose();
+  }
+  return sum;
+}
+
+double SplineField::min_determinant() const {
+  const double step = 0.25 * spacing_mm_;
+  double least = 1;
+  for (double z = box_.low.z(); z <= box_.high.z(); z += step) {
+    for (double y = box_.low.y(); y <= box_.high.y(); y += step) {
+      for (double x = box_.low.x(); x <= box_.high.x(); x += step) {
+        const Eigen::Matrix3d map = Eigen::Matrix3d::Identity() + jacobian({x, y, z});
+        least = std::min(least, map.determinant());
+      }
+    }
+  }
+  return least;
+}
+
+Eigen::SparseMatrix<double> SplineField::bending() const {
+  // Pairs of second derivatives: xx, yy, zz once, xy, xz, yz twice; each product of three one
+  // dimensional integrals has the scale h³ / h⁴.
+  constexpr std::array<std::array<std::size_t, 4>, 6> kTerms = {
+      {{2, 0, 0, 1}, {0, 2, 0, 1}, {0, 0, 2, 1}, {1, 1, 0, 2}, {1, 0, 1, 2}, {0, 1, 1, 2}}};
+  std::vector<Eigen::Triplet<double>> triplets;
+  const auto product = [&](int dx, int dy, int dz) {
+    double sum = 0;
+    for (const auto& t : kTerms) {
+      sum += static_cast<double>(t[3]) * kProducts[t[0]][static_cast<std::size_t>(std::abs(dx))] *
+             kProducts[t[1]][static_cast<std::size_t>(std::abs(dy))] *
+             kProducts[t[2]][static_cast<std::size_t>(std::abs(dz))];
+    }
+    return sum / spacing_mm_;
+  };
+  for (int row = 0; row < control_points(); ++row) {
+    const int i = row % size_[0], j = row / size_[0] % size_[1], k = row / size_[0] / size_[1];
+    for (int dk = std::max(-3, -k); dk <= std::min(3, size_[2] - 1 - k); ++dk) {
+      for (int dj = std::max(-3, -j); dj <= std::min(3, size_[1] - 1 - j); ++dj) {
+        for (int di = std::max(-3, -i); di <= std::min(3, size_[0] - 1 - i); ++di) {
+          triplets.emplace_back(row, row + di + size_[0] * (dj + size_[1] * dk),
+                                product(di, dj, dk));
+        }
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(control_points(), control_points());
+  matrix.setFromTriplets(triplets.begin(), triplets.end());
+  return matrix;
+}
+
+void SplineField::set_coefficients(const Eigen::VectorXd& mm) {
+  NAV_CHECK(mm.size() == coefficients_.size() && mm.allFinite(), mm.size());
+  coefficients_ = mm;
+}
+
+}  // namespace nav::registration

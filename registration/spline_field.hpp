@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <array>
+#include <vector>
+
+#include "registration/ct_channels.hpp"
+
+namespace nav::registration {
+
+/// A displacement in Ct, mm: uniform cubic B-splines over a box, fading to nothing outside.
+class SplineField {
+ public:
+  /// spacing_mm > 0 between control points; the box is covered with two more on each side.
+  SplineField(const CtBox& box, double spacing_mm);
+
+  /// Up to 64 control points that reach a point, and their weights (sum 1 inside the box).
+  struct Reach {
+    std::array<int, 64> index;
+    std::array<double, 64> weight;
+    std::array<Eigen::Vector3d, 64> slope;  ///< Of the weight, per mm.
+    int count = 0;
+  };
+  [[nodiscard]] Reach reach(const Eigen::Vector3d& p_ct_mm) const;
+
+  [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& p_ct_mm) const;
+  /// d displacement / d p, closed form.
+  [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& p_ct_mm) const;
+  /// Smallest determinant of I + jacobian() on a grid of a quarter spacing over the box: tissue
+  /// that folds has one <= 0.
+  [[nodiscard]] double min_determinant() const;
+
+  /// Sum of the squared second derivatives of all three components over space, mm, is
+  /// coefficientsᵀ (bending ⊗ I₃) coefficients. Exact; symmetric, positive definite.
+  [[nodiscard]] Eigen::SparseMatrix<double> bending() const;
+
+  [[nodiscard]] int control_points() const { return size_[0] * size_[1] * size_[2]; }
+  /// Three per control point.
+  [[nodiscard]] const Eigen::VectorXd& coefficients() const { return coefficients_; }
+  void set_coefficients(const Eigen::VectorXd& mm);
+
+ private:
+  CtBox box_;
+  double spacing_mm_;
+  Eigen::Vector3d origin_;  ///< Of control point (0, 0, 0).
+  std::array<int, 3> size_{};
+  Eigen::VectorXd coefficients_;
+};
+
+}  // namespace nav::registration

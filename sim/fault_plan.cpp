@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/fault_plan.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "nav/check.hpp"
+#include "sim/random.hpp"
+
+namespace nav::sim {
+namespace {
+
+constexpr std::uint64_t kFaultStream = 0x6661756c74;
+
+std::array<double, 11> chances(const FaultPlan& p) {
+  return {p.drop,  p.duplicate, p.reorder, p.future_stamp, p.clock_step,  p.stall,
+          p.empty, p.nan,       p.flip,    p.mirror,       p.denormalised};
+}
+
+const FaultPlan& checked(const FaultPlan& plan) {
+  const auto ok = validate(plan);
+  NAV_CHECK(ok.has_value(), ok.has_value() ? "" : ok.error().message);
+  return plan;
+}
+
+template <class Item, class Source>
+Result<Item> next_of(Source& source, detail::FaultInjector<Item>& injector, Deadline deadline) {
+  for (;;) {
+    if (injector.front() != nullptr && injector.front()->received <= deadline) {
+      return injector.pop();
+    }
+    auto item = source.next(deadline);
+    if (!item) {
+      if (item.error().code != ErrorCode::kEndOfStream) return item.error();
+      injector.flush();
+      if (injector.front() == nullptr) return item.error();
+      if (injector.front()->received <= deadline) return injector.pop();
+      return Error{ErrorCode::kTimeout, "faulty source: nothing more by the deadline"};
+    }
+    injector.push(std::move(*item));
+  }
+}
+
+}  // namespace
+
+const char* to_string(FaultKind kind) {
+  constexpr std::array<const char*, 11> kNames = {
+      "drop",  "duplicate", "reorder", "future_stamp", "clock_step",  "stall",
+      "empty", "nan",       "flip",    "mirror",       "denormalised"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+FaultPlan FaultPlan::everything(double chance, std::uint64_t seed) {
+  FaultPlan plan;
+  plan.seed = seed;
+  for (double* p :
+       {&plan.drop, &plan.duplicate, &plan.reorder, &plan.future_stamp, &plan.clock_step,
+        &plan.stall, &plan.empty, &plan.nan, &plan.flip, &plan.mirror, &plan.denormalised}) {
+    *p = chance;
+  }
+  return plan;
+}
+
+bool FaultPlan::empty_plan() const {
+  return std::ranges::all_of(chances(*this), [](double p) { return p == 0; });
+}
+
+Result<void> validate(const FaultPlan& plan) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("fault plan: expected ") + what};
+  };
+  const auto chance = [](double p) { return p >= 0 && p <= 1; };
+  if (!std::ranges::all_of(chances(plan), chance)) return refuse("chances in [0, 1]");
+  if (plan.drop_samples < 1) return refuse("drop_samples >= 1");
+  if (plan.step_samples < 1) return refuse("step_samples >= 1");
+  if (plan.future <= Duration::zero()) return refuse("future > 0");
+  if (plan.step == Duration::zero()) return refuse("a step that is not 0");
+  if (plan.stall_length <= Duration::zero()) return refuse("stall_length > 0");
+  if (!(plan.norm > 0 && plan.norm < 1e3)) return refuse("a norm in (0, 1000)");
+  return {};
+}
+
+namespace detail {
+
+template <class Item>
+bool FaultInjector<Item>::happens(FaultKind kind, double chance, Timestamp received) {
+  const auto of = kFaultStream + 64 * stream_ + static_cast<std::uint64_t>(kind);
+  if (!(unit_from_bits(hash_bits(plan_.seed, of, sample_)) <= chance)) return false;
+  faults_.push_back({kind, sample_, received});
+  return true;
+}
+
+template <>
+void FaultInjector<UltrasoundFrame>::spoil(UltrasoundFrame& frame) {
+  if (happens(FaultKind::kEmpty, plan_.empty, frame.received)) frame.pixels = {};
+}
+
+template <>
+void FaultInjector<RawPose>::spoil(RawPose& pose) {
+  const Timestamp received = pose.received;
+  Eigen::Matrix4d& m = pose.tracker_from_body;
+  if (happens(FaultKind::kEmpty, plan_.empty, received)) {
+    // Drivers repeat identity with such a status; the status must be enough.
+    pose.status = TrackingStatus::kOccluded;
+    m.setIdentity();
+  }
+  const auto axis =
+      static_cast<Eigen::Index>(hash_bits(plan_.seed, kFaultStream + stream_, sample_) % 3);
+  if (happens(FaultKind::kNan, plan_.nan, received)) m(axis, 3) = std::nan("");
+  if (happens(FaultKind::kFlip, plan_.flip, received)) {
+    const Eigen::AngleAxisd half_turn(std::numbers::pi, Eigen::Vector3d::Unit(axis));
+    m.topLeftCorner<3, 3>() = (m.topLeftCorner<3, 3>() * half_turn.toRotationMatrix()).eval();
+  }
+  if (happens(FaultKind::kMirror, plan_.mirror, received)) m.col(axis) *= -1;
+  if (happens(FaultKind::kDenormalised, plan_.denormalised, received)) {
+    // The usual formula of a matrix from a quaternion grows with the square of its norm.
+    m.topLeftCorner<3, 3>() *= plan_.norm * plan_.norm;
+  }
+}
+
+template <class Item>
+void FaultInjector<Item>::spoil_time(Item& item, Timestamp received) {
+  if (happens(FaultKind::kFutureStamp, plan_.future_stamp, received)) item.acquired += plan_.future;
+  if (stepped_ > 0) {
+    --stepped_;
+  } else if (happens(FaultKind::kClockStep, plan_.clock_step, received)) {
+    stepped_ = plan_.step_samples;
+  }
+  if (stepped_ > 0) item.acquired += plan_.step;
+  if (received >= stalled_until_ && happens(FaultKind::kStall, plan_.stall, received)) {
+    stalled_until_ = received + plan_.stall_length;
+  }
+  item.received = std::max(received, stalled_until_);
+}
+
+template <class Item>
+void FaultInjector<Item>::release(Item item) {
+  // What was held back arrives no earlier than what it waited for.
+  if (!ready_.empty()) item.received = std::max(item.received, ready_.back().received);
+  ready_.push_back(std::move(item));
+}
+
+template <class Item>
+void FaultInjector<Item>::push(Item item) {
+  const Timestamp received = item.received;
+  const bool drop = dropping_ > 0 || happens(FaultKind::kDrop, plan_.drop, received);
+  if (drop) {
+    dropping_ = dropping_ > 0 ? dropping_ - 1 : plan_.drop_samples - 1;
+    ++sample_;
+    return;
+  }
+  spoil(item);
+  spoil_time(item, received);
+  const bool twice = happens(FaultKind::kDuplicate, plan_.duplicate, received);
+  const bool late = held_.empty() && happens(FaultKind::kReorder, plan_.reorder, received);
+  ++sample_;
+  if (late) {
+    held_.push_back(std::move(item));
+    return;
+  }
+  if (twice) release(item);
+  release(std::move(item));
+  while (!held_.empty()) {
+    release(std::move(held_.front()));
+    held_.pop_front();
+  }
+}
+
+template <class Item>
+void FaultInjector<Item>::flush() {
+  while (!held_.empty()) {
+    release(std::move(held_.front()));
+    held_.pop_front();
+  }
+}
+
+template <class Item>
+Item FaultInjector<Item>::pop() {
+  Item item = std::move(ready_.front());
+  ready_.pop_front();
+  return item;
+}
+
+template class FaultInjector<RawPose>;
+template class FaultInjector<UltrasoundFrame>;
+
+}  // namespace detail
+
+FaultyPoseSource::FaultyPoseSource(std::unique_ptr<PoseSource> source, const FaultPlan& plan,
+                                   std::uint64_t stream)
+    : source_(std::move(source)), injector_(checked(plan), stream) {
+  NAV_CHECK(source_ != nullptr);
+}
+Result<RawPose> FaultyPoseSource::next(Deadline deadline) {
+  return next_of(*source_, injector_, deadline);
+}
+
+FaultyFrameSource::FaultyFrameSource(std::unique_ptr<FrameSource> source, const FaultPlan& plan,
+                                     std::uint64_t stream)
+    : source_(std::move(source)), injector_(checked(plan), stream) {
+  NAV_CHECK(source_ != nullptr);
+}
+Result<UltrasoundFrame> FaultyFrameSource::next(Deadline deadline) {
+  return next_of(*source_, injector_, deadline);
+}
+
+}  // namespace nav::sim

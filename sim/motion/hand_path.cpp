@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/motion/hand_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "nav/check.hpp"
+#include "sim/random.hpp"
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+constexpr std::uint64_t kWobbleStream = 0x776f62;
+constexpr int kWaves = 4;
+
+/// Sum of waves of unit variance between two frequencies.
+double band(std::uint64_t seed, std::uint64_t stream, double low_hz, double high_hz, double s) {
+  double sum = 0;
+  for (std::uint64_t k = 0; k < kWaves; ++k) {
+    const double place = unit_from_bits(hash_bits(seed, stream, 2 * k));
+    const double hz = low_hz + (high_hz - low_hz) * (static_cast<double>(k) + place) / kWaves;
+    const double phase = unit_from_bits(hash_bits(seed, stream, 2 * k + 1));
+    sum += std::sin(2 * std::numbers::pi * (hz * s + phase));
+  }
+  return sum * std::sqrt(2.0 / kWaves);
+}
+
+/// A hand starts and stops gently.
+double smooth_step(double t) {
+  const double s = std::clamp(t, 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+}  // namespace
+
+const char* to_string(HandPathKind kind) {
+  switch (kind) {
+    case HandPathKind::kSweep:
+      return "sweep";
+    case HandPathKind::kFan:
+      return "fan";
+    case HandPathKind::kRock:
+      return "rock";
+    case HandPathKind::kTilt:
+      return "tilt";
+  }
+  return "unknown";
+}
+
+Result<HandPathKind> hand_path_kind_from(std::string_view name) {
+  for (const auto kind :
+       {HandPathKind::kSweep, HandPathKind::kFan, HandPathKind::kRock, HandPathKind::kTilt}) {
+    if (name == to_string(kind)) return kind;
+  }
+  return Error{ErrorCode::kUsage,
+               "path: expected sweep, fan, rock or tilt, found " + std::string(name)};
+}
+
+Result<void> validate(const HandPathOptions& o) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("hand path: expected ") + what};
+  };
+  const auto within = [](double v, double high) { return v >= 0 && v <= high; };
+  if (!within(o.length_mm, 500)) return refuse("a length of 0 to 500 mm");
+  if (!within(o.angle_rad, 3)) return refuse("an angle of 0 to 3 rad");
+  if (o.end <= o.begin) return refuse("an end after the begin");
+  if (!within(o.tremor.drift_mm, 20)) return refuse("a drift of 0 to 20 mm");
+  if (!within(o.tremor.drift_rad, 0.2)) return refuse("a drift of 0 to 0.2 rad");
+  if (!within(o.tremor.tremor_mm, 5)) return refuse("a tremor of 0 to 5 mm");
+  if (!within(o.tremor.tremor_rad, 0.05)) return refuse("a tremor of 0 to 0.05 rad");
+  return {};
+}
+
+HandWobble wobble_at(const HandTremor& tremor, Timestamp time) {
+  const double s = to_seconds(time);
+  HandWobble wobble;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint64_t stream = kWobbleStream + 4 * static_cast<std::uint64_t>(axis);
+    const auto slow = [&](std::uint64_t k) { return band(tremor.seed, stream + k, 0.1, 1, s); };
+    const auto fast = [&](std::uint64_t k) { return band(tremor.seed, stream + k, 8, 12, s); };
+    wobble.shift_mm[axis] = tremor.drift_mm * slow(0) + tremor.tremor_mm * fast(1);
+    wobble.turn_rad[axis] = tremor.drift_rad * slow(2) + tremor.tremor_rad * fast(3);
+  }
+  return wobble;
+}
+
+HandPath::HandPath(const Pose& middle, const HandPathOptions& options)
+    : middle_(middle), options_(options) {
+  const auto ok = validate(options);
+  NAV_CHECK(ok.has_value(), ok.has_value() ? "" : ok.error().message);
+}
+
+HandPath::Pose HandPath::steady(Timestamp time) const {
+  const double share =
+      smooth_step(to_seconds(time - options_.begin) / to_seconds(options_.end - options_.begin));
+  const double way = share - 0.5;
+  Vec shift = Vec::Zero();
+  Vec axis = Vec::UnitX();
+  double angle = 0;
+  switch (options_.kind) {
+    case HandPathKind::kSweep:
+      shift.z() = way * options_.length_mm;
+      break;
+    case HandPathKind::kFan:
+      angle = way * options_.angle_rad;
+      break;
+    case HandPathKind::kRock:
+      axis = Vec::UnitZ();
+      angle = way * options_.angle_rad;
+      break;
+    case HandPathKind::kTilt:
+      shift.z() = way * options_.length_mm;
+      angle = 0.5 * options_.angle_rad * std::sin(2 * std::numbers::pi * way);
+      break;
+  }
+  const Transform<frames::Image, frames::Image> step(
+      Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), shift);
+  return middle_ * step;
+}
+
+HandPath::Pose HandPath::at(Timestamp time) const {
+  const HandWobble wobble = wobble_at(options_.tremor, time);
+  const double angle = wobble.turn_rad.norm();
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  if (angle > 0) turn = Eigen::AngleAxisd(angle, wobble.turn_rad / angle);
+  return steady(time) * Transform<frames::Image, frames::Image>(turn, wobble.shift_mm);
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "nav/plan.hpp"
+#include "nav/result.hpp"
+#include "nav/transform.hpp"
+
+namespace nav::sim {
+
+/// Why a needle does not go where its hub points.
+enum class BendingKind {
+  kStraight,
+  kBevelArc,  ///< A bevel tip steers along a circle (Webster et al. 2006, Int. J. Robotics Res.
+              ///< 25).
+  kTipLoad,   ///< A sideways force at the tip bends the shaft inside the tissue (Euler–Bernoulli
+              ///< cantilever, clamped at the skin).
+};
+
+struct NeedleBending {
+  BendingKind kind = BendingKind::kStraight;
+  double curvature_per_mm =
+      2e-4;                   ///< Bevel arc; 20 to 22 gauge in tissue: 1e-4 to 1e-3. [0, 0.01].
+  double tip_force_n = 0.05;  ///< Tip load, [0, 5].
+  double youngs_modulus_gpa = 200;  ///< Stainless steel, > 0.
+  double outer_mm = 0.9;            ///< Diameter; 20 gauge. > inner.
+  double inner_mm = 0.6;            ///< Diameter of the bore, >= 0.
+  double bevel_rad = 0;             ///< Direction of the deflection about the needle's axis.
+};
+
+/// A refusal that names the first value out of range.
+Result<void> validate(const NeedleBending& bending);
+
+/// A needle pushed a length into tissue. Needle frame: that of the straight needle as the hub shows
+/// it, origin at the tip where it would be, +z from the hub to the tip.
+class BentNeedle {
+ public:
+  /// inserted_mm: path in tissue, [0, 1000].
+  /// Precondition: validate(bending), otherwise a Bug.
+  BentNeedle(const NeedleBending& bending, double inserted_mm);
+  /// Sideways and backwards way of a point of the shaft, arc_mm from the skin, [0, inserted].
+  [[nodiscard]] Point<frames::Needle> at(double arc_mm) const;
+  /// Direction of the shaft there, unit.
+  [[nodiscard]] Direction<frames::Needle> direction(double arc_mm) const;
+  /// The true tip.
+  [[nodiscard]] Point<frames::Needle> tip() const { return at(inserted_mm_); }
+  /// Distance of the true tip from where the hub says that it is, mm.
+  [[nodiscard]] double tip_error_mm() const { return tip().mm.norm(); }
+  /// Points of the shaft in tissue, skin first.
+  [[nodiscard]] std::vector<Point<frames::Needle>> shaft(int points) const;
+
+ private:
+  NeedleBending bending_;
+  double inserted_mm_;
+  double rigidity_n_mm2_;  ///< E I.
+};
+
+}  // namespace nav::sim

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "nav/result.hpp"
+
+namespace nav::sim {
+
+/// Where tissue has gone: a one-to-one map from the patient at rest (end of expiration, as in the
+/// CT) to the patient at one moment, both in Ct, mm. Implementations are thread-safe to read.
+class Warp {
+ public:
+  virtual ~Warp() = default;
+  /// Where a piece of tissue is now.
+  [[nodiscard]] virtual Eigen::Vector3d apply(const Eigen::Vector3d& rest) const = 0;
+  /// d apply / d rest, closed form; its determinant is positive everywhere.
+  [[nodiscard]] virtual Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const = 0;
+  /// Which piece of tissue is here now: |apply(invert(p)) - p| <= kInverseToleranceMm.
+  [[nodiscard]] virtual Eigen::Vector3d invert(const Eigen::Vector3d& now) const = 0;
+  static constexpr double kInverseToleranceMm = 1e-9;
+};
+
+/// p' = matrix · p + shift: rigid when the matrix is a rotation.
+class AffineWarp final : public Warp {
+ public:
+  /// Precondition: finite, determinant > 0.01, otherwise a Bug.
+  AffineWarp(const Eigen::Matrix3d& matrix, const Eigen::Vector3d& shift_mm);
+  /// A rotation vector (rad) about a centre, then a shift.
+  static AffineWarp rigid(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& centre_mm,
+                          const Eigen::Vector3d& shift_mm);
+  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override {
+    return matrix_ * rest + shift_mm_;
+  }
+  [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d&) const override { return matrix_; }
+  [[nodiscard]] Eigen::Vector3d invert(const Eigen::Vector3d& now) const override {
+    return inverse_ * (now - shift_mm_);
+  }
+
+ private:
+  Eigen::Matrix3d matrix_, inverse_;
+  Eigen::Vector3d shift_mm_;
+};
+
+/// A displacement that fades with distance from a centre: peak_mm · exp(−½ Σ ((p − c)/sigma)²).
+struct WarpBump {
+  Eigen::Vector3d centre_mm;
+  Eigen::Vector3d sigma_mm;  ///< Along the axes of Ct, > 0.
+  Eigen::Vector3d peak_mm;
+};
+
+/// Sum of bumps. It is one-to-one because its displacement is a contraction: no two points come
+/// nearer to each other than 1 − lipschitz() of their distance.
+class SmoothWarp final : public Warp {
+ public:
+  static constexpr double kMaxLipschitz = 0.9;
+  /// Refuses bumps that are not finite, widths that are not positive, and sets that are together so
+  /// steep that tissue could fold (lipschitz() > kMaxLipschitz).
+  static Result<SmoothWarp> create(std::vector<WarpBump> bumps);
+  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override {
+    return rest + displacement(rest);
+  }
+  [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const override;
+  /// Newton with the closed-form Jacobian; falls back on the fixed point p − u(p), which always
+  /// converges.
+  [[nodiscard]] Eigen::Vector3d invert(const Eigen::Vector3d& now) const override;
+  /// Upper bound of |u(a) − u(b)| / |a − b|: Σ |peak| e^(−½) / min(sigma).
+  [[nodiscard]] double lipschitz() const { return lipschitz_; }
+
+ private:
+  explicit SmoothWarp(std::vector<WarpBump> bumps, double lipschitz)
+      : bumps_(std::move(bumps)), lipschitz_(lipschitz) {}
+  [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& rest) const;
+  std::vector<WarpBump> bumps_;
+  double lipschitz_;
+};
+
+/// Upper bound of how steep a set of bumps is together; see SmoothWarp::lipschitz().
+double steepness(const std::vector<WarpBump>& bumps);
+
+}  // namespace nav::sim

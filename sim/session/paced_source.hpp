@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "nav/source.hpp"
+
+namespace nav::sim {
+
+/// A virtual source in real time: what it gives arrives when it would have arrived. How to wait is
+/// the caller's: sleep on a live clock, or advance a virtual one. Source is PoseSource or
+/// FrameSource. Not thread-safe.
+template <class Source, class Item>
+class PacedSource final : public Source {
+ public:
+  /// wait: returns when the session clock has reached a time (or at once when it has).
+  PacedSource(std::unique_ptr<Source> source, std::function<void(Timestamp)> wait)
+      : source_(std::move(source)), wait_(std::move(wait)) {}
+
+  Result<Item> next(Deadline deadline) override {
+    if (!held_) {
+      auto item = source_->next(Timestamp::max());
+      if (!item) return item.error();
+      held_ = std::move(*item);
+    }
+    if (held_->received > deadline) {
+      wait_(deadline);
+      return Error{ErrorCode::kTimeout, "paced source: nothing more by the deadline"};
+    }
+    wait_(held_->received);
+    Result<Item> item(std::move(*held_));
+    held_.reset();
+    return item;
+  }
+  void stop() noexcept override { source_->stop(); }
+
+ private:
+  std::unique_ptr<Source> source_;
+  std::function<void(Timestamp)> wait_;
+  std::optional<Item> held_;
+};
+
+using PacedPoseSource = PacedSource<PoseSource, RawPose>;
+using PacedFrameSource = PacedSource<FrameSource, UltrasoundFrame>;
+
+}  // namespace nav::sim

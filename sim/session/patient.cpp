@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/session/patient.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+Vec centre_of(const std::vector<Point<frames::Ct>>& points) {
+  Vec sum = Vec::Zero();
+  for (const auto& p : points) sum += p.mm;
+  return sum / static_cast<double>(points.size());
+}
+
+/// Where a ray leaves the patient.
+std::optional<Vec> skin_along(const Patient& patient, const Vec& from, const Vec& direction) {
+  constexpr double kStepMm = 1;
+  constexpr int kSteps = 400;
+  for (int i = 0; i < kSteps; ++i) {
+    const Vec p = from + i * kStepMm * direction;
+    if (patient.skin_distance_mm({p}) >= 0) return p;
+  }
+  return std::nullopt;
+}
+
+/// Share of a fan of lines from the skin towards the targets that sound does not pass.
+double blocked_share(const Patient& patient, const Vec& skin, const Vec& target, const Vec& side) {
+  int blocked = 0, all = 0;
+  for (int line = -4; line <= 4; ++line) {
+    const Vec to = target + 12.0 * line * side - skin;
+    bool hit = false;
+    for (double t = 0.05; t <= 1; t += 0.02) {
+      hit = hit || blocks_ultrasound(patient.tissue({skin + 4.0 * line * side + t * to}));
+      blocked += hit ? 1 : 0;
+      ++all;
+    }
+  }
+  return static_cast<double>(blocked) / all;
+}
+
+Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, double press_mm) {
+  Eigen::Matrix3d axes;
+  axes.col(1) = into;
+  axes.col(0) = into.cross(Vec::UnitZ()).normalized();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return {Eigen::Quaterniond(axes).normalized(), skin + press_mm * into};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Patient>> make_patient(std::string_view family, std::uint64_t seed,
+                                                    Contrast contrast) {
+  if (family == "abdomen") {
+    return std::make_shared<const Patient>(PhantomOptions{seed, contrast});
+  }
+  return Error{ErrorCode::kUsage,
+               "simulated patient: expected the family abdomen, found " + std::string(family)};
+}
+
+Result<Transform<frames::Ct, frames::Image>> free_view(const Patient& patient, double press_mm) {
+  const auto targets = patient.targets();
+  const Error none{ErrorCode::kUsage,
+                   "simulated patient: expected skin around targets, found none"};
+  if (targets.empty()) return none;
+  const Vec centre = centre_of(targets);
+  double best = 1e9;
+  std::optional<Transform<frames::Ct, frames::Image>> view;
+  constexpr double kTurn = 2 * std::numbers::pi;
+  for (int i = 0; i < 24; ++i) {
+    for (const double up : {-0.6, -0.3, 0.0, 0.3}) {
+      const double turn = kTurn * i / 24;
+      const Vec out(std::cos(turn) * std::cos(up), std::sin(turn) * std::cos(up), std::sin(up));
+      const auto skin = skin_along(patient, centre, out);
+      if (!skin) continue;
+      const Vec side = out.cross(Vec::UnitZ()).normalized();
+      // As free as possible first; among the free the shortest way.
+      const double score =
+          blocked_share(patient, *skin, centre, side) + 2e-4 * (*skin - centre).norm();
+      if (score >= best) continue;
+      best = score;
+      view = looking(*skin, -out, press_mm);
+    }
+  }
+  if (!view) return none;
+  return *view;
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,269 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/session/simulated_session.hpp"
+
+#include <cmath>
+
+#include "nav/check.hpp"
+#include "sim/random.hpp"
+#include "sim/trackers/electromagnetic_tracker.hpp"
+#include "sim/trackers/encoder_arm.hpp"
+#include "sim/trackers/optical_tracker.hpp"
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using frames::Ct;
+using frames::Image;
+using frames::Probe;
+using frames::Reference;
+using frames::Tracker;
+
+constexpr std::uint64_t kProbeBody = 0;
+constexpr std::uint64_t kReferenceBody = 1;
+constexpr Duration kLeadIn = std::chrono::milliseconds(500);
+constexpr Timestamp kBegin{std::chrono::seconds(1)};
+
+class IdealSensor final : public TrackerSensor {
+ public:
+  [[nodiscard]] Observation observe(const Eigen::Matrix4d& truth, std::uint64_t,
+                                    std::uint64_t) const override {
+    return {TrackingStatus::kOk, truth};
+  }
+  [[nodiscard]] const char* name() const override { return "ideal"; }
+};
+
+std::shared_ptr<const TrackerSensor> make_sensor(TrackerKind kind, std::uint64_t seed) {
+  switch (kind) {
+    case TrackerKind::kIdeal:
+      break;
+    case TrackerKind::kOptical: {
+      OpticalTrackerOptions options;
+      options.seed = seed;
+      return std::make_shared<OpticalTracker>(options);
+    }
+    case TrackerKind::kElectromagnetic: {
+      ElectromagneticTrackerOptions options;
+      options.seed = seed;
+      return std::make_shared<ElectromagneticTracker>(options);
+    }
+    case TrackerKind::kArm: {
+      EncoderArmOptions options;
+      options.seed = seed;
+      return std::make_shared<EncoderArm>(options);
+    }
+  }
+  return std::make_shared<IdealSensor>();
+}
+
+/// Where the middle of the volume lies, Tracker frame.
+Vec sweet_spot(TrackerKind kind) {
+  switch (kind) {
+    case TrackerKind::kElectromagnetic:
+      return {0, 0, 280};
+    case TrackerKind::kArm:
+      return {450, 0, 350};
+    default:
+      return {0, 0, 1500};
+  }
+}
+
+Eigen::Quaterniond random_rotation(Random& random) {
+  const double angle = random.uniform(0.8, 2.6);
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
+}
+
+Transform<Probe, Image> mount_probe(Random random) {
+  const Vec at = Vec(8.5, -31.2, 84.6) + random.offset(4);
+  return {random_rotation(random), at};
+}
+
+/// On the skin, a hand's breadth from the probe.
+Transform<Ct, Reference> place_reference(const Transform<Ct, Image>& middle, Random random) {
+  const Vec at = (middle * Point<Image>{{0, -20, 0}}).mm + Vec(40, 0, 90) + random.offset(10);
+  return {random_rotation(random), at};
+}
+
+Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& probe_ct, Random random) {
+  const Eigen::Quaterniond turn = random_rotation(random);
+  return {turn, sweet_spot(kind) - turn * probe_ct};
+}
+
+HandPathOptions path_options(const SimulatedSessionOptions& o) {
+  HandPathOptions path = o.path;
+  path.begin = kBegin;
+  path.end = kBegin + from_seconds(o.duration_s);
+  path.tremor.seed = hash_bits(o.seed, 0x68616e64, 0);
+  return path;
+}
+
+BreathingOptions breathing_options(const SimulatedSessionOptions& o) {
+  BreathingOptions breathing = o.breathing;
+  breathing.seed = hash_bits(o.seed, 0x62726561, 0);
+  return breathing;
+}
+
+/// A curved face is pushed into the soft skin.
+double press_of(const ProbeModel& probe) { return probe.kind == ProbeKind::kConvex ? 8 : 2; }
+
+/// Pictures of a session on the virtual clock.
+class SessionFrames final : public FrameSource {
+ public:
+  SessionFrames(const SimulatedSession& session, const UltrasoundSimulator& simulator)
+      : session_(session), simulator_(simulator) {}
+
+  Result<UltrasoundFrame> next(Deadline deadline) override {
+    constexpr const char* kName = "simulated probe: ";
+    if (stopped_) return Error{ErrorCode::kCancelled, std::string(kName) + "stopped"};
+    if (index_ >= session_.frame_count()) {
+      return Error{ErrorCode::kEndOfStream, std::string(kName) + "the recording time has ended"};
+    }
+    const ImageTiming& timing = session_.options().image_timing;
+    const FrameTruth truth = session_.truth(index_);
+    const Timestamp received = truth.physical + timing.latency;
+    if (received > deadline) {
+      return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
+    }
+    UltrasoundFrame frame =
+        simulator_.simulate(truth.rest.ct_from_image, truth.physical + timing.stamp_offset,
+                            static_cast<std::uint64_t>(index_));
+    frame.received = received;
+    ++index_;
+    return frame;
+  }
+  void stop() noexcept override { stopped_ = true; }
+
+ private:
+  const SimulatedSession& session_;
+  const UltrasoundSimulator& simulator_;
+  int index_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+const char* to_string(TrackerKind kind) {
+  switch (kind) {
+    case TrackerKind::kIdeal:
+      return "ideal";
+    case TrackerKind::kOptical:
+      return "optical";
+    case TrackerKind::kElectromagnetic:
+      return "electromagnetic";
+    case TrackerKind::kArm:
+      return "arm";
+  }
+  return "unknown";
+}
+
+Result<TrackerKind> tracker_kind_from(std::string_view name) {
+  for (const auto kind : {TrackerKind::kIdeal, TrackerKind::kOptical, TrackerKind::kElectromagnetic,
+                          TrackerKind::kArm}) {
+    if (name == to_string(kind)) return kind;
+  }
+  return Error{
+      ErrorCode::kUsage,
+      "tracker: expected ideal, optical, electromagnetic or arm, found " + std::string(name)};
+}
+
+Result<void> validate(const SimulatedSessionOptions& o) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("simulated session: expected ") + what};
+  };
+  if (!(o.duration_s > 0 && o.duration_s <= 3600)) return refuse("a duration of 0 to 3600 s");
+  if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
+    return refuse("0 to 1000 pictures a second");
+  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two pictures");
+  // A picture cannot arrive before the time stamped on it.
+  if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
+    return refuse("a picture latency >= 0 and >= the stamp offset");
+  }
+  for (const Result<void>& part :
+       {validate(path_options(o)), validate(o.probe), validate(o.timing), validate(o.breathing),
+        validate(o.pose_faults), validate(o.frame_faults)}) {
+    if (!part) return part.error();
+  }
+  return {};
+}
+
+Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  auto patient = make_patient(options.family, options.seed, options.contrast);
+  if (!patient) return patient.error();
+  const auto middle = free_view(**patient, press_of(options.probe));
+  if (!middle) return middle.error();
+  return SimulatedSession(options, std::move(*patient), *middle);
+}
+
+SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
+                                   std::shared_ptr<const Patient> patient,
+                                   const Transform<Ct, Image>& middle)
+    : options_(options),
+      patient_(std::move(patient)),
+      breathing_(breathing_options(options)),
+      path_(middle, path_options(options)),
+      ultrasound_(*patient_, options.probe, options.seed),
+      sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
+      ct_from_reference_(place_reference(middle, Random(options.seed, 0x726566))),
+      probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
+      tracker_from_ct_(place_tracker(options.tracker,
+                                     (middle * probe_from_image_.inverse()).translation_mm(),
+                                     Random(options.seed, 0x63616d))) {}
+
+Transform<Tracker, Probe> SimulatedSession::tracker_from_probe(Timestamp time) const {
+  return tracker_from_ct_ * path_.at(time) * probe_from_image_.inverse();
+}
+
+Transform<Tracker, Reference> SimulatedSession::tracker_from_reference() const {
+  return tracker_from_ct_ * ct_from_reference_;
+}
+
+int SimulatedSession::frame_count() const {
+  return static_cast<int>(options_.duration_s * options_.frame_rate_hz + 1e-9) + 1;
+}
+
+Timestamp SimulatedSession::frame_time(int index) const {
+  NAV_CHECK(index >= 0 && index < frame_count(), index, frame_count());
+  return kBegin + from_seconds(index / options_.frame_rate_hz);
+}
+
+FrameTruth SimulatedSession::truth(int index) const {
+  const Timestamp time = frame_time(index);
+  const auto pose = path_.at(time);
+  const auto warp = breathing_.warp(time);
+  return {time, pose,
+          rest_view(*warp, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows),
+          breathing_.state(time)};
+}
+
+SensorStream SimulatedSession::stream(std::uint64_t body) const {
+  SensorStream stream;
+  stream.sensor = sensor_;
+  stream.timing = options_.timing;
+  stream.begin = kBegin - kLeadIn;
+  stream.end = frame_time(frame_count() - 1) + kLeadIn;
+  stream.body = body;
+  stream.seed = options_.seed;
+  return stream;
+}
+
+std::unique_ptr<PoseSource> SimulatedSession::probe_poses() const {
+  SensorStream probe = stream(kProbeBody);
+  probe.truth = [this](Timestamp time) { return tracker_from_probe(time).matrix(); };
+  return std::make_unique<SensorPoseSource>(probe);
+}
+
+std::unique_ptr<PoseSource> SimulatedSession::reference_poses() const {
+  SensorStream reference = stream(kReferenceBody);
+  reference.truth = [this](Timestamp) { return tracker_from_reference().matrix(); };
+  // An arm holds one body; the patient is fixed to its base.
+  if (options_.tracker == TrackerKind::kArm) reference.sensor = std::make_shared<IdealSensor>();
+  return std::make_unique<SensorPoseSource>(reference);
+}
+
+std::unique_ptr<FrameSource> SimulatedSession::frames() const {
+  return std::make_unique<SessionFrames>(*this, ultrasound_);
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nav/source.hpp"
+#include "sim/fault_plan.hpp"
+#include "sim/motion/breathing.hpp"
+#include "sim/motion/hand_path.hpp"
+#include "sim/session/moving_patient.hpp"
+#include "sim/session/patient.hpp"
+#include "sim/tracker_model.hpp"
+#include "sim/trackers/sensor_pose_source.hpp"
+#include "sim/ultrasound.hpp"
+
+namespace nav::sim {
+
+enum class TrackerKind { kIdeal, kOptical, kElectromagnetic, kArm };
+
+/// Stable lower-case name ("optical"), and back; kUsage for a name that is none.
+const char* to_string(TrackerKind kind);
+Result<TrackerKind> tracker_kind_from(std::string_view name);
+
+struct SimulatedSessionOptions {
+  std::string family = "abdomen";  ///< Of anatomies.
+  std::uint64_t seed = 1;          ///< Anatomy, room, hand, breath, noise.
+  Contrast contrast = Contrast::kPortal;
+  HandPathOptions path;  ///< begin, end and seeds are set by the session.
+  double duration_s = 4;
+  double frame_rate_hz = 15;
+  ProbeModel probe = convex_abdominal();
+  TrackerKind tracker = TrackerKind::kOptical;
+  TrackerTiming timing;
+  ImageTiming image_timing;
+  BreathingOptions breathing;
+  FaultPlan pose_faults;  ///< Of probe and reference, each in its own way.
+  FaultPlan frame_faults;
+};
+
+/// A refusal that names the first option out of range.
+Result<void> validate(const SimulatedSessionOptions& options);
+
+/// What was true when a picture was taken.
+struct FrameTruth {
+  Timestamp physical;
+  /// Where the probe held the picture, patient axes, as the reference body sees it.
+  Transform<frames::Ct, frames::Image> ct_from_image;
+  RestView rest;  ///< The same in the patient at rest, which is what the CT shows.
+  BreathingState breathing;
+};
+
+/// A patient who breathes, a hand that leads a probe, a tracker that errs: ordinary sources on the
+/// session clock, and the truth about them. The reference body stays still. Times are physical;
+/// the hand moves from 1 s on for the duration. Thread-safe to read.
+class SimulatedSession {
+ public:
+  /// Errors: those of validate(); kUsage for a family that does not exist, or a patient in whom no
+  /// free view was found.
+  static Result<SimulatedSession> create(const SimulatedSessionOptions& options);
+
+  [[nodiscard]] const SimulatedSessionOptions& options() const { return options_; }
+  [[nodiscard]] const Patient& patient() const { return *patient_; }
+  [[nodiscard]] const Breathing& breathing() const { return breathing_; }
+  /// Of the pictures.
+  [[nodiscard]] PixelGrid grid() const { return ultrasound_.grid(); }
+  [[nodiscard]] const Transform<frames::Ct, frames::Reference>& ct_from_reference() const {
+    return ct_from_reference_;
+  }
+  [[nodiscard]] const Transform<frames::Probe, frames::Image>& probe_from_image() const {
+    return probe_from_image_;
+  }
+  [[nodiscard]] Transform<frames::Tracker, frames::Probe> tracker_from_probe(Timestamp time) const;
+  [[nodiscard]] Transform<frames::Tracker, frames::Reference> tracker_from_reference() const;
+
+  [[nodiscard]] int frame_count() const;
+  /// Physical time of a picture, 0 <= index < frame_count().
+  [[nodiscard]] Timestamp frame_time(int index) const;
+  [[nodiscard]] FrameTruth truth(int index) const;
+
+  /// Poses as the tracker gives them, before any fault; begin 0.5 s before the first picture.
+  [[nodiscard]] std::unique_ptr<PoseSource> probe_poses() const;
+  [[nodiscard]] std::unique_ptr<PoseSource> reference_poses() const;
+  /// Pictures, before any fault; their sequence is the index. The session must outlive the source.
+  [[nodiscard]] std::unique_ptr<FrameSource> frames() const;
+
+ private:
+  SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Patient> patient,
+                   const Transform<frames::Ct, frames::Image>& middle);
+  [[nodiscard]] SensorStream stream(std::uint64_t body) const;
+
+  SimulatedSessionOptions options_;
+  std::shared_ptr<const Patient> patient_;
+  Breathing breathing_;
+  HandPath path_;
+  UltrasoundSimulator ultrasound_;
+  std::shared_ptr<const TrackerSensor> sensor_;
+  Transform<frames::Ct, frames::Reference> ct_from_reference_;
+  Transform<frames::Probe, frames::Image> probe_from_image_;
+  Transform<frames::Tracker, frames::Ct> tracker_from_ct_;
+};
+
+}  // namespace nav::sim

@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/deformable_registration.hpp"
+
+#include <gmock/gmock.h>
+
+#include "registration/shadow_mask.hpp"
+#include "tests/registration/synthetic.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+const CtBox kBox{Vec(-60, -50, -40), Vec(60, 50, 40)};
+
+SplineField random_field(unsigned seed, double mm) {
+  SplineField field(kBox, 30);
+  std::mt19937 random(seed);
+  Eigen::VectorXd c(field.coefficients().size());
+  for (Eigen::Index i = 0; i < c.size(); ++i) {
+    c[i] = mm * (static_cast<double>(random()) / 2147483648.0 - 1.0);
+  }
+  field.set_coefficients(c);
+  return field;
+}
+
+TEST(SplineFieldTest, JacobianIsTheDerivativeAndWeightsSumToOne) {
+  const auto field = random_field(1, 5);
+  for (const Vec& p : {Vec(0, 0, 0), Vec(59, -49, 39), Vec(-60, 50, 40), Vec(12, 3, -30)}) {
+    Eigen::Matrix3d numeric;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec step = 1e-3 * Vec::Unit(axis);
+      numeric.col(axis) = (field.displacement(p + step) - field.displacement(p - step)) / 2e-3;
+    }
+    EXPECT_LE((numeric - field.jacobian(p)).norm(), 1e-7);
+    const auto reach = field.reach(p);
+    double sum = 0;
+    for (int n = 0; n < reach.count; ++n) sum += reach.weight[static_cast<std::size_t>(n)];
+    EXPECT_NEAR(sum, 1, 1e-12);
+  }
+  EXPECT_EQ(field.displacement({1e5, 0, 0}), Vec(0, 0, 0));
+  EXPECT_EQ(field.displacement(Vec::Constant(std::nan(""))), Vec(0, 0, 0));
+}
+
+TEST(SplineFieldTest, BendingEnergyIsTheIntegralOfSquaredSecondDerivatives) {
+  SplineField field(kBox, 30);
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(field.coefficients().size());
+  // One component, away from the border, of two neighbouring control points.
+  const auto reach = field.reach({0, 0, 0});
+  c[3 * reach.index[21]] = 2;
+  c[3 * reach.index[22]] = -1;
+  field.set_coefficients(c);
+  const Eigen::SparseMatrix<double> b = field.bending();
+  Eigen::VectorXd x(b.rows());
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = c[3 * i];
+  constexpr double kStep = 6;
+  constexpr double kH = 0.05;
+  double integral = 0;
+  for (double i = -117; i < 120; i += kStep) {
+    for (double j = -117; j < 120; j += kStep) {
+      for (double k = -117; k < 120; k += kStep) {
+        const Vec p(i, j, k);
+        if (field.reach(p).count == 0) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const Vec step = kH * Vec::Unit(axis);
+          const Vec second =
+              (field.jacobian(p + step).row(0) - field.jacobian(p - step).row(0)).transpose() /
+              (2 * kH);
+          integral += second.squaredNorm() * kStep * kStep * kStep;
+        }
+      }
+    }
+  }
+  EXPECT_NEAR(x.dot(b * x) / integral, 1, 0.01);
+}
+
+TEST(SplineFieldTest, TellsFoldsFromSmoothMaps) {
+  EXPECT_GT(random_field(2, 1).min_determinant(), 0.7);
+  EXPECT_LT(random_field(2, 60).min_determinant(), 0);
+}
+
+/// Pictures of a patient whose tissue has moved by a smooth bump since the CT.
+struct Case {
+  test::BlobPatient patient{7, 150};
+  CtChannels ct;
+  PatchSet patches;
+  std::vector<Vec> targets;  ///< Now; inside the sweep.
+
+  static Vec bump(const Vec& p, double mm) {
+    const double w = std::exp(-0.5 * (p - Vec(5, -5, 0)).squaredNorm() / (35.0 * 35.0));
+    return mm * w * Vec(0.3, 0.5, 0.81);
+  }
+  explicit Case(double mm) {
+    const auto grid = test::cubic_grid(75);
+    ct = *make_ct_channels(test::blob_ct(patient, grid), box_of(grid), 1.2);
+    std::vector<TrackedFrame> frames;
+    std::mt19937 random(5);
+    const auto from_ct = test::true_pose().inverse();
+    for (int f = 0; f < 24; ++f) {
+      const Transform<frames::Ct, frames::Image> pose(
+          Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Vec::UnitX())),
+          Vec(0, -45, 4.0 * (f - 11.5)));
+      UltrasoundFrame frame;
+      frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
+      frame.grid = PixelGrid::centred(90, 1, 1);
+      const Vec beam = pose.rotation() * Vec::UnitY();
+      std::vector<std::uint8_t> grey;
+      for (int row = 0; row < 90; ++row) {
+        for (int column = 0; column < 90; ++column) {
+          const Vec now = (pose * frame.grid.at(column, row)).mm;
+          const Vec rest = now + bump(now, mm);
+          const double value = 60 + 0.7 * patient.hu(rest) +
+                               4 * std::abs(patient.slope(rest, beam)) +
+                               4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
+          grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
+          if (row % 20 == 10 && column % 20 == 10) targets.push_back(now);
+        }
+      }
+      frame.pixels = Image2d<std::uint8_t>(90, 90, std::move(grey));
+      frames.push_back({std::move(frame), from_ct * pose, Duration{0}});
+    }
+    const Sweep sweep = *Sweep::create(std::move(frames), "synthetic");
+    patches = make_patches(sweep, *shadow_masks(sweep, {}), {1.6, 9, 1500, 1}, 1.2);
+  }
+  [[nodiscard]] double error_mm(const SplineField& field, double mm) const {
+    double sum = 0;
+    for (const Vec& p : targets) sum += (field.displacement(p) - bump(p, mm)).norm();
+    return sum / static_cast<double>(targets.size());
+  }
+};
+
+TEST(DeformableRegistrationTest, FindsASmoothDeformation) {
+  const Case deformed(6);
+  const auto result = refine_deformable(deformed.ct, deformed.patches, test::true_pose(), {});
+  ASSERT_TRUE(result) << result.error().message;
+  const double before = deformed.error_mm(SplineField(kBox, 35), 6);
+  const double after = deformed.error_mm(result->field, 6);
+  RecordProperty("before_um", static_cast<int>(1000 * before));
+  RecordProperty("after_um", static_cast<int>(1000 * after));
+  RecordProperty("reason", result->reason);
+  EXPECT_TRUE(result->supported) << result->reason;
+  EXPECT_GT(before, 2.5);
+  EXPECT_LT(after, 0.4 * before);
+  EXPECT_LT(result->final_cost, result->rigid_cost);
+  EXPECT_GT(result->min_determinant, 0.5);
+}
+
+TEST(DeformableRegistrationTest, LeavesARigidPatientRigid) {
+  const Case rigid(0);
+  const auto result = refine_deformable(rigid.ct, rigid.patches, test::true_pose(), {});
+  ASSERT_TRUE(result) << result.error().message;
+  const double added = rigid.error_mm(result->field, 0);
+  RecordProperty("added_um", static_cast<int>(1000 * added));
+  RecordProperty("reason", result->reason);
+  EXPECT_LT(added, 0.3) << result->reason;
+  EXPECT_FALSE(result->reason.empty());
+}
+
+TEST(DeformableRegistrationTest, StressNaNConstantCtAndTooFewPictures) {
+  Case rigid(0);
+  PatchSet few = subset(rigid.patches, [](const Patch& p) { return p.frame < 3; });
+  const auto refused = refine_deformable(rigid.ct, few, test::true_pose(), {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("4 pictures"));
+
+  CtChannels constant = rigid.ct;
+  for (auto& texel : constant.texels) texel = {0, 0, 0, 0};
+  const auto nothing = refine_deformable(constant, rigid.patches, test::true_pose(), {});
+  ASSERT_TRUE(nothing);
+  EXPECT_FALSE(nothing->supported) << nothing->reason;
+
+  for (auto& texel : rigid.ct.texels) texel[0] = std::nanf("");
+  EXPECT_FALSE(refine_deformable(rigid.ct, rigid.patches, test::true_pose(), {}));
+
+  DeformableOptions options;
+  options.bending = 0;
+  EXPECT_FALSE(validate(options));
+}
+
+}  // namespace
+}  // namespace nav::registration

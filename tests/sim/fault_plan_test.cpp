@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/fault_plan.hpp"
+
+#include <gtest/gtest.h>
+#include <set>
+
+namespace nav::sim {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// Poses every 20 ms, received 5 ms later; x counts them.
+class CountingSource final : public PoseSource {
+ public:
+  explicit CountingSource(int count) : count_(count) {}
+  Result<RawPose> next(Deadline deadline) override {
+    if (i_ >= count_) return Error{ErrorCode::kEndOfStream, "end"};
+    const Timestamp acquired(milliseconds(20 * i_));
+    if (acquired + milliseconds(5) > deadline) return Error{ErrorCode::kTimeout, "later"};
+    RawPose pose{acquired, acquired + milliseconds(5), TrackingStatus::kOk,
+                 Eigen::Matrix4d::Identity()};
+    pose.tracker_from_body(0, 3) = i_++;
+    return pose;
+  }
+  void stop() noexcept override {}
+
+ private:
+  int count_;
+  int i_ = 0;
+};
+
+std::vector<RawPose> run(const FaultPlan& plan, std::vector<FaultRecord>* faults = nullptr) {
+  FaultyPoseSource source(std::make_unique<CountingSource>(2000), plan);
+  std::vector<RawPose> poses;
+  while (auto pose = source.next(Timestamp::max())) poses.push_back(*pose);
+  if (faults != nullptr) *faults = source.faults();
+  return poses;
+}
+
+TEST(FaultPlanTest, AnEmptyPlanChangesNothing) {
+  const auto poses = run({});
+  ASSERT_EQ(poses.size(), 2000u);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(poses[i].tracker_from_body(0, 3), static_cast<double>(i));
+    EXPECT_EQ(poses[i].received - poses[i].acquired, milliseconds(5));
+  }
+}
+
+TEST(FaultPlanTest, DropsBurstsOfTheStatedLength) {
+  FaultPlan plan;
+  plan.drop = 0.02;
+  plan.drop_samples = 5;
+  std::vector<FaultRecord> faults;
+  const auto poses = run(plan, &faults);
+  EXPECT_NEAR(static_cast<double>(faults.size()), 2000 * 0.02 / (1 + 4 * 0.02), 15);
+  EXPECT_EQ(poses.size(), 2000 - 5 * faults.size());
+}
+
+TEST(FaultPlanTest, EachFaultDoesWhatItSaysAndIsRecorded) {
+  const auto once = [](double FaultPlan::*chance) {
+    FaultPlan plan;
+    plan.*chance = 0.05;
+    return plan;
+  };
+  std::vector<FaultRecord> faults;
+  auto poses = run(once(&FaultPlan::duplicate), &faults);
+  EXPECT_EQ(poses.size(), 2000 + faults.size());
+
+  poses = run(once(&FaultPlan::reorder), &faults);
+  std::size_t backwards = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    backwards += poses[i].acquired < poses[i - 1].acquired ? 1 : 0;
+  }
+  EXPECT_EQ(poses.size(), 2000u);
+  EXPECT_NEAR(static_cast<double>(backwards), static_cast<double>(faults.size()), 1);
+
+  poses = run(once(&FaultPlan::future_stamp), &faults);
+  std::size_t future = 0;
+  for (const auto& p : poses) future += p.acquired > p.received ? 1 : 0;
+  EXPECT_EQ(future, faults.size());
+
+  poses = run(once(&FaultPlan::nan), &faults);
+  std::size_t nan = 0;
+  for (const auto& p : poses) nan += p.tracker_from_body.allFinite() ? 0 : 1;
+  EXPECT_EQ(nan, faults.size());
+
+  poses = run(once(&FaultPlan::flip), &faults);
+  std::size_t flipped = 0;
+  for (const auto& p : poses) {
+    const double trace = p.tracker_from_body.topLeftCorner<3, 3>().trace();
+    EXPECT_TRUE(std::abs(trace - 3) < 1e-12 || std::abs(trace + 1) < 1e-12);
+    flipped += trace < 0 ? 1 : 0;
+  }
+  EXPECT_EQ(flipped, faults.size());
+
+  poses = run(once(&FaultPlan::mirror), &faults);
+  std::size_t mirrored = 0;
+  for (const auto& p : poses) {
+    mirrored += p.tracker_from_body.topLeftCorner<3, 3>().determinant() < 0 ? 1 : 0;
+  }
+  EXPECT_EQ(mirrored, faults.size());
+
+  poses = run(once(&FaultPlan::denormalised), &faults);
+  std::size_t scaled = 0;
+  for (const auto& p : poses) scaled += p.tracker_from_body(1, 1) > 1.01 ? 1 : 0;
+  EXPECT_EQ(scaled, faults.size());
+  for (const auto& fault : faults) EXPECT_EQ(fault.kind, FaultKind::kDenormalised);
+}
+
+TEST(FaultPlanTest, AStallHoldsEverythingBackAndThenDeliversInOrder) {
+  FaultPlan plan;
+  plan.stall = 0.01;
+  std::vector<FaultRecord> faults;
+  const auto poses = run(plan, &faults);
+  ASSERT_EQ(poses.size(), 2000u);
+  ASSERT_FALSE(faults.empty());
+  Duration longest{0};
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    EXPECT_GE(poses[i].received, poses[i - 1].received);
+    EXPECT_GT(poses[i].acquired, poses[i - 1].acquired);
+    longest = std::max<Duration>(longest, poses[i].received - poses[i - 1].received);
+  }
+  EXPECT_GE(longest, milliseconds(300));
+}
+
+TEST(FaultPlanTest, AClockStepsAndStepsBack) {
+  FaultPlan plan;
+  plan.clock_step = 0.01;
+  std::vector<FaultRecord> faults;
+  std::set<std::int64_t> offsets;
+  for (const auto& p : run(plan, &faults)) {
+    offsets.insert((p.received - p.acquired) / milliseconds(1));
+  }
+  EXPECT_EQ(offsets, (std::set<std::int64_t>{5, 5 - 150}));
+}
+
+TEST(FaultPlanTest, SameSeedSameFaultsAndDeadlinesHold) {
+  const auto plan = FaultPlan::everything(0.02, 7);
+  std::vector<FaultRecord> a, b, c;
+  const auto first = run(plan, &a);
+  const auto second = run(plan, &b);
+  ASSERT_EQ(first.size(), second.size());
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].acquired, second[i].acquired);
+  run(FaultPlan::everything(0.02, 8), &c);
+  EXPECT_NE(a.size(), c.size());
+
+  FaultyPoseSource source(std::make_unique<CountingSource>(50), plan);
+  for (int ms = 0; ms < 2000; ms += 7) {
+    while (auto pose = source.next(Timestamp(milliseconds(ms)))) {
+      EXPECT_LE(pose->received, Timestamp(milliseconds(ms)));
+    }
+  }
+  EXPECT_EQ(source.next(Timestamp::max()).error().code, ErrorCode::kEndOfStream);
+}
+
+TEST(FaultPlanTest, RefusesWhatCannotBe) {
+  FaultPlan plan;
+  plan.nan = 1.5;
+  EXPECT_FALSE(validate(plan));
+  plan = {};
+  plan.flip = std::nan("");
+  EXPECT_FALSE(validate(plan));
+  plan = {};
+  plan.step = Duration(0);
+  EXPECT_FALSE(validate(plan));
+}
+
+}  // namespace
+}  // namespace nav::sim

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/session/simulated_session.hpp"
+
+#include <gmock/gmock.h>
+
+#include "sim/session/paced_source.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::sim {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+using Vec = Eigen::Vector3d;
+
+constexpr double kRoundingMm = 1e-9;
+constexpr double kRoundingRad = 1e-7;
+
+SimulatedSessionOptions small() {
+  SimulatedSessionOptions options;
+  options.probe.columns = 80;
+  options.probe.rows = 60;
+  options.probe.lines = 32;
+  options.duration_s = 1;
+  options.frame_rate_hz = 5;
+  options.tracker = TrackerKind::kIdeal;
+  return options;
+}
+
+SimulatedSession make(const SimulatedSessionOptions& options) {
+  auto session = SimulatedSession::create(options);
+  EXPECT_TRUE(session.has_value()) << session.error().message;
+  return std::move(*session);
+}
+
+TEST(RestViewTest, IsTheInverseOfARigidMotionAndLeavesTheRestOver) {
+  const PixelGrid grid = PixelGrid::centred(100, 1, 1);
+  const Transform<frames::Ct, frames::Image> pose(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vec(1, 2, 3).normalized())), {-80, -70, 10});
+  const auto warp = AffineWarp::rigid({0.05, -0.02, 0.1}, {-60, 0, 0}, {1, -4, -12});
+  const auto view = rest_view(warp, pose, grid, 100, 80);
+  EXPECT_LE(view.deformation_rms_mm, 1e-9);
+  for (const Vec& p : {Vec(0, 0, 0), Vec(30, 70, 0), Vec(5, 5, 20)}) {
+    EXPECT_LE((warp.apply((view.ct_from_image * Point<frames::Image>{p}).mm) -
+               (pose * Point<frames::Image>{p}).mm)
+                  .norm(),
+              1e-9);
+  }
+  Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();
+  stretch(1, 1) = 0.9;
+  const auto squeezed = rest_view(AffineWarp(stretch, Vec::Zero()), pose, grid, 100, 80);
+  EXPECT_GT(squeezed.deformation_rms_mm, 1);
+}
+
+TEST(SimulatedSessionTest, TheChainOfAnIdealTrackerIsTheTruth) {
+  const auto session = make(small());
+  auto probe = session.probe_poses();
+  auto reference = session.reference_poses();
+  const auto raw_probe = probe->next(Timestamp::max());
+  const auto raw_reference = reference->next(Timestamp::max());
+  ASSERT_TRUE(raw_probe && raw_reference);
+  const auto tracker_from_probe =
+      rigid_from_matrix<frames::Tracker, frames::Probe>(raw_probe->tracker_from_body);
+  const auto tracker_from_reference =
+      rigid_from_matrix<frames::Tracker, frames::Reference>(raw_reference->tracker_from_body);
+  ASSERT_TRUE(tracker_from_probe && tracker_from_reference);
+  // Before the first picture the hand stands still but trembles: the same time is asked.
+  const auto expected = session.tracker_from_probe(raw_probe->acquired);
+  EXPECT_TRUE(test::is_near(*tracker_from_probe, expected, kRoundingMm, kRoundingRad));
+  const FrameTruth truth = session.truth(3);
+  const auto chain = session.ct_from_reference() * session.tracker_from_reference().inverse() *
+                     session.tracker_from_probe(truth.physical) * session.probe_from_image();
+  EXPECT_TRUE(test::is_near(chain, truth.ct_from_image, 1e-8, kRoundingRad));
+}
+
+TEST(SimulatedSessionTest, EveryTrackerSeesBothBodiesInItsVolume) {
+  for (const auto kind :
+       {TrackerKind::kOptical, TrackerKind::kElectromagnetic, TrackerKind::kArm}) {
+    SimulatedSessionOptions options = small();
+    options.tracker = kind;
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+      options.seed = seed;
+      const auto session = make(options);
+      auto probe = session.probe_poses();
+      double worst = 0;
+      while (const auto pose = probe->next(Timestamp::max())) {
+        ASSERT_EQ(pose->status, TrackingStatus::kOk) << to_string(kind) << ' ' << seed;
+        const Vec truth = session.tracker_from_probe(pose->acquired).translation_mm();
+        worst =
+            std::max(worst, (Vec(pose->tracker_from_body.topRightCorner<3, 1>()) - truth).norm());
+      }
+      EXPECT_GT(worst, 0.01) << to_string(kind);
+      EXPECT_LT(worst, 4) << to_string(kind);
+      auto reference = session.reference_poses();
+      EXPECT_EQ(reference->next(Timestamp::max())->status, TrackingStatus::kOk);
+    }
+  }
+}
+
+TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
+  SimulatedSessionOptions options = small();
+  options.breathing.kind = BreathingKind::kRigid;
+  options.breathing.period_variation = 0;
+  const auto session = make(options);
+  const FrameTruth truth = session.truth(3);
+  const auto warp = session.breathing().warp(truth.physical);
+  const Point<frames::Image> deep{{10, 70, 0}};
+  EXPECT_GT((truth.rest.ct_from_image * deep).mm.z() - (truth.ct_from_image * deep).mm.z(), 1)
+      << "inhaled tissue lies lower than at rest";
+  EXPECT_LE(
+      (warp->apply((truth.rest.ct_from_image * deep).mm) - (truth.ct_from_image * deep).mm).norm(),
+      1e-8);
+  auto frames = session.frames();
+  double sum = 0;
+  int count = 0;
+  while (const auto frame = frames->next(Timestamp::max())) {
+    EXPECT_EQ(frame->sequence, static_cast<std::uint64_t>(count));
+    EXPECT_EQ(frame->acquired, session.frame_time(count));
+    for (const auto grey : frame->pixels.pixels()) sum += grey;
+    ++count;
+  }
+  EXPECT_EQ(count, session.frame_count());
+  EXPECT_GT(sum / (80 * 60 * count), 15) << "the probe touches the patient";
+}
+
+TEST(SimulatedSessionTest, SameSeedSameBytes) {
+  SimulatedSessionOptions options = small();
+  options.tracker = TrackerKind::kOptical;
+  options.duration_s = 0.2;
+  const auto a = make(options);
+  const auto b = make(options);
+  const auto one = a.frames()->next(Timestamp::max());
+  const auto two = b.frames()->next(Timestamp::max());
+  ASSERT_TRUE(one && two);
+  EXPECT_TRUE(std::ranges::equal(one->pixels.pixels(), two->pixels.pixels()));
+  EXPECT_EQ(a.probe_poses()->next(Timestamp::max())->tracker_from_body,
+            b.probe_poses()->next(Timestamp::max())->tracker_from_body);
+}
+
+TEST(SimulatedSessionTest, RefusesWhatCannotBe) {
+  SimulatedSessionOptions options = small();
+  options.family = "dragon";
+  const auto dragon = SimulatedSession::create(options);
+  ASSERT_FALSE(dragon);
+  EXPECT_THAT(dragon.error().message, HasSubstr("dragon"));
+  options = small();
+  options.duration_s = std::nan("");
+  EXPECT_FALSE(SimulatedSession::create(options));
+  options = small();
+  options.breathing.period_s = 0;
+  EXPECT_FALSE(SimulatedSession::create(options));
+  EXPECT_FALSE(tracker_kind_from("sonar"));
+}
+
+TEST(PacedSourceTest, DeliversWhenItWouldHaveArrived) {
+  const auto session = make(small());
+  Timestamp now{};
+  const auto wait = [&now](Timestamp until) { now = std::max(now, until); };
+  PacedPoseSource source(session.probe_poses(), wait);
+  EXPECT_EQ(source.next(Timestamp(milliseconds(100))).error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(now, Timestamp(milliseconds(100)));
+  for (int i = 0; i < 20; ++i) {
+    const auto pose = source.next(Timestamp(std::chrono::seconds(10)));
+    ASSERT_TRUE(pose);
+    EXPECT_EQ(now, pose->received);
+  }
+}
+
+}  // namespace
+}  // namespace nav::sim
