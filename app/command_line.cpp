@@ -419,7 +419,9 @@ void CommandLine::add_simulate() {
   verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
   verb->add_option("--length-mm", o.length_mm, "of the slide")->capture_default_str();
   verb->add_option("--angle-deg", o.angle_deg, "of the swing")->capture_default_str();
-  verb->add_option("--probe", o.probe, "convex or linear")->capture_default_str();
+  verb->add_option("--probe", o.probe,
+                   "standard (the family's own, in its usual view), convex or linear")
+      ->capture_default_str();
   verb->add_option("--tracker", o.tracker, "ideal, optical, electromagnetic or arm")
       ->capture_default_str();
   verb->add_option("--breathing", o.breathing, "none, rigid, affine or smooth")

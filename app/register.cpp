@@ -191,6 +191,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     return register_by_landmarks(config, options, *ground, json_file);
   }
   if (!ground->ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
+  registration::ImageRegistrationOptions solver;
+  if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
+  if (const auto ok = choose_similarity(options, solver); !ok) return ok;
 
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
@@ -209,9 +212,6 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!sweep) return sweep.error();
 
   console.begin("registration");
-  registration::ImageRegistrationOptions solver;
-  if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
-  if (const auto ok = choose_similarity(options, solver); !ok) return ok;
   const auto& initial = start->placement.ct_from_reference;
   const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
                                                    [&](double fraction) {

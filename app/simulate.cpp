@@ -6,6 +6,7 @@
 
 #include "app/simulated_truth.hpp"
 #include "io/ct.hpp"
+#include "sim/anatomy/patient.hpp"
 #include "sim/ct_scanner.hpp"
 
 namespace nav::app {
@@ -15,12 +16,17 @@ constexpr double kRadPerDegree = std::numbers::pi / 180;
 
 Result<sim::ProbeModel> probe_of(const SimulateOptions& options) {
   sim::ProbeModel probe;
-  if (options.probe == "convex") {
+  if (options.probe == "standard") {
+    const auto patient = sim::make_patient(options.family, {options.seed, sim::Contrast::kPortal});
+    if (!patient) return patient.error();
+    probe = patient->views.front().probe;
+  } else if (options.probe == "convex") {
     probe = sim::convex_abdominal();
   } else if (options.probe == "linear") {
     probe = sim::linear_l14();
   } else {
-    return Error{ErrorCode::kUsage, "--probe: expected convex or linear, found " + options.probe};
+    return Error{ErrorCode::kUsage,
+                 "--probe: expected standard, convex or linear, found " + options.probe};
   }
   if (options.columns != 0) probe.columns = options.columns;
   if (options.rows != 0) probe.rows = options.rows;
@@ -57,6 +63,7 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.duration_s = options.duration_s;
   out.frame_rate_hz = options.frame_rate_hz;
   out.probe = *probe;
+  out.standard_view = options.probe == "standard";
   out.tracker = *tracker;
   out.breathing = *breathing;
   out.pose_faults = sim::FaultPlan::everything(options.faults, options.seed);

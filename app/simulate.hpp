@@ -16,10 +16,11 @@ struct SimulateOptions {
   std::filesystem::path ct;     ///< .mha; empty: no CT is written.
   std::string family = "abdomen";
   std::uint64_t seed = 1;
-  std::string path = "sweep";       ///< sweep, fan, rock or tilt.
-  double length_mm = 60;            ///< Of a slide.
-  double angle_deg = 50;            ///< Of a swing.
-  std::string probe = "convex";     ///< convex or linear.
+  std::string path = "sweep";  ///< sweep, fan, rock or tilt.
+  double length_mm = 60;       ///< Of a slide.
+  double angle_deg = 50;       ///< Of a swing.
+  /// The family's own in its standard view; convex or linear, held where the way is free.
+  std::string probe = "standard";
   std::string tracker = "optical";  ///< ideal, optical, electromagnetic or arm.
   std::string breathing = "none";   ///< none, rigid, affine or smooth.
   double breathing_mm = 12;         ///< Towards the feet, mean.

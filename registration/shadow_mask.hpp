@@ -26,7 +26,8 @@ Result<void> validate(const ShadowMaskOptions& options);
 /// For each picture 1 where echoes are usable, else 0; same size as the picture.
 /// A scan line (a ray from the apex where the picture has an outline, else a column) ends at its
 /// last sample that is brighter than the 75th percentile of the whole sweep at that depth minus
-/// drop_grey; from there on is shadow, noise or air. Errors: kUsage (options), kMalformedData
+/// drop_grey; from there on is shadow, noise or air. Without an outline, what is black in every
+/// picture up to its border is left out. Errors: kUsage (options), kMalformedData
 /// (pixel grid or outline that cannot be). Deterministic; thread-safe.
 Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
                                                         const ShadowMaskOptions& options);

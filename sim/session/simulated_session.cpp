@@ -6,6 +6,7 @@
 
 #include "nav/check.hpp"
 #include "sim/random.hpp"
+#include "sim/session/free_view.hpp"
 #include "sim/trackers/electromagnetic_tracker.hpp"
 #include "sim/trackers/encoder_arm.hpp"
 #include "sim/trackers/optical_tracker.hpp"
@@ -189,21 +190,24 @@ Result<void> validate(const SimulatedSessionOptions& o) {
 
 Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  auto patient = make_patient(options.family, options.seed, options.contrast);
+  auto patient = make_patient(options.family, {options.seed, options.contrast});
   if (!patient) return patient.error();
-  const auto middle = free_view(**patient, press_of(options.probe));
+  if (options.standard_view) {
+    return SimulatedSession(options, patient->anatomy, patient->views.front().ct_from_image);
+  }
+  const auto middle = free_view(*patient->anatomy, press_of(options.probe));
   if (!middle) return middle.error();
-  return SimulatedSession(options, std::move(*patient), *middle);
+  return SimulatedSession(options, patient->anatomy, *middle);
 }
 
 SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
-                                   std::shared_ptr<const Patient> patient,
+                                   std::shared_ptr<const Anatomy> patient,
                                    const Transform<Ct, Image>& middle)
     : options_(options),
       patient_(std::move(patient)),
       breathing_(breathing_options(options)),
       path_(middle, path_options(options)),
-      ultrasound_(*patient_, options.probe, options.seed),
+      ultrasound_(patient_, options.probe, options.seed),
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
       ct_from_reference_(place_reference(middle, Random(options.seed, 0x726566))),
       probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),

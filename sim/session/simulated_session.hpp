@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "nav/source.hpp"
+#include "sim/anatomy/patient.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/breathing.hpp"
 #include "sim/motion/hand_path.hpp"
 #include "sim/session/moving_patient.hpp"
-#include "sim/session/patient.hpp"
 #include "sim/tracker_model.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
 #include "sim/ultrasound.hpp"
@@ -25,13 +25,15 @@ const char* to_string(TrackerKind kind);
 Result<TrackerKind> tracker_kind_from(std::string_view name);
 
 struct SimulatedSessionOptions {
-  std::string family = "abdomen";  ///< Of anatomies.
+  std::string family = "abdomen";  ///< Of patient_families().
   std::uint64_t seed = 1;          ///< Anatomy, room, hand, breath, noise.
   Contrast contrast = Contrast::kPortal;
   HandPathOptions path;  ///< begin, end and seeds are set by the session.
   double duration_s = 4;
   double frame_rate_hz = 15;
   ProbeModel probe = convex_abdominal();
+  /// Held as the family's first standard view says; else where the way to the targets is free.
+  bool standard_view = false;
   TrackerKind tracker = TrackerKind::kOptical;
   TrackerTiming timing;
   ImageTiming image_timing;
@@ -62,7 +64,7 @@ class SimulatedSession {
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options);
 
   [[nodiscard]] const SimulatedSessionOptions& options() const { return options_; }
-  [[nodiscard]] const Patient& patient() const { return *patient_; }
+  [[nodiscard]] const Anatomy& patient() const { return *patient_; }
   [[nodiscard]] const Breathing& breathing() const { return breathing_; }
   /// Of the pictures.
   [[nodiscard]] PixelGrid grid() const { return ultrasound_.grid(); }
@@ -87,12 +89,12 @@ class SimulatedSession {
   [[nodiscard]] std::unique_ptr<FrameSource> frames() const;
 
  private:
-  SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Patient> patient,
+  SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Anatomy> patient,
                    const Transform<frames::Ct, frames::Image>& middle);
   [[nodiscard]] SensorStream stream(std::uint64_t body) const;
 
   SimulatedSessionOptions options_;
-  std::shared_ptr<const Patient> patient_;
+  std::shared_ptr<const Anatomy> patient_;
   Breathing breathing_;
   HandPath path_;
   UltrasoundSimulator ultrasound_;

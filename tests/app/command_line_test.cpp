@@ -463,7 +463,8 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   const Json found = Json::parse(outcome.output);
   EXPECT_EQ(found["method"], "surface");
   EXPECT_NEAR(found["registration"]["ct_from_reference_mm"][3].get<double>(), -5, 0.2);
-  EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.2);
+  // Cells of 4 mm round the ridges.
+  EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.5);
   expect_refusal("register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail, 5,
                  {"does not determine"});
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});

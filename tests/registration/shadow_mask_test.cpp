@@ -56,6 +56,31 @@ TEST(ShadowMaskTest, KeepsAnEvenPictureBelowTheNearField) {
   }
 }
 
+TEST(ShadowMaskTest, LeavesOutWhatIsBlackInEveryPictureUpToItsBorder) {
+  // A sector that nobody outlined, with a vessel in it.
+  const auto sector = [](const Eigen::Vector2d& p) { return std::abs(p.x()) < 20 + 0.5 * p.y(); };
+  const auto vessel = [](const Eigen::Vector2d& p) {
+    return (p - Eigen::Vector2d(5, 40)).norm() < 4;
+  };
+  const auto masks = shadow_masks(
+      painted([&](int, const Eigen::Vector2d& p) { return sector(p) && !vessel(p) ? 100 : 0; }),
+      {});
+  ASSERT_TRUE(test::has_value(masks));
+  const auto& mask = masks->front();
+  int outside = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const Eigen::Vector2d p(column - 0.5 * (kWidth - 1), row);
+      if (sector(p)) continue;
+      ++outside;
+      EXPECT_EQ(mask.at(column, row), 0) << column << ' ' << row;
+    }
+  }
+  EXPECT_GT(outside, 1000);
+  EXPECT_EQ(at(mask, 5, 40), 1) << "a vessel is no border";
+  EXPECT_EQ(at(mask, -10, 60), 1);
+}
+
 TEST(ShadowMaskTest, CutsAShadowAndItsNeighboursInThatPictureOnly) {
   // In picture 1 a rib at 40 mm darkens |x| < 8 mm from there on.
   const auto masks = shadow_masks(painted([](int f, const Eigen::Vector2d& p) {

@@ -3,7 +3,6 @@
 #include "sim/anatomy/ct_patient.hpp"
 
 #include <cmath>
-#include <cstdlib>
 #include <gtest/gtest.h>
 
 #include "io/ct.hpp"
@@ -13,6 +12,7 @@
 #include "sim/random.hpp"
 #include "sim/ultrasound.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace nav::sim {
 namespace {
@@ -97,11 +97,9 @@ TEST(CtPatientTest, RefusesWhatCannotBe) {
 }
 
 TEST(CtPatientTest, ARealCtGivesPictures) {
-  const char* folder = std::getenv("SONDE_DATA_DIR");
-  if (folder == nullptr) GTEST_SKIP() << "SONDE_DATA_DIR is not set";
+  SONDE_REQUIRE_DATA(file, "ct-abdomen-totalseg/example_ct.nii.gz");
   CollectingDiagnostics diagnostics;
-  const auto ct = io::read_ct(
-      std::filesystem::path(folder) / "ct-abdomen-totalseg" / "example_ct.nii.gz", diagnostics);
+  const auto ct = io::read_ct(file, diagnostics);
   ASSERT_TRUE(test::has_value(ct));
   const auto patient = make_ct_patient(*ct);
   ASSERT_TRUE(test::has_value(patient));

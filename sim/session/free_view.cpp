@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/session/patient.hpp"
+#include "sim/session/free_view.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -19,7 +19,7 @@ Vec centre_of(const std::vector<Point<frames::Ct>>& points) {
 }
 
 /// Where a ray leaves the patient.
-std::optional<Vec> skin_along(const Patient& patient, const Vec& from, const Vec& direction) {
+std::optional<Vec> skin_along(const Anatomy& patient, const Vec& from, const Vec& direction) {
   constexpr double kStepMm = 1;
   constexpr int kSteps = 400;
   for (int i = 0; i < kSteps; ++i) {
@@ -30,7 +30,7 @@ std::optional<Vec> skin_along(const Patient& patient, const Vec& from, const Vec
 }
 
 /// Share of a fan of lines from the skin towards the targets that sound does not pass.
-double blocked_share(const Patient& patient, const Vec& skin, const Vec& target, const Vec& side) {
+double blocked_share(const Anatomy& patient, const Vec& skin, const Vec& target, const Vec& side) {
   int blocked = 0, all = 0;
   for (int line = -4; line <= 4; ++line) {
     const Vec to = target + 12.0 * line * side - skin;
@@ -54,16 +54,7 @@ Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, d
 
 }  // namespace
 
-Result<std::shared_ptr<const Patient>> make_patient(std::string_view family, std::uint64_t seed,
-                                                    Contrast contrast) {
-  if (family == "abdomen") {
-    return std::make_shared<const Patient>(PhantomOptions{seed, contrast});
-  }
-  return Error{ErrorCode::kUsage,
-               "simulated patient: expected the family abdomen, found " + std::string(family)};
-}
-
-Result<Transform<frames::Ct, frames::Image>> free_view(const Patient& patient, double press_mm) {
+Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, double press_mm) {
   const auto targets = patient.targets();
   const Error none{ErrorCode::kUsage,
                    "simulated patient: expected skin around targets, found none"};
