@@ -124,12 +124,6 @@ struct Avx2 {
   }
   static F high_half(__m256i pair) { return _mm256_cvtepi32_ps(_mm256_srai_epi32(pair, 16)); }
 
-  /// Voxels at and at + 1: one 32-bit gather.
-  static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
-    const __m256i pair = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 2);
-    a = low_half(pair);
-    b = high_half(pair);
-  }
   /// Voxel pairs at a lane's place and one row, one slice, and both further on.
   static __m128i load_cell(const std::int16_t* p, int row, int slice) {
     const auto pair = [](const std::int16_t* q) {
@@ -142,7 +136,7 @@ struct Avx2 {
     c = _mm_insert_epi32(c, pair(p + slice), 2);
     return _mm_insert_epi32(c, pair(p + row + slice), 3);
   }
-  /// The pairs of load_pair() at a place and one row, one slice, and both further on. Loads lane by
+  /// Voxels at and at + 1, at a place and one row, one slice, and both further on. Loads lane by
   /// lane: gathers of eight are slower on some processors and not faster on others.
   static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
     const Lanes lanes(at);

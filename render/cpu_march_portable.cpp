@@ -1,120 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-
 #include "render/cpu_kernel.hpp"
 #include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"
 #include "render/cpu_kernel_rays.hpp"
+#include "render/cpu_lanes_scalar.hpp"
 
 namespace nav::render {
-namespace {
-
-/// One lane, for processors without AVX2 and as a check of it.
-struct Scalar {
-  using F = float;
-  using I = int;
-  using M = bool;
-  static constexpr int kLanes = 1;
-
-  static double root(double x) { return std::sqrt(x); }
-  static F set(float x) { return x; }
-  static I set_int(int x) { return x; }
-  static F load(const float* p) { return *p; }
-  static void store(float* p, F x) { *p = x; }
-  static F sub(F a, F b) { return a - b; }
-  static F div(F a, F b) { return a / b; }
-  static F madd(F a, F b, F c) { return a * b + c; }
-  static F min(F a, F b) { return a < b ? a : b; }
-  static F max(F a, F b) { return a > b ? a : b; }
-  static F abs(F a) { return std::fabs(a); }
-  static F sqrt(F a) { return std::sqrt(a); }
-  static F floor(F a) { return std::floor(a); }
-  static F add(F a, F b) { return a + b; }
-  static F mul(F a, F b) { return a * b; }
-  static I add(I a, I b) { return a + b; }
-  static I mul(I a, I b) { return a * b; }
-  static I subtract(I a, I b) { return a - b; }
-  static I max_int(I a, I b) { return a > b ? a : b; }
-  static I shift_right_3(I a) { return a >> 3; }
-  static I shift_left_3(I a) { return a * 8; }
-  static I truncate(F a) { return static_cast<int>(a); }
-  static F to_float(I a) { return static_cast<float>(a); }
-  static M less(F a, F b) { return a < b; }
-  static M not_less(F a, F b) { return a >= b; }
-  static M both(M a, M b) { return a && b; }
-  static M either(M a, M b) { return a || b; }
-  static M exclusive(M a, M b) { return a != b; }
-  static M none() { return false; }
-  static M negate(M a) { return !a; }
-  static bool any(M a) { return a; }
-  static int count(M a) { return a ? 1 : 0; }
-  static F select(M m, F a, F b) { return m ? a : b; }
-  static F mask(M m, F a) { return m ? a : 0.0F; }
-  static F one_minus_exp(F x) { return -std::expm1(-x); }
-  static F log1p(F x) { return std::log1p(x); }
-  static F power(F base, float exponent) { return std::pow(base, exponent); }
-  static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
-    a = p[at];
-    b = p[at + 1];
-  }
-  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
-    load_pair(p, at, pairs[0][0], pairs[0][1]);
-    load_pair(p + row, at, pairs[1][0], pairs[1][1]);
-    load_pair(p + slice, at, pairs[2][0], pairs[2][1]);
-    load_pair(p + row + slice, at, pairs[3][0], pairs[3][1]);
-  }
-  /// Trilinear central differences along each axis, index steps of two.
-  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
-                          M /*needed*/, F* g) {
-    const std::int16_t* p = voxels + base;
-    const int stride[3] = {1, row, slice};
-    for (int axis = 0; axis < 3; ++axis) {
-      g[axis] =
-          trilinear(p + stride[axis], row, slice, w) - trilinear(p - stride[axis], row, slice, w);
-    }
-  }
-  static F trilinear(const std::int16_t* p, int row, int slice, const F* w) {
-    F value[4];
-    for (int i = 0; i < 4; ++i) {
-      const std::int16_t* at = p + (i & 1) * row + (i >> 1) * slice;
-      value[i] = madd(w[0], static_cast<F>(at[1] - at[0]), at[0]);
-    }
-    const F below = madd(w[1], value[1] - value[0], value[0]);
-    const F above = madd(w[1], value[3] - value[2], value[2]);
-    return madd(w[2], above - below, below);
-  }
-  static I load_signed_byte(const std::int8_t* p, I at) { return p[at]; }
-  static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
-  static F load_float(const float* p, I at) { return p[at]; }
-  static void load_range(const std::int32_t* p, I at, F& low, F& high) {
-    low = static_cast<std::int16_t>(p[at] & 0xffff);
-    high = static_cast<F>(p[at] >> 16);
-  }
-  static void lookup(const TableEntry* table, I at, F w, F* out) {
-    for (int i = 0; i < 4; ++i) out[i] = madd(w, table[at].to_next[i], table[at].value[i]);
-  }
-  struct Integral {
-    std::int32_t sum[4];
-    F slope[4];
-  };
-  static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
-    const IntegralEntry& entry = table[at];
-    for (int i = 0; i < 4; ++i) {
-      const F rise = w * entry.bend[i];
-      out.sum[i] =
-          entry.before[i] + static_cast<std::int32_t>(std::nearbyint(w * (entry.here[i] + rise)));
-      out.slope[i] = entry.here[i] + (rise + rise);
-    }
-  }
-  static void mean(const Integral& a, const Integral& b, M close, F scale, F* out) {
-    for (int i = 0; i < 4; ++i) {
-      out[i] = scale * (close ? a.slope[i] + b.slope[i] : static_cast<F>(b.sum[i] - a.sum[i]));
-    }
-  }
-};
-
-}  // namespace
 
 MarchSet portable_marches() {
   return {composite_march<Scalar>, project_march<Scalar>, cull_with<Scalar>,
