@@ -7,13 +7,13 @@
 #include <ceres/ceres.h>
 #include <cmath>
 
+#include "registration/cost_solver.hpp"
+
 namespace nav::registration {
 namespace {
 
 // A start that needs more than this from one level is in another basin.
 constexpr double kMaxTravelMm = 60;
-// Directions with less curvature carry only rounding noise of the float kernel.
-constexpr double kMinCurvatureRatio = 1e-9;
 
 /// Gauss–Newton takes a patch that follows its noise for curvature: it is up to ten times stiffer
 /// than the cost, and steps fall short as often. The change of the exact gradient over the last
@@ -107,19 +107,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
     chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
     const Vector6d g = chain.transpose() * terms.gradient;
     const Matrix6d h = curvature_.corrected(delta, g, chain.transpose() * terms.hessian * chain);
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
-    const double floor = kMinCurvatureRatio * std::max(eigen.eigenvalues()[5], 0.0);
-    jacobian.setZero();
-    double explained = 0;
-    for (Eigen::Index i = 0; i < 6; ++i) {
-      const double lambda = eigen.eigenvalues()[i];
-      if (!(lambda > floor)) continue;
-      const double root = std::sqrt(lambda);
-      r[i] = eigen.eigenvectors().col(i).dot(g) / root;
-      jacobian.row(i) = root * eigen.eigenvectors().col(i).transpose();
-      explained += r[i] * r[i];
-    }
-    r[6] = std::sqrt(std::max(terms.cost - explained, 0.0));
+    fill_residuals(terms.cost, g, h, r, jacobian);
   }
 
   const Lc2Cost& cost_;
@@ -129,41 +117,6 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
   mutable Curvature curvature_;  // Ceres asks one thread for Jacobians, once for each step taken.
 };
 
-class AskToGoOn final : public ceres::IterationCallback {
- public:
-  explicit AskToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    if (!keep_going_ || keep_going_()) return ceres::SOLVER_CONTINUE;
-    cancelled = true;
-    return ceres::SOLVER_ABORT;
-  }
-  bool cancelled = false;
-
- private:
-  const std::function<bool()>& keep_going_;
-};
-
-ceres::Solver::Options solver_options(int max_iterations) {
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
-  options.num_threads = 1;  // The one residual block is parallel inside.
-  options.logging_type = ceres::SILENT;
-  // A change of this share moves the pose by some 10 µm at most.
-  options.function_tolerance = 3e-6;
-  options.gradient_tolerance = 1e-10;
-  options.parameter_tolerance = 1e-5;
-  // Too long steps are refused by the cost; each halves the trust region faster.
-  options.max_num_consecutive_invalid_steps = 20;
-  return options;
-}
-
-Termination termination_of(ceres::TerminationType type) {
-  if (type == ceres::CONVERGENCE) return Termination::kConverged;
-  if (type == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
-  return Termination::kFailed;
-}
-
 }  // namespace
 
 PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
@@ -171,29 +124,17 @@ PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
                         const std::function<bool()>& keep_going) {
   const Eigen::Vector3d centre = (start * centroid).mm;
   int non_finite = 0;
-  Vector6d delta = Vector6d::Zero();
-  ceres::Problem problem;
-  problem.AddResidualBlock(new TwistCost(cost, start, centre, non_finite), nullptr, delta.data());
-  ceres::Solver::Options options = solver_options(max_iterations);
-  AskToGoOn callback(keep_going);
-  options.callbacks.push_back(&callback);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  const bool usable = summary.IsSolutionUsable() && delta.allFinite();
-  if (!usable) delta.setZero();
-  std::string message = summary.message;
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  // Ceres counts ½‖R‖²; its costs are -1 where it never got one.
-  const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
-  const double last = usable && summary.final_cost >= 0 ? 2 * summary.final_cost : initial;
+  Eigen::VectorXd delta(6);
+  auto* residuals = new TwistCost(cost, start, centre, non_finite);  // Ceres takes it.
+  const CostSolution found = minimise(residuals, delta, max_iterations, keep_going);
   return {moved(start, centre, TwistCost::twist_of(delta.data())),
-          initial,
-          last,
-          std::max(static_cast<int>(summary.iterations.size()) - 1, 0),
+          found.initial_cost,
+          found.final_cost,
+          found.iterations,
           non_finite,
-          termination_of(summary.termination_type),
-          message,
-          callback.cancelled};
+          found.termination,
+          found.message,
+          found.cancelled};
 }
 
 }  // namespace nav::registration

@@ -7,12 +7,13 @@
 #include <ceres/ceres.h>
 #include <cmath>
 
+#include "registration/cost_solver.hpp"
+
 namespace nav::registration {
 namespace {
 
 constexpr double kMaxTravelMm = 60;
 constexpr double kMaxStrain = 0.1;
-constexpr double kMinCurvatureRatio = 1e-9;
 constexpr Eigen::Index kPose = 6;
 
 using Parameters = Eigen::VectorXd;
@@ -53,7 +54,7 @@ struct Terms {
   Eigen::MatrixXd hessian;
 };
 
-/// Residuals as those of pose_solver.cpp, with more parameters.
+/// Residuals as those of pose_solver.cpp, with more parameters: fill_residuals().
 class StretchCost final : public ceres::CostFunction {
  public:
   StretchCost(const Lc2Cost& cost, const Pose& start, const Point<frames::Reference>& centroid,
@@ -135,19 +136,7 @@ class StretchCost final : public ceres::CostFunction {
   void fill(const Terms& terms, Eigen::Map<Eigen::VectorXd> r, double* jacobian_data) const {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
         jacobian_data, size_ + 1, size_);
-    jacobian.setZero();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(terms.hessian);
-    const double floor = kMinCurvatureRatio * std::max(eigen.eigenvalues()[size_ - 1], 0.0);
-    double explained = 0;
-    for (Eigen::Index i = 0; i < size_; ++i) {
-      const double lambda = eigen.eigenvalues()[i];
-      if (!(lambda > floor)) continue;
-      const double root = std::sqrt(lambda);
-      r[i] = eigen.eigenvectors().col(i).dot(terms.gradient) / root;
-      jacobian.row(i) = root * eigen.eigenvectors().col(i).transpose();
-      explained += r[i] * r[i];
-    }
-    r[size_] = std::sqrt(std::max(terms.cost - explained, 0.0));
+    fill_residuals(terms.cost, terms.gradient, terms.hessian, r, jacobian);
   }
 
   const Lc2Cost& cost_;
@@ -158,24 +147,6 @@ class StretchCost final : public ceres::CostFunction {
   Eigen::Index size_;
   int& non_finite_;
 };
-
-class AskToGoOn final : public ceres::IterationCallback {
- public:
-  explicit AskToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    cancelled = cancelled || (keep_going_ && !keep_going_());
-    return cancelled ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
-  bool cancelled = false;
-
- private:
-  const std::function<bool()>& keep_going_;
-};
-
-Termination termination_of(ceres::TerminationType type) {
-  if (type == ceres::CONVERGENCE) return Termination::kConverged;
-  return type == ceres::NO_CONVERGENCE ? Termination::kIterationLimit : Termination::kFailed;
-}
 
 }  // namespace
 
@@ -194,31 +165,12 @@ StretchSolution solve_stretch(const Lc2Cost& cost, const Pose& start,
   NAV_CHECK(model != StretchModel::kNone);
   NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
   int non_finite = 0;
-  Parameters delta = Parameters::Zero(kPose + count_of(model));
-  ceres::Problem problem;
-  problem.AddResidualBlock(new StretchCost(cost, start, centroid, model, non_finite), nullptr,
-                           delta.data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.logging_type = ceres::SILENT;
-  options.max_num_iterations = max_iterations;
-  options.function_tolerance = 3e-6;
-  options.gradient_tolerance = 1e-10;
-  options.parameter_tolerance = 1e-5;
-  options.max_num_consecutive_invalid_steps = 20;
-  AskToGoOn callback(keep_going);
-  options.callbacks.push_back(&callback);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  const bool usable = summary.IsSolutionUsable() && delta.allFinite();
-  if (!usable) delta.setZero();
-  std::string message = summary.message;
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
-  const double last = usable && summary.final_cost >= 0 ? 2 * summary.final_cost : initial;
-  return {{moved(start, (start * centroid).mm, StretchCost::twist_of(delta)), initial, last,
-           std::max(static_cast<int>(summary.iterations.size()) - 1, 0), non_finite,
-           termination_of(summary.termination_type), message, callback.cancelled},
+  Parameters delta(kPose + count_of(model));
+  auto* residuals = new StretchCost(cost, start, centroid, model, non_finite);  // Ceres takes it.
+  const CostSolution found = minimise(residuals, delta, max_iterations, keep_going);
+  return {{moved(start, (start * centroid).mm, StretchCost::twist_of(delta)), found.initial_cost,
+           found.final_cost, found.iterations, non_finite, found.termination, found.message,
+           found.cancelled},
           stretch_of(model, delta.tail(delta.size() - kPose), centroid)};
 }
 

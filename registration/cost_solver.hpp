@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "registration/image_registration.hpp"
+
+namespace ceres {
+class CostFunction;
+}
+
+/// What every refinement of a cost E >= 0 by Ceres shares.
+namespace nav::registration {
+
+/// Residuals r and their Jacobian for a cost E with its gradient g of E/2 and Gauss–Newton Hessian
+/// H = QΛQᵀ, n parameters: r = [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)], n + 1 of them, and Jacobian [Λ^{½}Qᵀ; 0]
+/// have the normal equations of all samples together, and rᵀr = E. Directions with less than 1e-9
+/// of the greatest curvature, which carry only rounding noise of the float kernel, are left out.
+template <class Gradient, class Hessian, class Residuals, class Jacobian>
+void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessian, Residuals& r,
+                    Jacobian& jacobian) {
+  constexpr double kMinCurvatureRatio = 1e-9;
+  const Eigen::Index n = gradient.size();
+  const Eigen::SelfAdjointEigenSolver<Hessian> eigen(hessian);
+  const double floor = kMinCurvatureRatio * std::max(eigen.eigenvalues()[n - 1], 0.0);
+  r.setZero();
+  jacobian.setZero();
+  double explained = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double lambda = eigen.eigenvalues()[i];
+    if (!(lambda > floor)) continue;
+    const double root = std::sqrt(lambda);
+    r[i] = eigen.eigenvectors().col(i).dot(gradient) / root;
+    jacobian.row(i) = root * eigen.eigenvectors().col(i).transpose();
+    explained += r[i] * r[i];
+  }
+  r[n] = std::sqrt(std::max(cost - explained, 0.0));
+}
+
+/// How a minimum was found.
+struct CostSolution {
+  double initial_cost;
+  double final_cost;  ///< 1 when the cost was never finite.
+  int iterations;
+  Termination termination;
+  std::string message;
+  bool cancelled;
+};
+
+/// Levenberg–Marquardt by Ceres on one residual block from delta = 0, which is left there when
+/// nothing usable was found. Takes the residuals; their sum of squares is the cost. keep_going:
+/// asked once per iteration; false stops with cancelled set.
+CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd> delta,
+                      int max_iterations, const std::function<bool()>& keep_going);
+
+}  // namespace nav::registration
