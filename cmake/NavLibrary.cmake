@@ -31,25 +31,36 @@ if(SONDE_SANITIZER)
 endif()
 
 # Precompiled headers hide a missing include, so they are for builds that only test: the daily
-# builds, which have none, are those that have to find every header named.
+# builds, which have none, are those that have to find every header named. There is one set for the
+# libraries, one for the app and one for the test programs, whatever else each of them links.
 option(SONDE_PRECOMPILE "Precompile the headers that most files include" OFF)
-function(nav_precompile target)
-  if(SONDE_PRECOMPILE)
-    target_precompile_headers(
-      ${target}
-      PRIVATE
-      <Eigen/Core>
-      <Eigen/Geometry>
-      <algorithm>
-      <array>
-      <filesystem>
-      <functional>
-      <memory>
-      <optional>
-      <string>
-      <vector>
-      ${ARGN})
+# nav_precompiled(<name> HEADERS <h>… USES targets…): a set, in a target of its own.
+function(nav_precompiled name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;USES")
+  file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")
+  add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/${name}.cpp)
+  target_link_libraries(${name} PRIVATE nav::common nav::warnings Threads::Threads ${arg_USES})
+  target_precompile_headers(${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <array>
+                            <cmath> <filesystem> <functional> <memory> <optional> <span> <sstream>
+                            <string> <vector> ${arg_HEADERS})
+endfunction()
+# nav_precompile(<target> <set>): the target's files start with that set, made when first asked for.
+function(nav_precompile target from)
+  if(NOT SONDE_PRECOMPILE)
+    return()
   endif()
+  if(NOT TARGET ${from})
+    if(from STREQUAL "nav_test_headers")
+      nav_precompiled(${from} HEADERS <gmock/gmock.h> <gtest/gtest.h> USES Eigen3::Eigen
+                      GTest::gmock)
+    elseif(from STREQUAL "nav_app_headers")
+      nav_precompiled(${from} HEADERS <CLI/CLI.hpp> <nlohmann/json.hpp> USES Eigen3::Eigen
+                      CLI11::CLI11 nlohmann_json::nlohmann_json)
+    else()
+      nav_precompiled(${from} USES Eigen3::Eigen)
+    endif()
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
 
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -68,7 +79,11 @@ function(nav_add_library name)
     nav_${name}
     PUBLIC nav::common ${arg_USES}
     PRIVATE nav::warnings ${arg_PRIVATE_USES})
-  nav_precompile(nav_${name})
+  if(name STREQUAL "app")
+    nav_precompile(nav_${name} nav_app_headers)
+  else()
+    nav_precompile(nav_${name} nav_library_headers)
+  endif()
 endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s])
@@ -89,7 +104,7 @@ function(nav_add_test name)
   endif()
   target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES} GTest::gmock
                                         GTest::gtest_main)
-  nav_precompile(${name} <gmock/gmock.h> <gtest/gtest.h>)
+  nav_precompile(${name} nav_test_headers)
   if(not_run)
     return()
   endif()

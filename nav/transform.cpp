@@ -3,8 +3,9 @@
 #include "nav/transform.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <sstream>
+
+#include "nav/matrices.hpp"
 
 namespace nav::detail {
 namespace {
@@ -42,9 +43,7 @@ Result<Eigen::Quaterniond> rotation_from_matrix(const Eigen::Matrix4d& m, const 
     return refuse(name, text.str());
   }
   if (r.determinant() < 0) return refuse(name, "a reflection (determinant -1)");
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
-  return Eigen::Quaterniond(nearest).normalized();
+  return Eigen::Quaterniond(nearest_orthogonal(r)).normalized();
 }
 
 }  // namespace nav::detail

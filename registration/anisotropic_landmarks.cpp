@@ -3,13 +3,13 @@
 #include "registration/anisotropic_landmarks.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <ceres/ceres.h>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "nav/matrices.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/twist.hpp"
 
@@ -38,7 +38,7 @@ Result<void> check_covariance(const AnisotropicLandmark& landmark, const Eigen::
   if ((c - c.transpose()).cwiseAbs().maxCoeff() > kAsymmetry * size) {
     return refuse(landmark, what + "symmetric", "one that is not");
   }
-  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(c).eigenvalues()[0];
+  const double least = eigenpairs<3>(c).values[0];
   if (least < -kAsymmetry * size) {
     return refuse(landmark, what + "not negative", "variance " + std::to_string(least) + " mm2");
   }
@@ -50,11 +50,8 @@ Result<void> check(std::span<const AnisotropicLandmark> landmarks) {
     if (auto ok = check_covariance(one, one.reference_covariance_mm2, "Reference"); !ok) return ok;
     if (auto ok = check_covariance(one, one.ct_covariance_mm2, "Ct"); !ok) return ok;
     // Whatever the rotation, the sum's axes lie between these.
-    const auto ends = [](const Eigen::Matrix3d& c) {
-      return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(c).eigenvalues().eval();
-    };
-    const Eigen::Vector3d a = ends(one.reference_covariance_mm2);
-    const Eigen::Vector3d b = ends(one.ct_covariance_mm2);
+    const Eigen::Vector3d a = eigenpairs<3>(one.reference_covariance_mm2).values;
+    const Eigen::Vector3d b = eigenpairs<3>(one.ct_covariance_mm2).values;
     if (a[0] + b[0] < kMinSigmaMm * kMinSigmaMm || a[2] + b[2] > kMaxSigmaMm * kMaxSigmaMm) {
       return refuse(one, "covariances with axes of 0.001 to 1000 mm together",
                     std::to_string(std::sqrt(std::max(a[0] + b[0], 0.0))) + " to " +

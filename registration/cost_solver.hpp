@@ -3,12 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
 
+#include "nav/matrices.hpp"
 #include "registration/image_registration.hpp"
 
 namespace ceres {
@@ -27,17 +27,17 @@ void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessia
                     Jacobian& jacobian) {
   constexpr double kMinCurvatureRatio = 1e-9;
   const Eigen::Index n = gradient.size();
-  const Eigen::SelfAdjointEigenSolver<Hessian> eigen(hessian);
-  const double floor = kMinCurvatureRatio * std::max(eigen.eigenvalues()[n - 1], 0.0);
+  const auto eigen = eigenpairs<Hessian::RowsAtCompileTime>(hessian);
+  const double floor = kMinCurvatureRatio * std::max(eigen.values[n - 1], 0.0);
   r.setZero();
   jacobian.setZero();
   double explained = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
+    const double lambda = eigen.values[i];
     if (!(lambda > floor)) continue;
     const double root = std::sqrt(lambda);
-    r[i] = eigen.eigenvectors().col(i).dot(gradient) / root;
-    jacobian.row(i) = root * eigen.eigenvectors().col(i).transpose();
+    r[i] = eigen.vectors.col(i).dot(gradient) / root;
+    jacobian.row(i) = root * eigen.vectors.col(i).transpose();
     explained += r[i] * r[i];
   }
   r[n] = std::sqrt(std::max(cost - explained, 0.0));

@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "nav/matrices.hpp"
 #include "registration/twist.hpp"
 
 namespace nav::registration {
@@ -59,7 +60,7 @@ Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
 /// What is wrong with the spread of a point set, or nothing.
 std::optional<std::string> spread_defect(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-  const Eigen::Vector3d s = Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues();
+  const Eigen::Vector3d s = extents(centred);
   if (s[0] < kMinSpreadMm) return "coincident points";
   if (s[1] < kMinSpreadRatio * s[0]) {
     return "collinear points (singular value ratio " + number(s[1] / s[0]) + ")";
@@ -98,16 +99,15 @@ Fit fit(const PointSets& sets) {
   const Eigen::Matrix3Xd a = sets.reference.colwise() - reference_mean;
   const Eigen::Matrix3Xd b = sets.ct.colwise() - ct_mean;
   const Eigen::Matrix3d covariance = b * sets.weights.asDiagonal() * a.transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const SingularValues svd = singular_values(covariance);
   Eigen::Vector3d sign(1, 1, 1);
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign[2] = -1;
-  const Eigen::Matrix3d r = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  if ((svd.u * svd.v.transpose()).determinant() < 0) sign[2] = -1;
+  const Eigen::Matrix3d r = svd.u * sign.asDiagonal() * svd.v.transpose();
   const Eigen::Quaterniond q = Eigen::Quaterniond(r).normalized();
   const Pose pose(q, ct_mean - q * reference_mean);
   const Eigen::Matrix3Xd rest = b - r * a;
   const double chi2 = rest.colwise().squaredNorm() * sets.weights;
-  const double gain = sign[2] < 0 ? 4 * svd.singularValues()[2] : 0.0;
+  const double gain = sign[2] < 0 ? 4 * svd.values[2] : 0.0;
   return {pose, chi2, std::max(chi2 - gain, 0.0)};
 }
 

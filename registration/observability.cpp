@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "nav/check.hpp"
+#include "nav/matrices.hpp"
 
 namespace nav::registration {
 namespace {
@@ -73,8 +74,8 @@ Observability observability(const Matrix6d& curvature, double lever_mm, double l
   Vector6d scale = Vector6d::Ones();
   scale.head<3>() /= lever_mm;
   const Matrix6d scaled = scale.asDiagonal() * curvature * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(0.5 * (scaled + scaled.transpose()));
-  Observability out{eigen.eigenvalues(), eigen.eigenvectors(), lever_mm, 0};
+  const auto eigen = eigenpairs<6>(0.5 * (scaled + scaled.transpose()));
+  Observability out{eigen.values, eigen.vectors, lever_mm, 0};
   while (out.unseen < 6 && !(out.strengths[out.unseen] >= least)) ++out.unseen;
   return out;
 }

@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/pose_solver.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <ceres/ceres.h>
 #include <cmath>
 
+#include "nav/matrices.hpp"
 #include "registration/cost_solver.hpp"
 
 namespace nav::registration {
@@ -50,9 +51,9 @@ class Curvature {
     const Matrix6d inner = root.triangularView<Eigen::Lower>().solve(b);
     Matrix6d relative = root.triangularView<Eigen::Lower>().solve(inner.transpose());
     relative = 0.5 * (relative + relative.transpose()).eval();
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(relative);
-    const Vector6d held = eigen.eigenvalues().cwiseMax(kLeast).cwiseMin(1.0);
-    const Matrix6d vectors = root * eigen.eigenvectors();
+    const auto eigen = eigenpairs(relative);
+    const Vector6d held = eigen.values.cwiseMax(kLeast).cwiseMin(1.0);
+    const Matrix6d vectors = root * eigen.vectors;
     const Matrix6d out = vectors * held.asDiagonal() * vectors.transpose();
     return out.allFinite() ? out : stiff;
   }

@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "nav/matrices.hpp"
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
 
@@ -142,11 +143,11 @@ SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& 
     result.fault = "expected a finite curvature of the cost, found NaN or Inf";
     return result;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
-  const double weakest = eigen.eigenvalues()[0];
-  const double strongest = eigen.eigenvalues()[5];
+  const auto eigen = eigenpairs(h);
+  const double weakest = eigen.values[0];
+  const double strongest = eigen.values[5];
   if (!(weakest > kMinCurvatureRatio * strongest) || !(strongest > 0)) {
-    fault << "the sweep does not determine the " << describe(eigen.eigenvectors().col(0))
+    fault << "the sweep does not determine the " << describe(eigen.vectors.col(0))
           << ": expected a curvature ratio above " << kMinCurvatureRatio << ", found "
           << (strongest > 0 ? weakest / strongest : weakest);
     result.fault = fault.str();

@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+
+#include "nav/matrices.hpp"
 
 namespace nav::render {
 namespace {
@@ -172,8 +173,7 @@ double flatness_mm(const std::vector<Point<frames::Ct>>& vertices) {
   for (const auto& vertex : vertices) {
     spread += (vertex.mm - mean) * (vertex.mm - mean).transpose();
   }
-  const Eigen::Vector3d normal =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+  const Eigen::Vector3d normal = eigenpairs<3>(spread).vectors.col(0);
   double worst = 0;
   for (const auto& vertex : vertices) {
     worst = std::max(worst, std::abs(normal.dot(vertex.mm - mean)));

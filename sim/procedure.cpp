@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "nav/check.hpp"
+#include "nav/matrices.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -248,7 +249,7 @@ Transform<Ct, Needle> Procedure::ct_from_needle(Timestamp time) const {
     along = -kReadyMm + (path.norm() + kReadyMm) * share(approach.begin, approach.end);
   }
   const double aside = kHandErrorMm * std::clamp(-along / kReadyMm, 0.0, 1.0);
-  const Eigen::Quaterniond rotation = Eigen::Quaterniond::FromTwoVectors(Vec::UnitZ(), axis);
+  const Eigen::Quaterniond rotation = rotation_between(Vec::UnitZ(), axis);
   return {rotation, plan_.entry_ct.mm + along * axis + aside * (rotation * Vec::UnitX())};
 }
 

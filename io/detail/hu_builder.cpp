@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/hu_builder.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "io/detail/text.hpp"
+#include "nav/matrices.hpp"
 
 namespace nav::io::detail {
 
@@ -123,8 +123,7 @@ Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
                      " between them (a sheared, tilted stack)"};
   }
   if (shear > kExact) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(d, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    grid.directions = Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose());
+    grid.directions = nearest_orthogonal(d);
   }
   if (const auto ok = validate(grid, name); !ok) return ok.error();
   return grid;

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "nav/matrices.hpp"
+
 namespace nav::sim {
 
 RestView rest_view(const Warp& warp, const Transform<frames::Ct, frames::Image>& ct_from_image,
@@ -19,7 +21,7 @@ RestView rest_view(const Warp& warp, const Transform<frames::Ct, frames::Image>&
     image.col(i) = p.mm;
     rest.col(i) = warp.invert((ct_from_image * p).mm);
   }
-  const Eigen::Matrix4d fit = Eigen::umeyama(image, rest, false);
+  const Eigen::Matrix4d fit = rigid_fit(image, rest);
   const Eigen::Quaterniond turn(Eigen::Matrix3d(fit.topLeftCorner<3, 3>()));
   const Transform<frames::Ct, frames::Image> pose(turn.normalized(), fit.topRightCorner<3, 1>());
   double square = 0;

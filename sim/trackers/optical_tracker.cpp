@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "nav/check.hpp"
+#include "nav/matrices.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -27,12 +28,12 @@ bool hides(const Obstacle& o, const Vec& camera, const Vec& p) {
 
 /// Smallest spread of the markers across their best line, mm.
 double width_of(const std::vector<OpticalMarker>& markers) {
-  Eigen::MatrixXd points(3, static_cast<Eigen::Index>(markers.size()));
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(markers.size()));
   for (std::size_t i = 0; i < markers.size(); ++i) {
     points.col(static_cast<Eigen::Index>(i)) = markers[i].position_mm;
   }
   points.colwise() -= points.rowwise().mean().eval();
-  return points.jacobiSvd().singularValues()[1];
+  return extents(points)[1];
 }
 
 }  // namespace
@@ -134,7 +135,7 @@ Observation OpticalTracker::observe(const Eigen::Matrix4d& truth, std::uint64_t 
   const auto count = static_cast<Eigen::Index>(own.size());
   const Eigen::Map<const Eigen::Matrix3Xd> from(own.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> to(measured.front().data(), 3, count);
-  return {TrackingStatus::kOk, Eigen::umeyama(from, to, false)};
+  return {TrackingStatus::kOk, rigid_fit(from, to)};
 }
 
 }  // namespace nav::sim

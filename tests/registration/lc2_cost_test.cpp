@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/lc2_cost.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "nav/matrices.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/sandwich.hpp"
 #include "registration/starts.hpp"
@@ -70,8 +70,7 @@ TEST(Lc2CostTest, GradientMatchesCentralDifferencesInCt) {
 TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
   const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
   const CostTerms terms = cost.terms(off_pose(), {0, 0, 0}, true);
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(terms.hessian);
-  EXPECT_GT(eigen.eigenvalues()[0], 0);
+  EXPECT_GT(eigenpairs<6>(terms.hessian).values[0], 0);
   Vector6d sum = Vector6d::Zero();
   for (const Vector6d& g : terms.patch_gradients) sum += g;
   EXPECT_LT((sum - terms.gradient).norm(), 1e-12 * terms.gradient.norm() + 1e-15);
