@@ -8,8 +8,10 @@
 #include <span>
 #include <tbb/parallel_for.h>
 
+#include "nav/matrices.hpp"
 #include "sim/anatomy/dual.hpp"
 #include "sim/beam.hpp"
+#include "sim/motion/rest_path.hpp"
 #include "sim/random.hpp"
 #include "sim/speckle.hpp"
 
@@ -25,7 +27,8 @@ constexpr double kRoughMm = 0.05;  // Of interfaces, standard deviation.
 constexpr float kMirror = 1.1F;    // Echo of a full reflection, 1 is white.
 constexpr double kSlab = 2.5;      // Half thickness, standard deviations of the beam.
 constexpr int kTaps = 10;
-constexpr int kAperture = 6;  // Lines to either side that share the way down.
+constexpr int kPlanePieces = 8;  // Of a line, to find how moved tissue lies at rest.
+constexpr int kAperture = 6;     // Lines to either side that share the way down.
 
 /// A scatterer or mirror in beam coordinates.
 struct Spike {
@@ -37,16 +40,27 @@ struct Spike {
 class Model {
  public:
   Model(const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-        std::uint64_t seed, const Transform<frames::Ct, frames::Image>& pose)
+        std::uint64_t seed, const Transform<frames::Ct, frames::Image>& pose, const Warp* warp)
       : patient_(patient),
         geometry_(geometry),
         probe_(probe),
         seed_(hash_bits(seed, 0x706f696e7473, 0)),
         pose_(pose),
+        warp_(warp),
         n_(static_cast<std::size_t>(geometry.samples())),
         lines_(static_cast<std::size_t>(probe.lines)),
         absorption_(seed ^ 0x61747465, 25.0),
-        texture_(seed ^ 0x74657874, 9.0) {}
+        texture_(seed ^ 0x74657874, 9.0) {
+    const Vec3d across = (pose * Direction<frames::Image>{Vec3d::UnitZ()}).v;
+    paths_.reserve(lines_);
+    for (int l = 0; l < probe.lines; ++l) {
+      const ScanLine ray = geometry.line(l);
+      paths_.emplace_back(
+          warp, (pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm,
+          (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v, across,
+          geometry.sample_mm() * static_cast<double>(n_ + 1));
+    }
+  }
 
   std::vector<Complex> echoes() {
     way_down();
@@ -95,13 +109,12 @@ class Model {
 
   /// Two-way loss in dB and tissue along a line.
   void walk(std::size_t l, std::vector<float>& loss) {
-    const ScanLine ray = geometry_.line(static_cast<int>(l));
     const double step = geometry_.sample_mm();
     double sum = 0;
     bool contact = false;
     for (std::size_t i = 0; i < n_; ++i) {
       const double depth = step * static_cast<double>(i);
-      const Point<frames::Ct> p = at(ray, depth);
+      const Point<frames::Ct> p = at(l, depth);
       if (!contact) contact = patient_.skin_distance_mm(p) < 0;
       const bool gel = !contact && depth < kMaxCouplingMm;
       const Tissue t = gel ? Tissue::kGel : patient_.tissue(p);
@@ -121,22 +134,24 @@ class Model {
     const auto z2 = static_cast<double>(tissue_acoustics(after).impedance_mrayl);
     return (z2 - z1) / (z2 + z1);
   }
-  [[nodiscard]] Point<frames::Ct> at(const ScanLine& ray, double depth) const {
-    const Eigen::Vector2d p = ray.start + depth * ray.direction;
-    return pose_ * Point<frames::Image>{{p.x(), p.y(), 0}};
+  /// What a line meets, where it lies at rest.
+  [[nodiscard]] Point<frames::Ct> at(std::size_t line, double depth) const {
+    return {paths_[line].at(depth)};
   }
 
   /// Scatterers of the slab about the plane, row by row of the lattice that is fixed to the tissue.
   void add_scatterers(std::vector<Complex>& raw) const {
     const double cell = kCellMmTimesMhz / probe_.frequency_mhz;
-    const Vec3d normal = (pose_ * Direction<frames::Image>{Vec3d::UnitZ()}).v;
+    const RestPlane slab = rest_plane();
+    const Vec3d& normal = slab.normal;
     int thin = 0;  // The lattice axis that crosses the slab most directly.
     normal.cwiseAbs().maxCoeff(&thin);
     const int u = (thin + 1) % 3;
     const int v = (thin + 2) % 3;
     const Eigen::AlignedBox3d box = field_box(cell);
-    const double half = kSlab * std::max(sigma_elevation(0), sigma_elevation(probe_.depth_mm));
-    const double plane = normal.dot(pose_.translation_mm());
+    const double half =
+        slab.bulge_mm + kSlab * std::max(sigma_elevation(0), sigma_elevation(probe_.depth_mm));
+    const double plane = normal.dot(slab.point);
     const int first = static_cast<int>(std::floor(box.min()[u] / cell));
     const int last = static_cast<int>(std::floor(box.max()[u] / cell));
     std::vector<std::vector<Spike>> rows(static_cast<std::size_t>(last - first + 1));
@@ -162,13 +177,34 @@ class Model {
   [[nodiscard]] Eigen::AlignedBox3d field_box(double pad) const {
     Eigen::AlignedBox3d box;
     for (std::size_t l = 0; l < lines_; ++l) {
-      const ScanLine ray = geometry_.line(static_cast<int>(l));
-      box.extend(at(ray, 0).mm);
-      box.extend(at(ray, probe_.depth_mm).mm);
+      const int pieces = warp_ == nullptr ? 1 : kPlanePieces;
+      for (int i = 0; i <= pieces; ++i) box.extend(at(l, probe_.depth_mm * i / pieces).mm);
     }
     box.min().array() -= pad;
     box.max().array() += pad;
     return box;
+  }
+
+  /// The picture's plane at rest and how far the tissue of the picture lies off it.
+  struct RestPlane {
+    Vec3d point, normal;
+    double bulge_mm;
+  };
+  [[nodiscard]] RestPlane rest_plane() const {
+    const Vec3d upright = (pose_ * Direction<frames::Image>{Vec3d::UnitZ()}).v;
+    if (warp_ == nullptr) return {pose_.translation_mm(), upright, 0};
+    Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(lines_) * (kPlanePieces + 1));
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const auto line = static_cast<std::size_t>(i / (kPlanePieces + 1));
+      points.col(i) =
+          at(line, probe_.depth_mm * static_cast<double>(i % (kPlanePieces + 1)) / kPlanePieces).mm;
+    }
+    const Vec3d mean = points.rowwise().mean();
+    points.colwise() -= mean;
+    const Vec3d normal = eigenpairs<3>(points * points.transpose()).vectors.col(0);
+    const double off = (normal.transpose() * points).cwiseAbs().maxCoeff();
+    // Between the points it may be a little more; squeezed tissue is thinner now than at rest.
+    return {mean, normal, 1.5 * off + 1.0};
   }
 
   /// The scatterer of a cell: a place and a strength out of its hash.
@@ -185,7 +221,8 @@ class Model {
     };
     const Vec3d jitter(share(bits, 0), share(bits, 16), share(bits, 32));
     const Vec3d p = cell * (index.cast<double>() + jitter);
-    const Vec3d q = (inverse_ * Point<frames::Ct>{p}).mm;
+    const Vec3d now = warp_ == nullptr ? p : warp_->apply(p);
+    const Vec3d q = (inverse_ * Point<frames::Ct>{now}).mm;
     const Eigen::Vector2d beam = geometry_.beam_of(q.head<2>());
     if (!(beam.x() >= 0 && beam.x() < static_cast<double>(lines_ - 1) && beam.y() >= 0 &&
           beam.y() < static_cast<double>(n_ - 1))) {
@@ -196,9 +233,7 @@ class Model {
     const double off = q.z() / sigma;
     if (std::abs(off) > kSlab) return;
     const Acoustics a = patient_.acoustics({p});
-    const ScanLine ray = geometry_.line(static_cast<int>(beam.x() + 0.5));
-    const Vec3d way =
-        (pose_ * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v;
+    const Vec3d way = paths_[static_cast<std::size_t>(beam.x() + 0.5)].direction(along);
     // Sum of four uniform numbers: nearly normal; unit variance.
     const double strength =
         (share(more, 0) + share(more, 16) + share(more, 32) + share(more, 48) - 2.0) *
@@ -233,13 +268,12 @@ class Model {
   /// A rough mirror wherever the tissue changes along a line.
   void add_mirrors(std::vector<Complex>& raw) const {
     tbb::parallel_for(std::size_t{0}, lines_, [&](std::size_t l) {
-      const ScanLine ray = geometry_.line(static_cast<int>(l));
       for (std::size_t i = 1; i + 1 < n_; ++i) {
         const Tissue before = tissue_[l * n_ + i - 1];
         const Tissue after = tissue_[l * n_ + i];
         if (before == after) continue;
-        const double depth = boundary(ray, static_cast<double>(i - 1), before);
-        const Vec3d p = at(ray, depth).mm;
+        const double depth = boundary(l, static_cast<double>(i - 1), before);
+        const Vec3d p = at(l, depth).mm;
         const auto key = hash_bits(seed_, l, i);
         const double rough = kRoughMm * normal_at(seed_, 0x726f756768, key);
         // Per sample, so that it does not depend on how finely a line is sampled; the beam adds
@@ -259,13 +293,13 @@ class Model {
     });
   }
   /// Depth where the tissue changes within a step, by bisection.
-  [[nodiscard]] double boundary(const ScanLine& ray, double index, Tissue before) const {
+  [[nodiscard]] double boundary(std::size_t line, double index, Tissue before) const {
     double low = index * geometry_.sample_mm();
     double high = low + geometry_.sample_mm();
     if (before == Tissue::kGel) return high;  // The skin under the gel is where contact begins.
     for (int i = 0; i < 5; ++i) {
       const double middle = 0.5 * (low + high);
-      (patient_.tissue(at(ray, middle)) == before ? low : high) = middle;
+      (patient_.tissue(at(line, middle)) == before ? low : high) = middle;
     }
     return 0.5 * (low + high);
   }
@@ -316,9 +350,11 @@ class Model {
   const ProbeModel& probe_;
   std::uint64_t seed_;
   Transform<frames::Ct, frames::Image> pose_;
+  const Warp* warp_;
   Transform<frames::Image, frames::Ct> inverse_ = pose_.inverse();
   std::size_t n_, lines_;
   SmoothField absorption_, texture_;
+  std::vector<RestPath> paths_;
   std::vector<float> left_;
   std::vector<Tissue> tissue_;
 };
@@ -327,8 +363,9 @@ class Model {
 
 std::vector<std::complex<float>> scatterer_echoes(
     const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image) {
-  return Model(patient, geometry, probe, seed, ct_from_image).echoes();
+    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image,
+    const Warp* warp) {
+  return Model(patient, geometry, probe, seed, ct_from_image, warp).echoes();
 }
 
 }  // namespace nav::sim

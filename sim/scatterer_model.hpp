@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/anatomy/anatomy.hpp"
+#include "sim/motion/warp.hpp"
 #include "sim/scan_geometry.hpp"
 
 namespace nav::sim {
@@ -20,9 +21,11 @@ namespace nav::sim {
 /// Absorption is summed along the lines and averaged over the aperture.
 ///
 /// Complex echoes of lines x samples before depth gain and noise, on the scale of the ray model.
-/// The same bytes for any number of threads.
+/// warp: where the tissue has gone, with its scatterers; nullptr: at rest. The same bytes for any
+/// number of threads.
 std::vector<std::complex<float>> scatterer_echoes(
     const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image);
+    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image,
+    const Warp* warp);
 
 }  // namespace nav::sim

@@ -22,6 +22,8 @@ class SpeckleField {
       : rotation_(Eigen::AngleAxisd(0.83, Eigen::Vector3d(0.36, 0.48, 0.8)).toRotationMatrix()),
         seed_(hash_bits(seed ^ 0x737065636b6c65)),
         cells_per_mm_(1.0 / cell_mm) {}
+  /// to_cells() as a matrix.
+  [[nodiscard]] Eigen::Matrix3d cells_from_mm() const { return cells_per_mm_ * rotation_; }
 
   [[nodiscard]] double cell_mm() const { return 1.0 / cells_per_mm_; }
   /// CT position or direction in lattice cells; walk a scan line in these.

@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "sim/beam.hpp"
+#include "sim/motion/rest_path.hpp"
 #include "sim/scan_geometry.hpp"
 #include "sim/scatterer_model.hpp"
 #include "sim/speckle.hpp"
@@ -38,16 +39,18 @@ struct TissueSample {
 struct UltrasoundSimulator::Tables {
   Tables(std::shared_ptr<const Anatomy> p, const ProbeModel& m, std::uint64_t s);
 
-  void sample_tissue(const Transform<frames::Ct, frames::Image>& pose, int line,
-                     std::span<TissueSample> out) const;
-  void echoes(const Transform<frames::Ct, frames::Image>& pose, int line,
-              std::span<const TissueSample> tissue, std::span<Complex> out) const;
+  [[nodiscard]] RestPath path(const Transform<frames::Ct, frames::Image>& pose, const Warp* warp,
+                              int line) const;
+  void sample_tissue(const RestPath& path, std::span<TissueSample> out) const;
+  void echoes(const RestPath& path, int line, std::span<const TissueSample> tissue,
+              std::span<Complex> out) const;
   void add_needle(const Transform<frames::Image, frames::Needle>& pose, int line,
                   std::span<Complex> out) const;
   void blur_along(std::span<Complex> line) const;
   [[nodiscard]] std::vector<Complex> ray_echoes(
       const Transform<frames::Ct, frames::Image>& pose,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const;
+      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
+      const Warp* warp) const;
   void add_reverberation(std::span<Complex> line) const;
   [[nodiscard]] std::vector<Complex> across(std::span<const Complex> echo, int line) const;
   [[nodiscard]] double elevation_mm(double along_mm) const;
@@ -95,17 +98,23 @@ double UltrasoundSimulator::Tables::elevation_mm(double along_mm) const {
   return 0.5 * probe.elevation_fwhm_mm * defocus(probe, along_mm, 1.0);
 }
 
-void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, frames::Image>& pose,
-                                                int line, std::span<TissueSample> out) const {
+RestPath UltrasoundSimulator::Tables::path(const Transform<frames::Ct, frames::Image>& pose,
+                                           const Warp* warp, int line) const {
   const ScanLine ray = geometry.line(line);
-  const Vec start = (pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm;
-  const Vec along = (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v;
-  const Vec across = (pose * Direction<frames::Image>{Vec::UnitZ()}).v;
+  return {warp, (pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm,
+          (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v,
+          (pose * Direction<frames::Image>{Vec::UnitZ()}).v,
+          geometry.sample_mm() * static_cast<double>(samples() + 2 * kStride)};
+}
+
+void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
+                                                std::span<TissueSample> out) const {
   const double step = kStride * geometry.sample_mm();
   bool in_contact = false;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double depth = static_cast<double>(i) * step;
-    const Vec centre = start + depth * along;
+    const Vec centre = path.at(depth);
+    const Vec along = path.direction(depth);
     const double half = elevation_mm(depth);
     TissueSample& s = out[i];
     if (!in_contact) in_contact = patient->skin_distance_mm({centre}) < 0;
@@ -114,7 +123,7 @@ void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, fram
       const auto n = static_cast<std::size_t>(k);
       const bool gel = !in_contact && depth < kMaxCouplingMm;
       slices[n] = gel ? tissue_acoustics(Tissue::kGel)
-                      : patient->acoustics({centre + (k - 1) * half * across});
+                      : patient->acoustics({path.at(depth, (k - 1) * half)});
       s.scatter[n] = slices[n].scatter * kSliceAmplitude[n] *
                      fibre_echo(slices[n], along.x(), along.y(), along.z());
     }
@@ -133,7 +142,7 @@ void UltrasoundSimulator::Tables::sample_tissue(const Transform<frames::Ct, fram
 }
 
 /// tissue: all lines, one after the other.
-void UltrasoundSimulator::Tables::echoes(const Transform<frames::Ct, frames::Image>& pose, int line,
+void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
                                          std::span<const TissueSample> tissue,
                                          std::span<Complex> out) const {
   const std::size_t stride = tissue_samples();
@@ -144,13 +153,8 @@ void UltrasoundSimulator::Tables::echoes(const Transform<frames::Ct, frames::Ima
   const auto own = row(line);
   const auto left = row(line - 1);
   const auto right = row(line + 1);
-  const ScanLine ray = geometry.line(line);
   const auto step = static_cast<float>(geometry.sample_mm());
-  const Vec across = speckle.to_cells((pose * Direction<frames::Image>{Vec::UnitZ()}).v);
-  const Vec along = speckle.to_cells(
-      (pose * Direction<frames::Image>{{ray.direction.x(), ray.direction.y(), 0}}).v);
-  const Vec start =
-      speckle.to_cells((pose * Point<frames::Image>{{ray.start.x(), ray.start.y(), 0}}).mm);
+  const RestPath cells = path.mapped(speckle.cells_from_mm());
   const float level = amplitude_from_db(probe.liver_level_db) / 0.886F;  // Rayleigh mean / rms.
   double loss_db = 0;
   float passed = 1;
@@ -170,7 +174,7 @@ void UltrasoundSimulator::Tables::echoes(const Transform<frames::Ct, frames::Ima
     for (int k = 0; k < kSlices; ++k) {
       const auto s = static_cast<std::size_t>(k);
       const float scatter = a.scatter[s] + share * (b.scatter[s] - a.scatter[s]);
-      signal += scatter * speckle.at(start + depth * along + ((k - 1) * half) * across);
+      signal += scatter * speckle.at(cells.at(depth, (k - 1) * half));
     }
     const float roughness = 1.0F + 0.5F * signal.real();
     signal *= level;
@@ -298,13 +302,14 @@ std::optional<SectorOutline> UltrasoundSimulator::outline() const {
 
 ScanLineImage UltrasoundSimulator::envelope(
     const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
+    const Warp* warp) const {
   const Tables& t = *tables_;
   const std::size_t n = t.samples();
   const bool rays = t.probe.model == AcousticModel::kRays;
   std::vector<Complex> echo =
-      rays ? t.ray_echoes(ct_from_image, ct_from_needle)
-           : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image);
+      rays ? t.ray_echoes(ct_from_image, ct_from_needle, warp)
+           : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image, warp);
   ScanLineImage image;
   image.lines = t.probe.lines;
   image.samples = t.geometry.samples();
@@ -328,18 +333,22 @@ ScanLineImage UltrasoundSimulator::envelope(
 /// Echoes of all lines before the lateral beam.
 std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
     const Transform<frames::Ct, frames::Image>& pose,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
+    const Warp* warp) const {
   const std::size_t n = samples();
   const std::size_t m = tissue_samples();
   const auto at = [](int line) { return static_cast<std::size_t>(line); };
   std::vector<TissueSample> tissue(at(probe.lines) * m);
+  std::vector<RestPath> paths;
+  paths.reserve(at(probe.lines));
+  for (int line = 0; line < probe.lines; ++line) paths.push_back(path(pose, warp, line));
   tbb::parallel_for(0, probe.lines, [&](int line) {
-    sample_tissue(pose, line, std::span(tissue).subspan(at(line) * m, m));
+    sample_tissue(paths[at(line)], std::span(tissue).subspan(at(line) * m, m));
   });
   std::vector<Complex> echo(at(probe.lines) * n);
   tbb::parallel_for(0, probe.lines, [&](int line) {
     const auto out = std::span(echo).subspan(at(line) * n, n);
-    echoes(pose, line, tissue, out);
+    echoes(paths[at(line)], line, tissue, out);
     if (ct_from_needle) add_needle(pose.inverse() * *ct_from_needle, line, out);
     blur_along(out);
   });
@@ -362,8 +371,9 @@ void mirror(ScanLineImage& image) {
 UltrasoundFrame UltrasoundSimulator::simulate(
     const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
     std::uint64_t sequence,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle) const {
-  ScanLineImage image = envelope(ct_from_image, sequence, ct_from_needle);
+    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
+    const Warp* warp) const {
+  ScanLineImage image = envelope(ct_from_image, sequence, ct_from_needle, warp);
   const auto range = static_cast<float>(tables_->probe.dynamic_range_db);
   const auto gain = static_cast<float>(tables_->probe.gain_db);
   if (tables_->probe.marker_on_other_side) mirror(image);

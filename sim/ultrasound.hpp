@@ -9,6 +9,7 @@
 
 #include "nav/ultrasound_frame.hpp"
 #include "sim/abdomen_phantom.hpp"
+#include "sim/motion/warp.hpp"
 #include "sim/probe_model.hpp"
 
 namespace nav::sim {
@@ -41,14 +42,17 @@ class UltrasoundSimulator {
 
   /// One picture. received is set to acquired; sequence also seeds the electronic noise.
   /// needle: where a needle lies (shaft from the tip along -z), if there is one to be seen.
+  /// warp: where the tissue has gone, which carries its speckle with it; nullptr: at rest.
   [[nodiscard]] UltrasoundFrame simulate(
       const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
       std::uint64_t sequence,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {}) const;
+      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {},
+      const Warp* warp = nullptr) const;
   /// Envelope after depth gain and noise, before log compression; 1 is white.
   [[nodiscard]] ScanLineImage envelope(
       const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {}) const;
+      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {},
+      const Warp* warp = nullptr) const;
 
   [[nodiscard]] const ProbeModel& probe() const;
   [[nodiscard]] PixelGrid grid() const;

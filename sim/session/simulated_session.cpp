@@ -126,9 +126,11 @@ class SessionFrames final : public FrameSource {
     if (received > deadline) {
       return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
     }
+    const bool still = session_.breathing().options().kind == BreathingKind::kNone;
+    const auto warp = still ? nullptr : session_.breathing().warp(truth.physical);
     UltrasoundFrame frame =
-        simulator_.simulate(truth.rest.ct_from_image, truth.physical + timing.stamp_offset,
-                            static_cast<std::uint64_t>(index_));
+        simulator_.simulate(truth.ct_from_image, truth.physical + timing.stamp_offset,
+                            static_cast<std::uint64_t>(index_), {}, warp.get());
     frame.received = received;
     ++index_;
     return frame;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/ultrasound.hpp"
+#include "tests/sim/block.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::sim {
@@ -13,42 +14,6 @@ namespace {
 using Vec = Eigen::Vector3d;
 using frames::Ct;
 using frames::Image;
-
-/// Liver below y = 0 with, where the distance is negative, something else. The probe looks along
-/// +y from the origin.
-class Block final : public Anatomy {
- public:
-  using Shape = double (*)(const Vec&);
-  Block(Tissue inside, Shape shape) : inside_(inside), shape_(shape) {}
-  [[nodiscard]] std::string name() const override { return "block"; }
-  [[nodiscard]] Tissue tissue(const Point<Ct>& p) const override {
-    return shape_(p.mm) < 0 ? inside_ : Tissue::kLiver;
-  }
-  [[nodiscard]] double hu(const Point<Ct>&) const override { return 0; }
-  [[nodiscard]] ValueAndGradient hu_with_gradient(const Point<Ct>&) const override {
-    return {0, {Vec::Zero()}};
-  }
-  [[nodiscard]] Acoustics acoustics(const Point<Ct>& p) const override {
-    const auto share = static_cast<float>(std::clamp(0.5 - shape_(p.mm) / 0.8, 0.0, 1.0));
-    Acoustics a = tissue_acoustics(Tissue::kLiver);
-    const Acoustics& b = tissue_acoustics(inside_);
-    a.impedance_mrayl += share * (b.impedance_mrayl - a.impedance_mrayl);
-    a.attenuation_db_per_cm_mhz +=
-        share * (b.attenuation_db_per_cm_mhz - a.attenuation_db_per_cm_mhz);
-    a.scatter += share * (b.scatter - a.scatter);
-    return a;
-  }
-  [[nodiscard]] double skin_distance_mm(const Point<Ct>&) const override { return -50; }
-  [[nodiscard]] Eigen::AlignedBox3d region_mm() const override {
-    return {Vec::Constant(-100), Vec::Constant(100)};
-  }
-  [[nodiscard]] std::vector<NamedPoint> landmarks() const override { return {}; }
-  [[nodiscard]] std::vector<Point<Ct>> targets() const override { return {}; }
-
- private:
-  Tissue inside_;
-  Shape shape_;
-};
 
 double nowhere(const Vec&) { return 1e3; }
 double plate(const Vec& p) { return std::abs(p.y() - 33) - 3; }  // Front at 30 mm.
