@@ -1,0 +1,361 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/phase_registration.hpp"
+
+#include <algorithm>
+#include <ceres/cost_function.h>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "nav/check.hpp"
+#include "registration/cost_solver.hpp"
+#include "registration/pose_solver.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using Basis = Eigen::VectorXd;
+
+constexpr double kMaxTravelMm = 60;  // Of any coefficient.
+
+/// 1, cos, sin, cos 2, sin 2, … of the phase: as many as the series has columns.
+Basis basis(double phase, Eigen::Index columns) {
+  Basis out(columns);
+  out[0] = 1;
+  for (Eigen::Index i = 1; i < columns; i += 2) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>((i + 1) / 2) * phase;
+    out[i] = std::cos(angle);
+    out[i + 1] = std::sin(angle);
+  }
+  return out;
+}
+
+Vector6d twist_of(const Eigen::MatrixXd& series, const Basis& at) {
+  Vector6d twist = series * at;
+  twist.head<3>() /= kRotationScaleMm;
+  return twist;
+}
+
+/// The patches of one picture, their share of all weights, and its phase.
+struct Picture {
+  PatchSet patches;
+  double weight;
+  double phase;
+  int frame;
+};
+
+std::vector<Picture> pictures_of(const PatchSet& all, std::span<const double> phases) {
+  std::set<int> frames;
+  for (const Patch& p : all.patches) frames.insert(p.frame);
+  std::vector<Picture> out;
+  double total = 0;
+  for (const int frame : frames) {
+    const double phase = phases[static_cast<std::size_t>(frame)];
+    if (std::isnan(phase)) continue;
+    double weight = 0;
+    for (const Patch& p : all.patches) weight += p.frame == frame ? p.weight : 0;
+    if (!(weight > 0)) continue;
+    total += weight;
+    out.push_back(
+        {subset(all, [&](const Patch& p) { return p.frame == frame; }), weight, phase, frame});
+  }
+  for (Picture& picture : out) picture.weight /= total;
+  return out;
+}
+
+/// Longest part of the cycle between neighbouring phases.
+double longest_gap(const std::vector<Picture>& pictures) {
+  std::vector<double> phases;
+  for (const Picture& p : pictures) phases.push_back(p.phase);
+  std::sort(phases.begin(), phases.end());
+  double gap = phases.front() + 1 - phases.back();
+  for (std::size_t i = 1; i < phases.size(); ++i) gap = std::max(gap, phases[i] - phases[i - 1]);
+  return gap;
+}
+
+using Chosen = std::vector<const Picture*>;
+
+/// E(series) = mean of the pictures' costs at the poses of their phases + stiffness.
+class PhaseCost final : public ceres::CostFunction {
+ public:
+  PhaseCost(const CtChannels& ct, const Chosen& pictures, const Pose& start, const Vec& centre,
+            Eigen::Index columns, const PhaseOptions& options)
+      : ct_(ct),
+        pictures_(pictures),
+        start_(start),
+        centre_(centre),
+        columns_(columns),
+        options_(options) {
+    for (const Picture* p : pictures) total_ += p->weight;
+    set_num_residuals(static_cast<int>(6 * columns) + 1);
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(6 * columns));
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Eigen::MatrixXd> series(parameters[0], 6, columns_);
+    if (!series.allFinite() || series.cwiseAbs().maxCoeff() > kMaxTravelMm) return false;
+    const Eigen::Index n = 6 * columns_;
+    const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
+    double cost = add_stiffness(series, gradient, hessian);
+    for (const Picture* picture : pictures_) {
+      cost += add(*picture, series, slopes, gradient, hessian);
+    }
+    if (!std::isfinite(cost) || !hessian.allFinite()) return false;
+    Eigen::Map<Eigen::VectorXd> r(residuals, n + 1);
+    r.setZero();
+    r[n] = std::sqrt(cost);
+    if (!slopes) return true;
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
+        jacobians[0], n + 1, n);
+    fill_residuals(cost, gradient, hessian, r, jacobian);
+    return true;
+  }
+
+ private:
+  double add_stiffness(const Eigen::MatrixXd& series, Eigen::VectorXd& gradient,
+                       Eigen::MatrixXd& hessian) const {
+    double cost = 0;
+    for (Eigen::Index column = 1; column < columns_; ++column) {
+      const double k = static_cast<double>((column + 1) / 2);
+      const double weight = options_.stiffness * k * k * k * k;
+      cost += weight * series.col(column).squaredNorm();
+      gradient.segment<6>(6 * column) += weight * series.col(column);
+      hessian.diagonal().segment<6>(6 * column).array() += weight;
+    }
+    return cost;
+  }
+
+  double add(const Picture& picture, const Eigen::MatrixXd& series, bool slopes,
+             Eigen::VectorXd& gradient, Eigen::MatrixXd& hessian) const {
+    const Basis b = basis(picture.phase, columns_);
+    const Vector6d twist = twist_of(series, b);
+    const Lc2Cost cost(ct_, picture.patches, options_.ridge, options_.threads);
+    const Pose pose = moved(start_, centre_, twist);
+    const double weight = picture.weight / total_;
+    if (!slopes) return weight * cost.cost(pose).cost;
+    const CostTerms terms = cost.terms(pose, centre_ + twist.tail<3>());
+    Matrix6d chain = Matrix6d::Identity();
+    chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
+    const Vector6d g = weight * (chain.transpose() * terms.gradient);
+    const Matrix6d h = weight * (chain.transpose() * terms.hessian * chain);
+    for (Eigen::Index i = 0; i < columns_; ++i) {
+      gradient.segment<6>(6 * i) += b[i] * g;
+      for (Eigen::Index j = 0; j < columns_; ++j) {
+        hessian.block<6, 6>(6 * i, 6 * j) += b[i] * b[j] * h;
+      }
+    }
+    return weight * terms.cost;
+  }
+
+  const CtChannels& ct_;
+  Chosen pictures_;
+  Pose start_;
+  Vec centre_;
+  Eigen::Index columns_;
+  const PhaseOptions& options_;
+  double total_ = 0;
+};
+
+struct Fit {
+  PhaseMotion motion;
+  double cost;
+  int iterations;
+  bool finite;
+};
+
+/// columns 1: the best common pose.
+Fit fit(const CtChannels& ct, const Chosen& pictures, const Pose& start, const Vec& centre,
+        Eigen::Index columns, const PhaseOptions& options) {
+  Eigen::VectorXd delta(6 * columns);
+  auto* cost = new PhaseCost(ct, pictures, start, centre, columns, options);  // Ceres takes it.
+  const CostSolution found = minimise(cost, delta, options.max_iterations, {});
+  const Eigen::MatrixXd series = Eigen::Map<const Eigen::MatrixXd>(delta.data(), 6, columns);
+  return {PhaseMotion(start, centre, series), found.final_cost, found.iterations,
+          found.termination != Termination::kFailed};
+}
+
+/// NaN where a patch has no finite similarity.
+double cost_at(const CtChannels& ct, const Picture& picture, const PhaseMotion& motion,
+               const PhaseOptions& options) {
+  const CostTerms terms = Lc2Cost(ct, picture.patches, options.ridge, options.threads)
+                              .cost(motion.ct_from_reference(picture.phase));
+  return terms.non_finite > 0 ? std::numeric_limits<double>::quiet_NaN() : terms.cost;
+}
+
+/// Half of the pictures judge what the other half was fitted to.
+struct CrossCheck {
+  double rigid = 0, moving = 0, gain = 0, square = 0;
+  int count = 0;
+  bool finite = true;
+
+  void judge(const CtChannels& ct, const Chosen& judges, const Fit& still, const Fit& breathing,
+             const PhaseOptions& options) {
+    finite = finite && still.finite && breathing.finite;
+    for (const Picture* picture : judges) {
+      const double a = cost_at(ct, *picture, still.motion, options);
+      const double b = cost_at(ct, *picture, breathing.motion, options);
+      rigid += a;
+      moving += b;
+      gain += a - b;
+      square += (a - b) * (a - b);
+      ++count;
+    }
+  }
+  [[nodiscard]] double sigmas() const {
+    const double n = count;
+    const double variance = std::max(square / n - gain * gain / (n * n), 1e-24) * n / (n - 1);
+    return gain / n / std::sqrt(variance / n);
+  }
+};
+
+Result<void> check_phases(const PatchSet& patches, std::span<const double> phases) {
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    if (std::isnan(phases[i]) || (phases[i] >= 0 && phases[i] < 1)) continue;
+    return Error{ErrorCode::kUsage, "phase of picture " + std::to_string(i) +
+                                        ": expected [0, 1) or NaN, found " +
+                                        std::to_string(phases[i])};
+  }
+  for (const Patch& p : patches.patches) {
+    if (static_cast<std::size_t>(p.frame) < phases.size()) continue;
+    return Error{ErrorCode::kUsage, "phases: expected one for each picture, found " +
+                                        std::to_string(phases.size()) + " and a patch of picture " +
+                                        std::to_string(p.frame)};
+  }
+  return {};
+}
+
+Result<void> check_pictures(const std::vector<Picture>& pictures, const PhaseOptions& options) {
+  if (static_cast<int>(pictures.size()) < options.min_pictures) {
+    return Error{ErrorCode::kRefused, "registration by phase: expected at least " +
+                                          std::to_string(options.min_pictures) +
+                                          " pictures with patches and a phase, found " +
+                                          std::to_string(pictures.size())};
+  }
+  const double gap = longest_gap(pictures);
+  if (gap > options.max_gap) {
+    return Error{ErrorCode::kRefused,
+                 "registration by phase: expected pictures of the whole breath, found none in " +
+                     std::to_string(static_cast<int>(std::lround(100 * gap))) + " % of it"};
+  }
+  return {};
+}
+
+Vec centre_of(const std::vector<Picture>& pictures, const Pose& pose) {
+  Vec sum = Vec::Zero();
+  for (const Picture& picture : pictures) {
+    for (const Patch& p : picture.patches.patches) {
+      sum += picture.weight * p.weight * (pose * Point<frames::Reference>{p.centre_mm}).mm;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+PhaseMotion::PhaseMotion(const Pose& mean, const Vec& centre_ct_mm)
+    : PhaseMotion(mean, centre_ct_mm, Eigen::MatrixXd::Zero(6, 1)) {}
+
+PhaseMotion::PhaseMotion(const Pose& mean, const Vec& centre_ct_mm, Eigen::MatrixXd series)
+    : mean_(mean), centre_(centre_ct_mm), series_(std::move(series)) {
+  NAV_CHECK(series_.rows() == 6 && series_.cols() % 2 == 1, series_.rows(), series_.cols());
+}
+
+Pose PhaseMotion::ct_from_reference(double phase) const {
+  return moved(mean_, centre_, twist_of(series_, basis(phase, series_.cols())));
+}
+
+double PhaseMotion::amplitude_mm(const Point<frames::Ct>& at_mean) const {
+  constexpr int kPhases = 32;
+  const Point<frames::Reference> p = mean_.inverse() * at_mean;
+  double longest = 0;
+  for (int i = 0; i < kPhases; ++i) {
+    const Vec a = (ct_from_reference(static_cast<double>(i) / kPhases) * p).mm;
+    for (int j = 0; j < i; ++j) {
+      const Vec b = (ct_from_reference(static_cast<double>(j) / kPhases) * p).mm;
+      longest = std::max(longest, (a - b).norm());
+    }
+  }
+  return longest;
+}
+
+Result<void> validate(const PhaseOptions& o) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("registration by phase: expected ") + what};
+  };
+  if (o.harmonics < 1 || o.harmonics > 4) return refuse("1 to 4 harmonics");
+  if (!(o.stiffness > 0 && std::isfinite(o.stiffness))) return refuse("stiffness > 0");
+  if (o.max_iterations < 1 || o.max_iterations > 200) return refuse("1 to 200 iterations");
+  if (!(o.ridge > 0 && std::isfinite(o.ridge))) return refuse("ridge > 0");
+  if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
+  if (o.min_pictures < 8) return refuse("min_pictures >= 8");
+  if (!(o.max_gap > 0 && o.max_gap < 1)) return refuse("max_gap in (0, 1)");
+  if (!(o.min_gain_sigmas > 0)) return refuse("min_gain_sigmas > 0");
+  if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return refuse("min_gain_share in [0, 1)");
+  return {};
+}
+
+Result<PhaseResult> refine_by_phase(const CtChannels& ct, const PatchSet& patches,
+                                    std::span<const double> phases, const Pose& ct_from_reference,
+                                    const PhaseOptions& options) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  if (const auto ok = check_phases(patches, phases); !ok) return ok.error();
+  const std::vector<Picture> pictures = pictures_of(patches, phases);
+  if (const auto ok = check_pictures(pictures, options); !ok) return ok.error();
+  const Error not_finite{ErrorCode::kNumerical,
+                         "registration by phase: expected a finite similarity of every picture"};
+  const Vec centre = centre_of(pictures, ct_from_reference);
+  const Eigen::Index columns = 1 + 2 * options.harmonics;
+  Chosen all, halves[2];
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    all.push_back(&pictures[i]);
+    halves[i % 2].push_back(&pictures[i]);
+  }
+  const Fit still = fit(ct, all, ct_from_reference, centre, 1, options);
+  if (!still.finite || !std::isfinite(still.cost)) return not_finite;
+  CrossCheck check;
+  for (const int half : {0, 1}) {
+    check.judge(ct, halves[1 - half], fit(ct, halves[half], ct_from_reference, centre, 1, options),
+                fit(ct, halves[half], ct_from_reference, centre, columns, options), options);
+  }
+  PhaseResult result{still.motion,
+                     false,
+                     "",
+                     still.cost,
+                     still.cost,
+                     check.rigid / check.count,
+                     check.moving / check.count,
+                     check.sigmas(),
+                     static_cast<int>(pictures.size()),
+                     still.iterations};
+  if (!check.finite || !std::isfinite(check.rigid) || !std::isfinite(check.moving)) {
+    return not_finite;
+  }
+  const double share = check.gain / std::max(check.rigid, 1e-12);
+  result.supported =
+      result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
+  std::ostringstream text;
+  text.precision(3);
+  text << (result.supported ? "moves with the breath" : "rigid") << ": pictures that were left out "
+       << "gained " << 100 * share << " % and " << result.gain_sigmas
+       << " standard errors by a motion with the breath";
+  if (!result.supported) {
+    text << ", expected " << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+  } else {
+    const Fit whole = fit(ct, all, ct_from_reference, centre, columns, options);
+    if (!whole.finite) return not_finite;
+    result.motion = whole.motion;
+    result.final_cost = whole.cost;
+    result.iterations = whole.iterations;
+  }
+  result.reason = text.str();
+  return result;
+}
+
+}  // namespace nav::registration

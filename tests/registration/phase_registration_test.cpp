@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/phase_registration.hpp"
+
+#include <gmock/gmock.h>
+#include <limits>
+#include <numbers>
+
+#include "registration/shadow_mask.hpp"
+#include "tests/registration/synthetic.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using ::testing::HasSubstr;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Pictures of a patient who moves rigidly with the breath: down and a little round.
+struct Breathing {
+  test::BlobPatient patient{7, 150};
+  CtChannels ct;
+  PatchSet patches;
+  std::vector<double> phases;
+  std::vector<Vec> places;  ///< Reference, inside the sweep.
+
+  /// Tissue at rest comes to lie at depth · this.
+  static Transform<frames::Ct, frames::Ct> motion(double phase, double mm) {
+    const double depth = std::pow(std::sin(std::numbers::pi * phase), 4);
+    return {Eigen::Quaterniond(Eigen::AngleAxisd(0.004 * mm * depth, Vec::UnitX())),
+            mm * depth * Vec(0.1, -0.3, -0.95)};
+  }
+  [[nodiscard]] static Pose truth(double phase, double mm) {
+    return motion(phase, mm).inverse() * test::true_pose();
+  }
+
+  explicit Breathing(double mm) {
+    const auto grid = test::cubic_grid(75);
+    ct = *make_ct_channels(test::blob_ct(patient, grid), box_of(grid), 1.2);
+    std::vector<TrackedFrame> frames;
+    std::mt19937 random(5);
+    const auto from_ct = test::true_pose().inverse();
+    for (int f = 0; f < 36; ++f) {
+      phases.push_back(std::fmod(0.17 * f, 1.0));
+      const Transform<frames::Ct, frames::Image> pose(
+          Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Vec::UnitX())),
+          Vec(0, -45, 2.6 * (f - 17.5)));
+      const auto rest = motion(phases.back(), mm).inverse() * pose;
+      UltrasoundFrame frame;
+      frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
+      frame.grid = PixelGrid::centred(90, 1, 1);
+      const Vec beam = rest.rotation() * Vec::UnitY();
+      std::vector<std::uint8_t> grey;
+      for (int row = 0; row < 90; ++row) {
+        for (int column = 0; column < 90; ++column) {
+          const Vec p = (rest * frame.grid.at(column, row)).mm;
+          const double value = 60 + 0.7 * patient.hu(p) + 4 * std::abs(patient.slope(p, beam)) +
+                               4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
+          grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
+          if (row % 20 == 10 && column % 20 == 10) {
+            places.push_back((from_ct * pose * frame.grid.at(column, row)).mm);
+          }
+        }
+      }
+      frame.pixels = Image2d<std::uint8_t>(90, 90, std::move(grey));
+      frames.push_back({std::move(frame), from_ct * pose, Duration{0}});
+    }
+    const Sweep sweep = *Sweep::create(std::move(frames), "synthetic");
+    patches = make_patches(sweep, *shadow_masks(sweep, {}), {1.6, 9, 1500, 1}, 1.2);
+  }
+
+  /// Root mean square over phases and places.
+  [[nodiscard]] double error_mm(const PhaseMotion& found, double mm) const {
+    double sum = 0;
+    int count = 0;
+    for (double phase = 0; phase < 1; phase += 0.1) {
+      for (const Vec& p : places) {
+        sum += ((found.ct_from_reference(phase) * Point<frames::Reference>{p}).mm -
+                (truth(phase, mm) * Point<frames::Reference>{p}).mm)
+                   .squaredNorm();
+        ++count;
+      }
+    }
+    return std::sqrt(sum / count);
+  }
+};
+
+TEST(PhaseMotionTest, RepeatsWithEveryBreathAndKnowsItsAmplitude) {
+  Eigen::MatrixXd series = Eigen::MatrixXd::Zero(6, 3);
+  series(5, 1) = 4;  // 4 mm cos along z.
+  const PhaseMotion motion(test::true_pose(), {1, 2, 3}, series);
+  const Point<frames::Reference> p{{10, -20, 30}};
+  const Vec at_rest = (motion.ct_from_reference(0) * p).mm;
+  EXPECT_LT(((motion.ct_from_reference(3) * p).mm - at_rest).norm(), 1e-9);
+  EXPECT_LT(((motion.ct_from_reference(0.5) * p).mm - at_rest + Vec(0, 0, 8)).norm(), 1e-9);
+  EXPECT_NEAR(motion.amplitude_mm({{0, 0, 0}}), 8, 1e-9);
+}
+
+TEST(PhaseRegistrationTest, FollowsEightMillimetresOfBreath) {
+  const Breathing moving(8);
+  const auto result =
+      refine_by_phase(moving.ct, moving.patches, moving.phases, test::true_pose(), {});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_TRUE(result->supported) << result->reason;
+  const double before = moving.error_mm(PhaseMotion(test::true_pose()), 8);
+  const double after = moving.error_mm(result->motion, 8);
+  RecordProperty("before_um", static_cast<int>(1000 * before));
+  RecordProperty("after_um", static_cast<int>(1000 * after));
+  EXPECT_GT(before, 3);
+  EXPECT_LT(after, 0.8) << result->reason;
+  EXPECT_LT(result->final_cost, result->rigid_cost);
+  EXPECT_LT(result->held_out_moving, result->held_out_rigid);
+  EXPECT_GT(result->motion.amplitude_mm({{0, 0, 0}}), 6);
+}
+
+TEST(PhaseRegistrationTest, LeavesAPatientWhoHoldsHisBreathRigid) {
+  const Breathing still(0);
+  const auto result = refine_by_phase(still.ct, still.patches, still.phases, test::true_pose(), {});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_FALSE(result->supported) << result->reason;
+  EXPECT_LT(still.error_mm(result->motion, 0), 0.3);
+  EXPECT_EQ(result->motion.amplitude_mm({{0, 0, 0}}), 0);
+}
+
+TEST(PhaseRegistrationTest, RefusesWhatDoesNotShowTheBreath) {
+  Breathing still(0);
+  const auto refine = [&](const PhaseOptions& options = {}) {
+    return refine_by_phase(still.ct, still.patches, still.phases, test::true_pose(), options);
+  };
+  PhaseOptions bad;
+  bad.harmonics = 0;
+  ASSERT_FALSE(refine(bad));
+  EXPECT_THAT(refine(bad).error().message, HasSubstr("harmonics"));
+  const auto known = still.phases;
+  for (double& phase : still.phases) phase *= 0.5;  // Only while breathing in.
+  ASSERT_FALSE(refine());
+  EXPECT_THAT(refine().error().message, HasSubstr("whole breath"));
+  for (std::size_t i = 8; i < known.size(); ++i) still.phases[i] = kNan;
+  ASSERT_FALSE(refine());
+  EXPECT_THAT(refine().error().message, HasSubstr("at least 12 pictures"));
+  still.phases = known;
+  still.phases[3] = 1.5;
+  ASSERT_FALSE(refine());
+  EXPECT_THAT(refine().error().message, HasSubstr("phase of picture 3"));
+  still.phases.assign(2, 0.1);
+  ASSERT_FALSE(refine());
+  EXPECT_THAT(refine().error().message, HasSubstr("one for each picture"));
+  still.phases = known;
+  for (auto& texel : still.ct.texels) texel[0] = std::nanf("");
+  EXPECT_FALSE(refine());
+}
+
+}  // namespace
+}  // namespace nav::registration
