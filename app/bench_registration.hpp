@@ -4,16 +4,23 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
+#include "sim/probe_model.hpp"
 
 namespace nav::app {
 
 struct BenchRegistrationOptions {
   bool quick = false;    ///< A stratified part of the cohort: about two minutes on two cores.
   bool evaluate = true;  ///< False: only the development seeds.
+  int patients = 0;      ///< Of each cohort; 0: as many as the cohort has.
+  /// How echoes of the sweeps are computed.
+  sim::AcousticModel model = sim::AcousticModel::kRays;
+  std::vector<std::string> parts;  ///< Of "cohort", "curve", "peer"; none: all.
   std::optional<std::string> json;
+  std::optional<std::string> trials;  ///< CSV with a line for each registration of the cohorts.
 };
 
 /// Registration on the simulated cohort: development and evaluation seeds side by side, run time

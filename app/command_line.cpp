@@ -485,6 +485,16 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   verb->add_flag("--quick", bench_registration_.quick, "part of the cohort: about two minutes");
   verb->add_flag("!--no-evaluation", bench_registration_.evaluate,
                  "leave the evaluation seeds alone: for tuning");
+  verb->add_option("--model", bench_registration_.model,
+                   "how echoes are computed: rays, scatterers")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, sim::AcousticModel>{
+          {"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}}));
+  verb->add_option("--patients", bench_registration_.patients, "of each cohort")
+      ->check(CLI::Range(1, 100));
+  verb->add_option("--part", bench_registration_.parts, "cohort, curve, peer; default all")
+      ->check(CLI::IsMember({"cohort", "curve", "peer"}))
+      ->delimiter(',');
+  verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);
   verb->callback([this] {
     verb_ = [this](Console& console) {

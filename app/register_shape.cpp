@@ -83,6 +83,7 @@ Json json_of(const registration::ShapeRegistration& result, const registration::
   json["distance_before"] = json_of(result.before);
   json["distance"] = json_of(result.after);
   json["scale_mm"] = result.scale_mm;
+  json["discrepancy_mm"] = json_number(result.discrepancy_mm);
   json["iterations"] = result.iterations;
   json["converged"] = result.converged;
   json["margin"] = result.margin ? json_number(*result.margin) : Json(nullptr);

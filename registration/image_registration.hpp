@@ -19,12 +19,21 @@
 
 namespace nav::registration {
 
+/// Which of the squares that the mask allows become patches.
+enum class PatchChoice {
+  /// Those of highest contrast: seen from afar, but where speckle happens to agree among them.
+  kContrast,
+  /// Spread evenly: no such bias, which is what limits the accuracy of the finest level.
+  kEven,
+};
+
 /// One step of the coarse-to-fine ladder.
 struct LevelOptions {
   double sample_step_mm;  ///< Distance of neighbouring samples of a patch, > 0.
   int patch_side;         ///< Samples along each side of a square patch, 5 to 21, odd.
   int patches;            ///< Most patches used, >= 50.
   double frame_step_mm;   ///< Pictures are thinned to about this distance, > 0.
+  PatchChoice choice = PatchChoice::kContrast;
 };
 
 /// What makes ultrasound and CT alike.
@@ -55,13 +64,18 @@ struct Stretch {
 struct ImageRegistrationOptions {
   /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
   /// fit into the pictures is left out and reported; the last must fit.
-  std::vector<LevelOptions> levels = {
-      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.6, 11, 900, 3.5}, {1.2, 9, 3000, 2.0}};
+  std::vector<LevelOptions> levels = {{5.0, 7, 250, 9.0},
+                                      {3.0, 9, 500, 6.0},
+                                      {1.6, 11, 900, 3.5},
+                                      {1.2, 9, 5000, 1.5, PatchChoice::kEven}};
   ShadowMaskOptions mask;
   /// The limits of acceptance are those of LC²; what the others cost is not comparable.
   Similarity similarity = Similarity::kLc2;
   StretchModel stretch = StretchModel::kNone;
-  double ridge = 0.01;            ///< λ: noise of the CT channels in units of 100 HU, > 0.
+  double ridge = 0.01;  ///< λ: noise of the CT channels in units of 100 HU, > 0.
+  /// Patches where the CT differs by less than this, RMS, are left out of the finest solve: they
+  /// say nothing, and what is noise of the CT there costs as much as structure. HU, >= 0.
+  double min_ct_contrast_hu = 5;
   int max_iterations = 30;        ///< Of each solve on each level, >= 1.
   int starts = 600;               ///< Seeded starts searched where the plain solve fails, >= 0.
   double start_range_mm = 40;     ///< Half width of their box of translations, >= 0.
@@ -122,6 +136,7 @@ struct ImageRegistrationResult {
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
   Stretch stretch = {};             ///< Identity unless the options ask for it.
+  int used_patches = 0;             ///< Of patches, those where the CT has structure.
 
   /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

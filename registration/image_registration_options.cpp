@@ -53,6 +53,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (!(options.ridge >= 1e-4 && options.ridge <= 10)) {
     return refuse("ridge", "1e-4 to 10", options.ridge);
   }
+  if (!(options.min_ct_contrast_hu >= 0 && options.min_ct_contrast_hu <= 200)) {
+    return refuse("min_ct_contrast_hu", "0 to 200", options.min_ct_contrast_hu);
+  }
   if (options.max_iterations < 1 || options.max_iterations > 1000) {
     return refuse("max_iterations", "1 to 1000", options.max_iterations);
   }

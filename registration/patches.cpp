@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 namespace nav::registration {
@@ -133,44 +134,54 @@ double centre_values(std::vector<float>& values, double* mean = nullptr) {
   return std::sqrt(squares / count);
 }
 
-/// All candidates of one picture, by a few samples of each.
-void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
-                     std::vector<Candidate>& out) {
+/// Squares of half their width apart, wherever they lie.
+std::vector<Eigen::Vector2d> square_centres(const UltrasoundFrame& frame,
+                                            const LevelOptions& level) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = -low;
-  for (const auto& corner : corners(picture.tracked.frame)) {
+  for (const auto& corner : corners(frame)) {
     low = low.cwiseMin(corner.mm.head<2>());
     high = high.cwiseMax(corner.mm.head<2>());
   }
+  const double stride_mm = 0.5 * level.patch_side * level.sample_step_mm;
+  std::vector<Eigen::Vector2d> centres;
+  for (double y = low.y() + stride_mm; y < high.y(); y += stride_mm) {
+    for (double x = low.x() + stride_mm; x < high.x(); x += stride_mm) centres.push_back({x, y});
+  }
+  return centres;
+}
+
+/// All candidates of one picture, by a few samples of each.
+void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
+                     std::vector<Candidate>& out) {
   const int half = level.patch_side / 2;
   // Five samples a side, the corners among them where the side allows.
   const int stride = std::max(1, half / 2);
-  const double stride_mm = 0.5 * level.patch_side * level.sample_step_mm;
+  const auto centres = square_centres(picture.tracked.frame, level);
+  if (centres.empty()) return;
+  const double top = centres.front().y();
+  const double height = centres.back().y() - top + 0.5 * level.patch_side * level.sample_step_mm;
   std::vector<float> values;
-  for (double y = low.y() + stride_mm; y < high.y(); y += stride_mm) {
-    for (double x = low.x() + stride_mm; x < high.x(); x += stride_mm) {
-      if (!sample_square(picture, {x, y}, level.sample_step_mm, half, stride, values)) continue;
-      const double contrast = centre_values(values);
-      if (!(contrast >= kMinDeviation)) continue;
-      const double depth = (y - low.y()) / (high.y() - low.y());
-      const int band = std::clamp(static_cast<int>(depth * kDepthBands), 0, kDepthBands - 1);
-      out.push_back({{x, y}, order, static_cast<int>(order) * kDepthBands + band, contrast});
-    }
+  for (const Eigen::Vector2d& centre : centres) {
+    if (!sample_square(picture, centre, level.sample_step_mm, half, stride, values)) continue;
+    const double contrast = centre_values(values);
+    if (!(contrast >= kMinDeviation)) continue;
+    const double depth = (centre.y() - top) / height;
+    const int band = std::clamp(static_cast<int>(depth * kDepthBands), 0, kDepthBands - 1);
+    out.push_back({centre, order, static_cast<int>(order) * kDepthBands + band, contrast});
   }
 }
 
 /// Adds one patch with all its samples; false where the mask or the contrast says no.
-bool add_patch(const LevelPicture& picture, const Candidate& candidate, const LevelOptions& level,
-               std::vector<float>& values, PatchSet& out) {
+bool add_patch(const LevelPicture& picture, const Eigen::Vector2d& centre,
+               const LevelOptions& level, std::vector<float>& values, PatchSet& out) {
   const double step = level.sample_step_mm;
-  if (!sample_square(picture, candidate.centre, step, level.patch_side / 2, 1, values))
-    return false;
+  if (!sample_square(picture, centre, step, level.patch_side / 2, 1, values)) return false;
   double mean = 0;
   const double deviation = centre_values(values, &mean);
   if (!(deviation >= kMinDeviation)) return false;
   const auto norm = static_cast<float>(deviation * std::sqrt(static_cast<double>(values.size())));
   for (const float value : values) out.samples.push_back(value / norm);
-  const Eigen::Vector2d& centre = candidate.centre;
   const auto& outline = picture.tracked.frame.outline;
   const Eigen::Vector2d beam =
       outline ? (centre - outline->apex_mm).normalized() : Eigen::Vector2d(0, 1);
@@ -208,30 +219,69 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
   return kept;
 }
 
-PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
-                      const LevelOptions& level, double sigma_mm) {
-  std::vector<LevelPicture> pictures;
+namespace {
+
+/// The best by contrast, at most twice the fair share of each picture and depth third.
+void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
+                        PatchSet& out) {
   std::vector<Candidate> candidates;
-  for (const int index : thin_frames(sweep, level.frame_step_mm)) {
-    const auto i = static_cast<std::size_t>(index);
-    const TrackedFrame& tracked = sweep.frames()[i];
-    pictures.push_back({index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm)});
-    find_candidates(pictures.back(), pictures.size() - 1, level, candidates);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    find_candidates(pictures[i], i, level, candidates);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.contrast > b.contrast; });
   const std::size_t budget = static_cast<std::size_t>(level.patches);
   const std::size_t quota = 2 * budget / (pictures.size() * kDepthBands) + 1;
   std::vector<std::size_t> taken(pictures.size() * kDepthBands, 0);
-  PatchSet out;
-  out.side = level.patch_side;
-  out.frames = static_cast<int>(pictures.size());
   std::vector<float> values;
   for (const Candidate& candidate : candidates) {
     if (out.patches.size() == budget) break;
     std::size_t& of_bucket = taken[static_cast<std::size_t>(candidate.bucket)];
     if (of_bucket >= quota) continue;
-    if (add_patch(pictures[candidate.order], candidate, level, values, out)) ++of_bucket;
+    if (add_patch(pictures[candidate.order], candidate.centre, level, values, out)) ++of_bucket;
+  }
+}
+
+/// Takes squares in an order that is spread evenly however soon it ends: steps of the golden ratio
+/// through all squares of all pictures (Weyl's sequence). Squares that are not needed are not even
+/// looked at.
+void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
+                   PatchSet& out) {
+  std::vector<std::pair<std::size_t, Eigen::Vector2d>> squares;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (const auto& centre : square_centres(pictures[i].tracked.frame, level)) {
+      squares.emplace_back(i, centre);
+    }
+  }
+  const std::size_t n = squares.size();
+  if (n == 0) return;
+  constexpr double kGolden = 0.6180339887498949;
+  auto step = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kGolden * n)));
+  while (std::gcd(step, n) != 1) ++step;
+  std::vector<float> values;
+  for (std::size_t k = 0, at = 0; k < n; ++k, at = (at + step) % n) {
+    if (out.patches.size() == static_cast<std::size_t>(level.patches)) break;
+    add_patch(pictures[squares[at].first], squares[at].second, level, values, out);
+  }
+}
+
+}  // namespace
+
+PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
+                      const LevelOptions& level, double sigma_mm) {
+  std::vector<LevelPicture> pictures;
+  for (const int index : thin_frames(sweep, level.frame_step_mm)) {
+    const auto i = static_cast<std::size_t>(index);
+    const TrackedFrame& tracked = sweep.frames()[i];
+    pictures.push_back({index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm)});
+  }
+  PatchSet out;
+  out.side = level.patch_side;
+  out.frames = static_cast<int>(pictures.size());
+  if (level.choice == PatchChoice::kEven) {
+    choose_evenly(pictures, level, out);
+  } else {
+    choose_by_contrast(pictures, level, out);
   }
   double total = 0;
   for (const Patch& patch : out.patches) total += patch.weight;

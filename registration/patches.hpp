@@ -46,9 +46,9 @@ struct PatchSet {
 /// step_mm since the last kept.
 std::vector<int> thin_frames(const Sweep& sweep, double step_mm);
 
-/// Cuts patches on a grid of half their width, all samples inside the mask, and keeps those of
-/// highest variance, at most twice the fair share from each picture and depth third. The picture
-/// is smoothed to the level first, ignoring masked pixels. May be empty. Deterministic.
+/// Cuts patches on a grid of half their width, all samples inside the mask, as many as the level
+/// asks for by its choice. The picture is smoothed to the level first, ignoring masked pixels. May
+/// be empty. Deterministic.
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm);
 

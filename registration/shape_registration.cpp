@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <sstream>
 
+#include "registration/shape_discrepancy.hpp"
 #include "registration/shape_solver.hpp"
 #include "registration/starts.hpp"
 
@@ -26,7 +26,6 @@ constexpr std::size_t kFinished = 4;
 constexpr int kCoarseRounds = 6;
 constexpr double kSameMm = 2;
 constexpr double kOtherMinimumMm = 5;
-constexpr double kBlockMm = 20;
 constexpr double kClearlyWorse = 1.2;
 
 Error refuse(ErrorCode code, const std::string& expected, const std::string& found) {
@@ -168,8 +167,8 @@ class Registrar {
   }
 
   [[nodiscard]] ShapeRegistration report(const std::vector<ShapeSolution>& found) const;
-  [[nodiscard]] PoseUncertainty uncertainty(const ShapeCurvature& at, const Pose& pose,
-                                            const Observability& seen) const;
+  [[nodiscard]] static PoseUncertainty uncertainty(const ShapeCurvature& at,
+                                                   const Observability& seen);
 
   ReferencePoints points_, coarse_;
   const ShapeField& shape_;
@@ -179,28 +178,16 @@ class Registrar {
   bool stopped_ = false;
 };
 
-/// Sandwich with one score per cube of 20 mm, in the directions that are seen.
-PoseUncertainty Registrar::uncertainty(const ShapeCurvature& at, const Pose& pose,
-                                       const Observability& seen) const {
-  std::map<std::array<int, 3>, Vector6d> blocks;
-  for (std::size_t k = 0; k < at.counted.size(); ++k) {
-    const Eigen::Vector3d p = (pose * points_[at.counted[k]]).mm;
-    const Eigen::Array3d cell = ((p - at.centre_ct_mm) / kBlockMm).array().floor();
-    const std::array<int, 3> key{static_cast<int>(cell[0]), static_cast<int>(cell[1]),
-                                 static_cast<int>(cell[2])};
-    blocks.try_emplace(key, Vector6d::Zero()).first->second += at.gradients[k];
-  }
-  Matrix6d scatter = Matrix6d::Zero();
-  for (const auto& [key, g] : blocks) scatter += g * g.transpose();
-  const auto n = static_cast<double>(blocks.size());
-  // Few blocks say little about their spread; be the more careful.
-  scatter *= n > 7 ? n / (n - 6) : n;
+/// Sandwich with one score per cube, in the directions that are seen.
+PoseUncertainty Registrar::uncertainty(const ShapeCurvature& at, const Observability& seen) {
   const auto count = static_cast<double>(at.counted.size());
   Matrix6d inverse = Matrix6d::Zero();
   for (Eigen::Index i = seen.unseen; i < 6; ++i) {
     const Vector6d v = seen.twist(i);
     inverse += v * v.transpose() / (count * seen.strengths[i]);
   }
+  const Matrix6d scatter =
+      widest_block_scatter(at.places_ct_mm, at.gradients, at.centre_ct_mm, inverse, at.lever_mm);
   return {{at.centre_ct_mm}, inverse * scatter * inverse};
 }
 
@@ -218,7 +205,8 @@ ShapeRegistration Registrar::report(const std::vector<ShapeSolution>& found) con
           best.converged,
           sliding_directions(seen, at.centre_ct_mm),
           margin(found),
-          uncertainty(at, best.pose, seen)};
+          uncertainty(at, seen),
+          shape_discrepancy_mm(at.places_ct_mm, at.offsets_mm, shape_.kind())};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -56,13 +57,17 @@ struct ShapeRegistration {
   /// no start ended in one.
   std::optional<double> margin;
   /// About the centroid of the points; of the directions that are determined. Correlated in cubes
-  /// of 20 mm. Errors that all points share (a calibration, the segmentation) are not in it.
+  /// of 20, 40 or 80 mm, whichever says more.
   PoseUncertainty uncertainty;
+  /// What points and shape disagree about besides noise, one axis, standard deviation
+  /// (shape_discrepancy.hpp): a target moves with it as the surface does, whatever the pose.
+  double discrepancy_mm = 0;
 
-  /// Expected RMS error at a point of the CT, mm; infinite while a direction slides.
+  /// Expected RMS error at a point of the CT, mm, of pose and discrepancy; infinite while a
+  /// direction slides. Errors that all points share and the pose absorbs are not in it.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const {
-    return sliding.empty() ? uncertainty.tre_rms_mm(target)
-                           : std::numeric_limits<double>::infinity();
+    if (!sliding.empty()) return std::numeric_limits<double>::infinity();
+    return std::hypot(uncertainty.tre_rms_mm(target), std::sqrt(3.0) * discrepancy_mm);
   }
 };
 

@@ -139,7 +139,7 @@ double solve_round(const ReferencePoints& points, const ShapeField& shape, const
 
 ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& shape,
                             const Pose& pose, const ShapeRegistrationOptions& options) {
-  ShapeCurvature out{Eigen::Vector3d::Zero(), 0, 0, {}, {}, Matrix6d::Zero()};
+  ShapeCurvature out{Eigen::Vector3d::Zero(), 0, 0, {}, {}, {}, {}, Matrix6d::Zero()};
   out.counted = nearest_share(points, shape, pose, options.keep_fraction);
   const auto n = static_cast<double>(out.counted.size());
   for (const std::size_t i : out.counted) out.centre_ct_mm += (pose * points[i]).mm / n;
@@ -150,6 +150,8 @@ ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& sha
     const Eigen::Vector3d p = (pose * points[i]).mm;
     lever2 += (p - out.centre_ct_mm).squaredNorm() / n;
     placed.push_back(place(shape, p, out.centre_ct_mm));
+    out.places_ct_mm.push_back(p);
+    out.offsets_mm.push_back(placed.back().offset);
     sizes.push_back(placed.back().offset.norm());
   }
   out.lever_mm = std::max(std::sqrt(lever2), 1.0);

@@ -25,8 +25,9 @@ struct ShapeCurvature {
   double lever_mm;                   ///< RMS distance from it, >= 1.
   double scale_mm;                   ///< Robust standard deviation of the offsets.
   std::vector<std::size_t> counted;  ///< Points that are not trimmed.
-  std::vector<Vector6d> gradients;   ///< Of ½ offset² of each counted point, robust weight in it.
-  Matrix6d curvature;                ///< Mean JᵀJ over the counted points, by a twist [rad | mm].
+  std::vector<Eigen::Vector3d> places_ct_mm, offsets_mm;  ///< Of the counted points.
+  std::vector<Vector6d> gradients;  ///< Of ½ offset² of each counted point, robust weight in it.
+  Matrix6d curvature;               ///< Mean JᵀJ over the counted points, by a twist [rad | mm].
 };
 
 ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& shape,

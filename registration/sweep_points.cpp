@@ -9,7 +9,8 @@ namespace nav::registration {
 
 SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks) {
   constexpr double kStepMm = 4;
-  SweepPoints out{{}, {Eigen::Vector3d::Zero()}, 0};
+  SweepPoints out;
+  out.centroid.mm.setZero();
   for (const int index : thin_frames(sweep, kStepMm)) {
     const auto i = static_cast<std::size_t>(index);
     const TrackedFrame& tracked = sweep.frames()[i];
@@ -29,7 +30,9 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
   if (out.points.empty()) return out;
   out.centroid.mm /= static_cast<double>(out.points.size());
   for (const auto& p : out.points) {
-    out.radius_mm = std::max(out.radius_mm, (p - out.centroid).v.norm());
+    const Eigen::Vector3d r = (p - out.centroid).v;
+    out.radius_mm = std::max(out.radius_mm, r.norm());
+    out.spread_mm2 += r * r.transpose() / static_cast<double>(out.points.size());
   }
   return out;
 }
@@ -47,9 +50,10 @@ double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose
 }
 
 double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b) {
-  double sum = 0;
-  for (const auto& p : sweep.points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(sweep.points.size(), 1)));
+  const Eigen::Vector3d shift = (a * sweep.centroid).mm - (b * sweep.centroid).mm;
+  const Eigen::Matrix3d turn = a.rotation().toRotationMatrix() - b.rotation().toRotationMatrix();
+  const double squared = shift.squaredNorm() + (turn * sweep.spread_mm2 * turn.transpose()).trace();
+  return std::sqrt(std::max(squared, 0.0));
 }
 
 CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm) {

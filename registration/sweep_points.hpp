@@ -16,6 +16,8 @@ struct SweepPoints {
   std::vector<Point<frames::Reference>> points;
   Point<frames::Reference> centroid;  ///< Of the points.
   double radius_mm = 0;               ///< Farthest point from the centroid.
+  /// Mean of (p − centroid)(p − centroid)ᵀ, mm²: all that distances of poses depend on.
+  Eigen::Matrix3d spread_mm2 = Eigen::Matrix3d::Zero();
 };
 
 /// Every 4 mm or more of the pictures 4 mm or more apart, where the mask allows.
@@ -24,7 +26,7 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
 /// Fraction of the points inside the box of voxel centres, [0, 1]; 0 without points.
 double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
 
-/// RMS distance of the points between two poses, mm.
+/// RMS distance of the points between two poses, mm; in closed form from their spread.
 double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
 
 /// Box that holds all points at all poses and a margin around. Preconditions: neither is empty.

@@ -136,7 +136,9 @@ Patient make_patient(std::uint64_t seed) {
 
 RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) {
   NAV_CHECK(request.frames >= 2, request.frames);
-  const sim::UltrasoundSimulator probe(patient.phantom, sim::convex_abdominal(), request.seed);
+  sim::ProbeModel transducer = sim::convex_abdominal();
+  transducer.model = request.model;
+  const sim::UltrasoundSimulator probe(patient.phantom, transducer, request.seed);
   const auto poses = views(patient, request);
   const auto reference_from_ct = patient.truth.inverse();
   sim::Random errors(request.seed, 0x747261636b);

@@ -10,6 +10,7 @@
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
 #include "sim/abdomen_phantom.hpp"
+#include "sim/probe_model.hpp"
 
 /// The seeded cohort that registration is judged on: simulated patients, freehand sweeps with
 /// tracker errors, starts of known target error. Nothing here is clinical accuracy.
@@ -32,6 +33,7 @@ struct SweepRequest {
   SweepPath path = SweepPath::kSubcostal;
   std::uint64_t seed = 1;  ///< Hand, tracker errors, speckle, depth gain.
   int frames = 60;         ///< >= 2.
+  sim::AcousticModel model = sim::AcousticModel::kRays;
 };
 
 /// Tracker errors of the cohort: uniform, one standard deviation per axis.

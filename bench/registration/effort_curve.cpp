@@ -12,15 +12,14 @@
 namespace nav::bench {
 namespace {
 
-/// One setting on the cohort's first two paths, from 5 mm.
-EffortPoint measure(const std::string& axis, double x, CohortOptions cohort) {
-  cohort.paths = {SweepPath::kSubcostal, SweepPath::kCross};
+/// One setting, local from 5 mm.
+EffortPoint measure(const std::string& axis, double x, CohortOptions cohort, CaseStore& store) {
   cohort.local_mm = {5};
   cohort.global_mm = {};
-  cohort.starts = 1;
   cohort.hopeless = false;
+  cohort.keep = true;
   cohort.global = cohort.local;
-  const CohortResult result = run_cohort(cohort);
+  const CohortResult result = run_cohort(cohort, store);
   EffortPoint point{axis, x, 0, 0, 0, 0, 0, 0};
   std::vector<double> errors, solve, whole;
   for (const Trial& trial : result.trials) {
@@ -40,18 +39,21 @@ EffortPoint measure(const std::string& axis, double x, CohortOptions cohort) {
 
 }  // namespace
 
-std::vector<EffortPoint> measure_effort(const EffortOptions& options,
+std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore& store,
                                         const std::function<void(double)>& progress) {
   CohortOptions base;
   base.first_seed = options.first_seed;
   base.patients = options.patients;
+  base.paths = options.paths;
+  base.threads = options.threads;
   base.local = options.local;
   const std::size_t levels = base.local.levels.size();
   const auto total =
-      static_cast<double>(options.patch_shares.size() + options.pictures.size() + levels - 1);
+      static_cast<double>(options.patch_shares.size() + options.picture_strides.size() +
+                          options.iterations.size() + levels - 1);
   std::vector<EffortPoint> points;
   const auto add = [&](const std::string& axis, double x, const CohortOptions& cohort) {
-    points.push_back(measure(axis, x, cohort));
+    points.push_back(measure(axis, x, cohort, store));
     if (progress) progress(static_cast<double>(points.size()) / total);
   };
   for (const double share : options.patch_shares) {
@@ -61,10 +63,15 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options,
     }
     add("patches", share, cohort);
   }
-  for (const int pictures : options.pictures) {
+  for (const int stride : options.picture_strides) {
     CohortOptions cohort = base;
-    cohort.frames = pictures;
-    add("pictures", pictures, cohort);
+    cohort.picture_stride = stride;
+    add("pictures", (cohort.frames + stride - 1) / stride, cohort);
+  }
+  for (const int iterations : options.iterations) {
+    CohortOptions cohort = base;
+    cohort.local.max_iterations = iterations;
+    add("iterations", iterations, cohort);
   }
   for (std::size_t kept = 1; kept < levels; ++kept) {
     CohortOptions cohort = base;

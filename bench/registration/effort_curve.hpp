@@ -12,7 +12,9 @@ namespace nav::bench {
 
 /// A point of run time against error: local registration from 5 mm, one knob changed.
 struct EffortPoint {
-  std::string axis;  ///< "patches" (share of the default), "pictures", "levels" (finest left out).
+  /// "patches" (share of the default), "pictures" (evenly chosen of the sweep's), "levels" (of the
+  /// pyramid, finest left out), "iterations" (of each solve, at most).
+  std::string axis;
   double x;
   int trials, right;
   double error_median_mm, error_p95_mm;  ///< Of the right ones; NaN without.
@@ -21,13 +23,17 @@ struct EffortPoint {
 
 struct EffortOptions {
   std::uint64_t first_seed = 1;
-  int patients = 2;
+  int patients = 4;
+  std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kCross};
   std::vector<double> patch_shares{0.25, 0.5, 1, 2, 4};
-  std::vector<int> pictures{10, 20, 30, 60, 120};
+  std::vector<int> picture_strides{6, 4, 2, 1};
+  std::vector<int> iterations{1, 2, 3, 5, 30};
+  int threads = 1;
   registration::ImageRegistrationOptions local;
 };
 
-std::vector<EffortPoint> measure_effort(const EffortOptions& options,
+/// On sweeps of the store, which keeps them.
+std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore& store,
                                         const std::function<void(double)>& progress = {});
 
 std::string to_text(const std::vector<EffortPoint>& points);

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/registration/elastix_peer.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
@@ -12,6 +14,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "registration/shadow_mask.hpp"
+
 extern char** environ;  // NOLINT: POSIX names it so.
 
 namespace nav::bench {
@@ -20,6 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kVoxelMm = 1.0;
+constexpr std::int16_t kLowestHu = -150;
+constexpr std::int16_t kHighestHu = 250;
 
 /// Axes and voxels of a volume; MetaImage lists the axes one after the other.
 void write_header(const fs::path& file, const std::array<int, 3>& size,
@@ -52,16 +58,17 @@ struct Compound {
   std::vector<std::uint8_t> grey, mask;
 };
 
-Compound compound(const Sweep& sweep) {
+Compound compound(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks) {
   std::vector<std::pair<Eigen::Vector3d, std::uint8_t>> pixels;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d high = -low;
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
+    const TrackedFrame& tracked = sweep.frames()[i];
     const UltrasoundFrame& frame = tracked.frame;
     for (int row = 0; row < frame.pixels.height(); ++row) {
       for (int column = 0; column < frame.pixels.width(); ++column) {
+        if (masks[i].at(column, row) == 0) continue;
         const auto p = frame.grid.at(column, row);
-        if (frame.outline && !frame.outline->contains(p.mm.head<2>())) continue;
         pixels.emplace_back((tracked.reference_from_image * p).mm, frame.pixels.at(column, row));
         low = low.cwiseMin(pixels.back().first);
         high = high.cwiseMax(pixels.back().first);
@@ -95,9 +102,12 @@ Compound compound(const Sweep& sweep) {
   }
   out.grey.resize(voxels);
   out.mask.resize(voxels);
+  double mean = 0;
+  for (const auto& [p, grey] : pixels) mean += grey / static_cast<double>(pixels.size());
   for (std::size_t i = 0; i < voxels; ++i) {
     out.mask[i] = count[i] > 0 ? 1 : 0;
-    out.grey[i] = count[i] > 0 ? static_cast<std::uint8_t>(sum[i] / count[i]) : 0;
+    // Its pyramid smooths across the mask: a grey that stands out would be an edge there.
+    out.grey[i] = static_cast<std::uint8_t>(count[i] > 0 ? sum[i] / count[i] : std::lround(mean));
   }
   return out;
 }
@@ -110,7 +120,7 @@ void write_parameters(const fs::path& file, const ElastixEffort& effort) {
 (UseDirectionCosines "true")
 (Registration "MultiResolutionRegistration")
 (Interpolator "LinearInterpolator")
-(ResampleInterpolator "FinalLinearInterpolator")
+(ResampleInterpolator "FinalBSplineInterpolator")
 (Resampler "DefaultResampler")
 (FixedImagePyramid "FixedRecursiveImagePyramid")
 (MovingImagePyramid "MovingRecursiveImagePyramid")
@@ -122,13 +132,13 @@ void write_parameters(const fs::path& file, const ElastixEffort& effort) {
 (HowToCombineTransforms "Compose")
 (NumberOfHistogramBins 32)
 (ErodeMask "false")
-(NumberOfResolutions 4)
 (ImageSampler "RandomCoordinate")
 (NewSamplesEveryIteration "true")
 (DefaultPixelValue -1000)
 (WriteResultImage "false")
 )"
-                      << "(MaximumNumberOfIterations " << effort.iterations
+                      << "(NumberOfResolutions " << effort.resolutions
+                      << ")\n(MaximumNumberOfIterations " << effort.iterations
                       << ")\n(NumberOfSpatialSamples " << effort.samples << ")\n";
 }
 
@@ -198,10 +208,15 @@ std::optional<fs::path> find_elastix() {
 Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
                                 const fs::path& folder) {
   const VoxelGrid& grid = patient.ct->grid();
-  write_raw(folder / "ct.raw", patient.ct->hu().data(), patient.ct->hu().size());
+  // The window of soft tissue that our similarity sees: histograms of air and bone help nobody.
+  std::vector<std::int16_t> hu(patient.ct->hu().begin(), patient.ct->hu().end());
+  for (std::int16_t& value : hu) value = std::clamp<std::int16_t>(value, kLowestHu, kHighestHu);
+  write_raw(folder / "ct.raw", hu.data(), hu.size());
   write_header(folder / "ct.mhd", grid.size, grid.spacing_mm, grid.origin_mm, grid.directions,
                "MET_SHORT", "ct.raw");
-  const Compound us = compound(recorded.sweep);
+  const auto masks = registration::shadow_masks(recorded.sweep, {});
+  if (!masks) return masks.error();
+  const Compound us = compound(recorded.sweep, *masks);
   write_raw(folder / "us.raw", us.grey.data(), us.grey.size());
   write_raw(folder / "mask.raw", us.mask.data(), us.mask.size());
   std::ofstream layout(folder / "layout");

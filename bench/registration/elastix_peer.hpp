@@ -19,8 +19,9 @@ std::optional<std::filesystem::path> find_elastix();
 
 /// One way to run it.
 struct ElastixEffort {
-  int iterations;  ///< Of each of four resolutions.
-  int samples;     ///< Spatial samples of an iteration.
+  int iterations;       ///< Of each resolution.
+  int samples;          ///< Spatial samples of an iteration.
+  int resolutions = 4;  ///< Of its pyramid, each half of the next.
 };
 
 struct ElastixRun {
@@ -29,8 +30,8 @@ struct ElastixRun {
 };
 
 /// Sweep and CT as files that elastix reads: the sweep compounded to 1 mm voxels (mean of the
-/// pixels that fall into one) with a mask of the voxels that a picture passed. The folder's owner
-/// removes it.
+/// pixels that fall into one) with a mask of the voxels that a picture passed, shadows left out as
+/// we leave them out. The folder's owner removes it.
 Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
                                 const std::filesystem::path& folder);
 

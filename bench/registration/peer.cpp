@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "bench/measure.hpp"
+#include "bench/registration/thread_time.hpp"
 #include "registration/prepared.hpp"
 
 namespace nav::bench {
@@ -15,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using registration::ImageRegistrationOptions;
+
+constexpr int kFrames = 60;
 
 /// What a way of registering did from one distance.
 struct Tally {
@@ -34,7 +37,7 @@ struct Tally {
 using Tallies = std::map<std::pair<std::string, double>, Tally>;
 
 std::string name_of(const ElastixEffort& effort) {
-  return "elastix " + std::to_string(effort.iterations);
+  return "elastix " + std::to_string(effort.iterations) + "x" + std::to_string(effort.resolutions);
 }
 
 /// Ours, everything from the images on included.
@@ -42,15 +45,15 @@ void add_ours(const std::string& name, const ImageRegistrationOptions& options,
               const Patient& patient, const RecordedSweep& recorded, double mm, const CtPose& start,
               Tallies& out) {
   CollectingDiagnostics diagnostics;
-  const double begin = process_time_s();
+  const double begin = thread_time_s();
   const auto sweep = registration::PreparedSweep::create(recorded.sweep, options, diagnostics);
-  if (!sweep) return out[{name, mm}].add({}, process_time_s() - begin, 0);
+  if (!sweep) return out[{name, mm}].add({}, thread_time_s() - begin, 0);
   const auto ct = registration::PreparedCt::create(
       *patient.ct, options, registration::reachable_box(*sweep, start, options));
-  const double prepared = process_time_s();
+  const double prepared = thread_time_s();
   if (!ct) return out[{name, mm}].add({}, prepared - begin, 0);
   const auto result = registration::register_prepared(*ct, *sweep, start, options);
-  const double end = process_time_s();
+  const double end = thread_time_s();
   std::optional<double> error_mm;
   if (result)
     error_mm = target_error_mm(result->ct_from_reference, patient.truth, recorded.targets);
@@ -61,7 +64,7 @@ void add_ours(const std::string& name, const ImageRegistrationOptions& options,
 void add_theirs(const PeerOptions& options, const fs::path& elastix, const fs::path& folder,
                 const Patient& patient, const RecordedSweep& recorded, double mm,
                 const CtPose& start, Tallies& out) {
-  const auto empty = run_elastix(elastix, folder, start, {1, options.efforts.front().samples});
+  const auto empty = run_elastix(elastix, folder, start, {1, options.efforts.front().samples, 1});
   const double overhead_s = empty ? empty->cpu_s : 0;
   for (const ElastixEffort& effort : options.efforts) {
     const auto run = run_elastix(elastix, folder, start, effort);
@@ -105,15 +108,18 @@ void add_ratio(const PeerOptions& options, PeerComparison& out) {
 
 }  // namespace
 
-Result<PeerComparison> compare_with_elastix(const PeerOptions& options,
+Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStore& store,
                                             const std::optional<fs::path>& elastix,
                                             const fs::path& folder,
                                             const std::function<void(double)>& progress) {
   Tallies tallies;
   int done = 0;
   for (int i = 0; i < options.patients; ++i) {
-    const Patient patient = make_patient(options.first_seed + static_cast<std::uint64_t>(i));
-    const RecordedSweep recorded = record_sweep(patient, {SweepPath::kSubcostal, patient.seed});
+    const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(i);
+    const auto held_patient = store.patient(seed);
+    const auto held_sweep = store.sweep(seed, SweepPath::kSubcostal, kFrames);
+    const Patient& patient = *held_patient;
+    const RecordedSweep& recorded = *held_sweep;
     if (elastix) {
       if (auto ok = write_elastix_case(patient, recorded, folder); !ok) return ok.error();
     }

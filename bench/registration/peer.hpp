@@ -18,13 +18,15 @@ struct PeerOptions {
   std::uint64_t first_seed = 1;
   int patients = 2;
   std::vector<double> starts_mm{5, 10, 20, 40};
-  std::vector<ElastixEffort> efforts{{60, 2000}, {150, 2000}, {500, 2000}};
+  /// Cheapest first.
+  std::vector<ElastixEffort> efforts{
+      {150, 2000, 1}, {150, 2000, 2}, {150, 2000, 3}, {500, 2000, 3}};
   registration::ImageRegistrationOptions local, global;
 };
 
 /// One way to register, over all cases from one distance.
 struct PeerRow {
-  std::string name;  ///< "sonde local", "sonde global", "elastix 150".
+  std::string name;  ///< "sonde local", "sonde global", "elastix 150x1" (iterations, resolutions).
   double start_mm;
   int trials, right;
   double error_median_mm;  ///< Of the right ones; NaN without.
@@ -42,7 +44,7 @@ struct PeerComparison {
 };
 
 /// elastix absent: only our rows, and the reason. folder: where its files go; it must exist.
-Result<PeerComparison> compare_with_elastix(const PeerOptions& options,
+Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStore& store,
                                             const std::optional<std::filesystem::path>& elastix,
                                             const std::filesystem::path& folder,
                                             const std::function<void(double)>& progress = {});

@@ -53,12 +53,14 @@ void add_success(const std::vector<Trial>& trials, CohortSummary& out) {
   }
   out.success_local_10mm = share(right[0], count[0]);
   out.success_from_40mm = share(right[1], count[1]);
+  out.success_local_10mm_95 = wilson_95(right[0], count[0]);
+  out.success_from_40mm_95 = wilson_95(right[1], count[1]);
 }
 
 void add_times(const CohortResult& result, CohortSummary& out) {
   std::vector<double> whole[2], solve[2];
   for (const Trial& trial : result.trials) {
-    if (trial.hopeless) continue;
+    if (!in_reach(trial)) continue;
     const int mode = trial.global ? 1 : 0;
     solve[mode].push_back(trial.solve_cpu_s);
     whole[mode].push_back(trial.solve_cpu_s + trial.sweep_cpu_s);
@@ -90,12 +92,13 @@ void add_rows(const std::vector<Trial>& trials, CohortSummary& out) {
   }
   out.hopeless_refused = share(refused, count);
   for (const auto& [key, of] : distances) {
-    DistanceRow row{key.first, key.second, 0, 0, 0, 0};
+    DistanceRow row{key.first, key.second, 0, 0, 0, 0, 0};
     std::vector<double> errors;
     for (const Trial* trial : of) {
       ++row.trials;
       row.right += trial->right() ? 1 : 0;
       row.accepted += trial->accepted ? 1 : 0;
+      row.false_accepts += trial->false_accept() ? 1 : 0;
       if (trial->right()) errors.push_back(trial->error_mm);
     }
     row.error_median_mm = median(errors);
@@ -116,6 +119,16 @@ double binomial_cdf(int k, int n, double p) {
 }
 
 }  // namespace
+
+Interval wilson_95(int k, int n) {
+  if (n < 1) return {};
+  constexpr double kZ = 1.959964;
+  const double p = static_cast<double>(k) / n;
+  const double zz = kZ * kZ / n;
+  const double middle = (p + 0.5 * zz) / (1 + zz);
+  const double half = kZ * std::sqrt((p * (1 - p) + 0.25 * zz) / n) / (1 + zz);
+  return {std::max(middle - half, 0.0), std::min(middle + half, 1.0)};
+}
 
 double share_bound_95(int k, int n) {
   if (n < 1 || k >= n) return 1;
@@ -147,13 +160,19 @@ CohortSummary summarise(const CohortResult& result) {
   return out;
 }
 
+namespace {
+std::ostream& operator<<(std::ostream& out, const Interval& interval) {
+  return out << '[' << interval.low << ", " << interval.high << ']';
+}
+}  // namespace
+
 std::string to_text(const CohortSummary& s, const std::string& title) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3) << '\n'
        << title << ": " << s.trials << " registrations\n"
        << "target error median " << s.tre_median_mm << " mm, p95 " << s.tre_p95_mm << " mm\n"
-       << "success: local to 10 mm " << s.success_local_10mm << ", global to 40 mm "
-       << s.success_from_40mm << '\n'
+       << "success: local to 10 mm " << s.success_local_10mm << ' ' << s.success_local_10mm_95
+       << ", global to 40 mm " << s.success_from_40mm << ' ' << s.success_from_40mm_95 << '\n'
        << "false accepts " << s.false_accepts << " (share below " << s.false_accept_bound
        << "), false refusals " << s.false_refusals << " of " << s.right << ", hopeless refused "
        << s.hopeless_refused << '\n'
@@ -164,7 +183,8 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
   for (const DistanceRow& row : s.distances) {
     text << "  " << (row.global ? "global" : "local ") << " from " << std::setw(3)
          << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
-         << ", accepted " << row.accepted << ", median " << row.error_median_mm << " mm\n";
+         << ", accepted " << row.accepted << " (falsely " << row.false_accepts << "), median "
+         << row.error_median_mm << " mm\n";
   }
   for (const HopelessRow& row : s.hopeless) {
     text << "  " << std::setw(13) << std::left << to_string(row.kind) << std::right << ": refused "

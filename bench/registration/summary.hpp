@@ -13,7 +13,7 @@ namespace nav::bench {
 struct DistanceRow {
   bool global;
   double start_mm;
-  int trials, right, accepted;
+  int trials, right, accepted, false_accepts;
   double error_median_mm;  ///< Of the right ones; NaN without.
 };
 
@@ -23,6 +23,11 @@ struct HopelessRow {
   int trials, refused, false_accepts;
 };
 
+/// [low, high].
+struct Interval {
+  double low = 0, high = 1;
+};
+
 /// The headline figures of one cohort. Shares are of [0, 1]; NaN where there was no trial.
 struct CohortSummary {
   int trials = 0;
@@ -30,6 +35,7 @@ struct CohortSummary {
   double tre_p95_mm = 0;         ///< The same, 95th percentile.
   double success_from_40mm = 0;  ///< Global, starts of 5 to 40 mm, target error below 2 mm.
   double success_local_10mm = 0;
+  Interval success_from_40mm_95, success_local_10mm_95;  ///< Wilson (1927).
   int false_accepts = 0;          ///< Accepted with a target error above 3 mm, hopeless included.
   double false_accept_bound = 0;  ///< One-sided 95 % Clopper–Pearson bound of their share.
   int false_refusals = 0;         ///< Right and refused, starts up to 40 mm.
@@ -49,6 +55,9 @@ CohortSummary summarise(const CohortResult& result);
 
 /// Upper end of the one-sided 95 % Clopper–Pearson interval of a share: k of n seen.
 double share_bound_95(int k, int n);
+
+/// 95 % interval of a share, k of n seen (Wilson 1927); [0, 1] for n = 0.
+Interval wilson_95(int k, int n);
 
 /// Value below which a share q of the values lies (nearest rank); NaN for no values.
 double quantile(std::vector<double> values, double q);

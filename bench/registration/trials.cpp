@@ -3,8 +3,9 @@
 #include "bench/registration/trials.hpp"
 
 #include <Eigen/Dense>
+#include <sstream>
 
-#include "bench/measure.hpp"
+#include "bench/registration/thread_time.hpp"
 #include "nav/check.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/prepared.hpp"
@@ -19,13 +20,6 @@ using registration::PreparedSweep;
 
 // 95 % of a chi-squared variable of three degrees of freedom.
 constexpr double kChi95 = 7.815;
-
-template <class Work>
-double timed(const Work& work) {
-  const double before = process_time_s();
-  work();
-  return process_time_s() - before;
-}
 
 /// Share of the targets whose error lies inside the predicted 95 % ellipsoid.
 double covered(const ImageRegistrationResult& result, const CtPose& truth,
@@ -48,93 +42,95 @@ double predicted(const ImageRegistrationResult& result,
   return std::sqrt(sum / static_cast<double>(targets.size()));
 }
 
-/// All trials of one patient.
-class PatientTrials {
- public:
-  PatientTrials(const CohortOptions& options, const Patient& patient, const Patient& other,
-                CohortResult& out)
-      : options_(options), patient_(patient), other_(other), out_(out) {
-    ct_ = prepare(*patient.ct);
+/// Every stride-th picture of a sweep.
+Sweep every(int stride, const Sweep& sweep) {
+  std::vector<TrackedFrame> kept;
+  for (std::size_t i = 0; i < sweep.frames().size(); i += static_cast<std::size_t>(stride)) {
+    kept.push_back(sweep.frames()[i]);
   }
+  return std::move(Sweep::create(std::move(kept), sweep.calibration_id())).value();
+}
 
-  void run(SweepPath path) {
-    const auto index = static_cast<std::uint64_t>(path);
-    const RecordedSweep recorded =
-        record_sweep(patient_, {path, 100 * patient_.seed + index, options_.frames});
+/// All trials of one sweep.
+class SweepTrials {
+ public:
+  SweepTrials(const CohortOptions& options, CaseStore& store, std::uint64_t patient_seed,
+              SweepPath path)
+      : options_(options),
+        store_(store),
+        path_(path),
+        patient_(store.patient(patient_seed)),
+        recorded_(store.sweep(patient_seed, path, options.frames)),
+        ct_(store.ready_ct(patient_seed, options.global)) {}
+
+  std::vector<Trial> run() {
+    const Sweep thinned = every(options_.picture_stride, recorded_->sweep);
     std::optional<PreparedSweep> sweep;
-    const double sweep_cpu_s = timed([&] { sweep = prepare(recorded.sweep); });
-    NAV_CHECK(sweep.has_value(), patient_.seed, to_string(path));
+    const double sweep_cpu_s = timed([&] { sweep = prepare(thinned); });
+    NAV_CHECK(sweep.has_value(), patient_->seed, to_string(path_));
     for (const bool global : {false, true}) {
       for (const double mm : global ? options_.global_mm : options_.local_mm) {
         for (int start = 0; start < options_.starts; ++start) {
-          const std::uint64_t seed = 10000 * patient_.seed + 1000 * index +
-                                     10 * static_cast<std::uint64_t>(mm) +
-                                     static_cast<std::uint64_t>(start);
-          Trial trial = blank(path, global, mm);
+          Trial trial = blank(global, mm);
           trial.sweep_cpu_s = sweep_cpu_s;
-          solve(*ct_, *sweep, start_at(mm, patient_.truth, recorded, seed), recorded, trial);
-          out_.trials.push_back(std::move(trial));
+          solve(ct_->prepared, *sweep, start_of(mm, start), trial);
+          out_.push_back(std::move(trial));
         }
       }
     }
-    if (!options_.hopeless) return;
-    const int first = static_cast<int>((patient_.seed + index) %
-                                       static_cast<std::uint64_t>(options_.hopeless_stride));
-    for (int kind = first; kind < kHopelessKinds; kind += options_.hopeless_stride) {
-      run_hopeless(static_cast<Hopeless>(kind), recorded);
-    }
+    if (options_.hopeless) run_all_hopeless();
+    return std::move(out_);
   }
 
  private:
-  [[nodiscard]] Trial blank(SweepPath path, bool global, double start_mm) const {
+  [[nodiscard]] CtPose start_of(double mm, int start) const {
+    const std::uint64_t seed = 10000 * patient_->seed + 1000 * static_cast<std::uint64_t>(path_) +
+                               10 * static_cast<std::uint64_t>(mm) +
+                               static_cast<std::uint64_t>(start);
+    return start_at(mm, patient_->truth, *recorded_, seed);
+  }
+
+  [[nodiscard]] Trial blank(bool global, double start_mm) const {
     Trial trial;
-    trial.patient = patient_.seed;
-    trial.path = path;
+    trial.patient = patient_->seed;
+    trial.path = path_;
     trial.global = global;
     trial.start_mm = start_mm;
     return trial;
   }
 
-  std::optional<PreparedCt> prepare(const Volume& ct) {
-    std::optional<PreparedCt> prepared;
-    out_.ct_cpu_s.push_back(timed([&] {
-      auto made = PreparedCt::create(ct, options_.global);
-      NAV_CHECK(made.has_value(), made ? std::string() : made.error().message);
-      prepared = std::move(*made);
-    }));
-    return prepared;
-  }
-
   std::optional<PreparedSweep> prepare(const Sweep& sweep) {
     CollectingDiagnostics diagnostics;
     auto made = PreparedSweep::create(sweep, options_.global, diagnostics);
-    if (!made) {
-      refusal_ = made.error().message;
-      return {};
-    }
-    return std::move(*made);
+    if (made) return std::move(*made);
+    refusal_ = made.error().message;
+    return {};
   }
 
   void solve(const PreparedCt& ct, const PreparedSweep& sweep, const CtPose& start,
-             const RecordedSweep& recorded, Trial& trial) const {
+             Trial& trial) const {
     const ImageRegistrationOptions& options = trial.global ? options_.global : options_.local;
     std::optional<Result<ImageRegistrationResult>> result;
     trial.solve_cpu_s =
         timed([&] { result = registration::register_prepared(ct, sweep, start, options); });
     trial.solved = result->has_value();
-    if (!trial.solved) {
+    if (trial.solved) {
+      judge(**result, trial);
+    } else {
       trial.reason = result->error().message;
-      return;
     }
-    const ImageRegistrationResult& found = **result;
-    const auto target = found.ct_from_reference *
-                        (patient_.truth.inverse() * recorded.targets[recorded.targets.size() / 2]);
+  }
+
+  void judge(const ImageRegistrationResult& found, Trial& trial) const {
+    const auto& targets = recorded_->targets;
+    const auto target =
+        found.ct_from_reference * (patient_->truth.inverse() * targets[targets.size() / 2]);
     const auto decision = registration::decide(found, {}, target);
     trial.accepted = decision.accepted;
     for (const auto& reason : decision.reasons) trial.reason += reason + "; ";
-    trial.error_mm = target_error_mm(found.ct_from_reference, patient_.truth, recorded.targets);
-    trial.predicted_mm = predicted(found, recorded.targets);
-    trial.covered = found.covariance_valid ? covered(found, patient_.truth, recorded.targets) : 0;
+    trial.error_mm = target_error_mm(found.ct_from_reference, patient_->truth, targets);
+    trial.predicted_mm = predicted(found, targets);
+    trial.covered = found.covariance_valid ? covered(found, patient_->truth, targets) : 0;
     trial.z_score = found.z_score;
     trial.cost = found.final_cost;
     trial.split_mm = found.split_disagreement_mm;
@@ -143,61 +139,76 @@ class PatientTrials {
     trial.overlap = found.overlap;
   }
 
-  void run_hopeless(Hopeless kind, const RecordedSweep& recorded) {
+  void run_all_hopeless() {
+    const int first = static_cast<int>((patient_->seed + static_cast<std::uint64_t>(path_)) %
+                                       static_cast<std::uint64_t>(options_.hopeless_stride));
+    for (int kind = first; kind < kHopelessKinds; kind += options_.hopeless_stride) {
+      run_hopeless(static_cast<Hopeless>(kind));
+    }
+  }
+
+  void run_hopeless(Hopeless kind) {
+    const auto other = store_.patient(patient_->seed + 1);
     const HopelessCase hopeless =
-        make_hopeless(kind, patient_, other_, recorded, 7 * patient_.seed + 1);
-    Trial trial = blank(recorded.path, true, kHopelessStartMm);
-    trial.hopeless = kind;
-    trial.acceptable = hopeless.may_be_right;
+        make_hopeless(kind, *patient_, *other, *recorded_, 7 * patient_->seed + 1);
     const auto sweep = prepare(hopeless.sweep);
-    if (!sweep) {
-      trial.reason = refusal_;
-    } else if (hopeless.ct == patient_.ct) {
-      solve(*ct_, *sweep, hopeless.start, recorded, trial);
-    } else {
+    std::shared_ptr<const ReadyCt> ct = ct_;
+    std::optional<PreparedCt> changed;
+    if (hopeless.ct == other->ct) {
+      ct = store_.ready_ct(other->seed, options_.global);
+    } else if (hopeless.ct != patient_->ct) {
       auto made = PreparedCt::create(*hopeless.ct, options_.global);
       NAV_CHECK(made.has_value());
-      solve(*made, *sweep, hopeless.start, recorded, trial);
+      changed = std::move(*made);
     }
-    out_.trials.push_back(std::move(trial));
+    for (const bool global : {false, true}) {
+      if (!global && !options_.hopeless_local) continue;
+      Trial trial = blank(global, kHopelessStartMm);
+      trial.hopeless = kind;
+      trial.acceptable = hopeless.may_be_right;
+      if (sweep) {
+        solve(changed ? *changed : ct->prepared, *sweep, hopeless.start, trial);
+      } else {
+        trial.reason = refusal_;
+      }
+      out_.push_back(std::move(trial));
+    }
   }
 
   const CohortOptions& options_;
-  const Patient& patient_;
-  const Patient& other_;
-  CohortResult& out_;
-  std::optional<PreparedCt> ct_;
+  CaseStore& store_;
+  SweepPath path_;
+  std::shared_ptr<const Patient> patient_;
+  std::shared_ptr<const RecordedSweep> recorded_;
+  std::shared_ptr<const ReadyCt> ct_;
+  std::vector<Trial> out_;
   std::string refusal_;
 };
 
 }  // namespace
 
-CohortOptions default_cohort() {
-  CohortOptions options;
-  options.local.starts = 0;
-  options.local.threads = options.global.threads = 1;
-  return options;
+std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& store,
+                                    std::uint64_t patient_seed, SweepPath path) {
+  return SweepTrials(options, store, patient_seed, path).run();
 }
 
-CohortResult run_cohort(const CohortOptions& options, const std::function<void(double)>& progress) {
-  NAV_CHECK(options.patients >= 1 && options.starts >= 1, options.patients, options.starts);
-  NAV_CHECK(options.hopeless_stride >= 1, options.hopeless_stride);
-  CohortResult result;
-  const auto count = static_cast<std::size_t>(options.patients);
-  auto patient = std::make_unique<Patient>(make_patient(options.first_seed));
-  for (std::size_t i = 0; i < count; ++i) {
-    // The next one's CT is what this one's is confused with.
-    auto next = std::make_unique<Patient>(make_patient(options.first_seed + i + 1));
-    PatientTrials trials(options, *patient, *next, result);
-    for (std::size_t p = 0; p < options.paths.size(); ++p) {
-      trials.run(options.paths[p]);
-      if (!progress) continue;
-      const auto done = static_cast<double>(i * options.paths.size() + p + 1);
-      progress(done / static_cast<double>(count * options.paths.size()));
-    }
-    patient = std::move(next);
+std::string csv_header() {
+  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,error_mm,predicted_mm,"
+         "covered,solve_cpu_s,sweep_cpu_s,z_score,cost,overlap,split_mm,halves_mm,margin,reason\n";
+}
+
+std::string to_csv(const std::vector<Trial>& trials) {
+  std::ostringstream text;
+  for (const Trial& t : trials) {
+    text << t.patient << ',' << to_string(t.path) << ',' << (t.global ? "global" : "local") << ','
+         << t.start_mm << ',' << (t.hopeless ? to_string(*t.hopeless) : "") << ',' << t.acceptable
+         << ',' << t.solved << ',' << t.accepted << ',' << t.error_mm << ',' << t.predicted_mm
+         << ',' << t.covered << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s << ',' << t.z_score
+         << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ',' << t.halves_mm << ',';
+    if (t.margin) text << *t.margin;
+    text << ",\"" << t.reason << "\"\n";
   }
-  return result;
+  return text.str();
 }
 
 }  // namespace nav::bench

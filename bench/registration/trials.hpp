@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/registration/case_store.hpp"
 #include "bench/registration/hopeless.hpp"
 #include "registration/image_registration.hpp"
 
@@ -17,7 +18,7 @@ inline constexpr double kSuccessMm = 2;
 /// An accepted one that is off by more is a false accept.
 inline constexpr double kFalseAcceptMm = 3;
 
-/// What one registration did.
+/// What one registration did. Times are of the thread that it ran on.
 struct Trial {
   std::uint64_t patient = 0;
   SweepPath path = SweepPath::kSubcostal;
@@ -49,25 +50,42 @@ struct CohortOptions {
   int patients = 8;
   std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
                                SweepPath::kSagittal, SweepPath::kCross};
-  std::vector<double> local_mm{5, 10};
+  int path_stride = 1;  ///< Of the paths only every so many-th, others for each patient; >= 1.
+  std::vector<double> local_mm{5, 10, 15, 20, 30, 40, 60};
   std::vector<double> global_mm{5, 10, 20, 30, 40, 60};
-  int starts = 2;           ///< Of each distance.
-  bool hopeless = true;     ///< Every kind on every sweep, global.
-  int hopeless_stride = 1;  ///< Of the kinds only every so many-th, others on each sweep; >= 1.
-  int frames = 60;          ///< Of a sweep.
+  int starts = 1;              ///< Of each distance.
+  bool hopeless = true;        ///< Every kind on every sweep, global.
+  bool hopeless_local = true;  ///< The same without seeded starts.
+  int hopeless_stride = 1;     ///< Of the kinds only every so many-th, others on each sweep; >= 1.
+  int frames = 60;             ///< Of a sweep.
+  int picture_stride = 1;      ///< Only every so many-th picture of it is registered; >= 1.
+  int threads = 1;             ///< Sweeps judged side by side, >= 1; results do not depend on it.
+  bool keep = false;           ///< Patients stay in the store; false: no more than needed.
   registration::ImageRegistrationOptions local, global;
 };
 
-/// Settings of the bench: the library's, one thread.
+/// Settings of the bench: the library's, one thread each.
 CohortOptions default_cohort();
 
 struct CohortResult {
-  std::vector<Trial> trials;
+  std::vector<Trial> trials;     ///< By patient, path, start, whatever order they ran in.
   std::vector<double> ct_cpu_s;  ///< Preparation of each patient's CT.
 };
 
-/// Runs the cohort patient by patient: no more than two patients are in memory.
-CohortResult run_cohort(const CohortOptions& options,
-                        const std::function<void(double)>& progress = {});
+/// All trials of one sweep.
+std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& store,
+                                    std::uint64_t patient_seed, SweepPath path);
+
+/// Runs the cohort sweep by sweep. progress: called with the fraction done by one thread at a time.
+/// done: gets the trials of each sweep as soon as it is judged, one sweep at a time, whatever the
+/// thread.
+CohortResult run_cohort(const CohortOptions& options, CaseStore& store,
+                        const std::function<void(double)>& progress = {},
+                        const std::function<void(const std::vector<Trial>&)>& done = {});
+
+/// Names of the columns of to_csv(), with the end of the line.
+std::string csv_header();
+/// One line for each trial with everything that is known of it.
+std::string to_csv(const std::vector<Trial>& trials);
 
 }  // namespace nav::bench

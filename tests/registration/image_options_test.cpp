@@ -63,6 +63,23 @@ TEST(SimilarityTest, EachFindsThePlantedPose) {
   }
 }
 
+TEST(PatchChoiceTest, EvenPatchesFindThePlantedPoseAndFlatOnesAreLeftOut) {
+  auto options = quick_options();
+  options.levels.back().choice = PatchChoice::kEven;
+  const auto result = solve(scene().sweep, options);
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_LT(error_mm(*result), 0.5);
+  EXPECT_LE(result->used_patches, result->patches);
+  // Nothing is left out without a limit.
+  options.min_ct_contrast_hu = 0;
+  const auto all = solve(scene().sweep, options);
+  ASSERT_TRUE(test::has_value(all));
+  EXPECT_EQ(all->used_patches, all->patches);
+  EXPECT_LE(result->used_patches, all->used_patches);
+  options.min_ct_contrast_hu = -1;
+  EXPECT_EQ(solve(scene().sweep, options).error().code, ErrorCode::kUsage);
+}
+
 /// One prepared level to look at the cost itself.
 struct PreparedScene {
   PreparedCt ct = *PreparedCt::create(scene().ct, quick_options());

@@ -199,6 +199,30 @@ TEST(ShapeRegistrationTest, PredictsItsErrorWithinAFactorOfTwo) {
   EXPECT_LT(predicted2 / found2, 4.0);
 }
 
+TEST(ShapeRegistrationTest, ASurfaceThatIsBentWidensThePrediction) {
+  // A planted discrepancy: waves of 60 mm, 1.2 mm RMS, that no pose can take up.
+  constexpr double kRms = 1.2;
+  const auto bent = [](double u, double v) {
+    Eigen::Vector3d p = landscape(u, v);
+    p.z() += std::sqrt(2.0) * kRms * std::sin(2 * kPi * (p.x() + 0.6 * p.y()) / 60);
+    return p;
+  };
+  ShapeRegistrationOptions options;
+  options.starts = 0;
+  const Pose start = test::off_by(test::true_pose(), 2, 0.02, 1);
+  const auto plain =
+      register_points(touched(landscape, 800, 0.5, 3), landscape_field(), start, options);
+  const auto result =
+      register_points(touched(bent, 800, 0.5, 3), landscape_field(), start, options);
+  ASSERT_TRUE(test::has_value(plain));
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_EQ(plain->discrepancy_mm, 0);
+  EXPECT_GT(result->discrepancy_mm, 0.5 * kRms);  // Along the normals, which are oblique.
+  EXPECT_LT(result->discrepancy_mm, 1.2 * kRms);
+  // A point of the true surface is off by the pose's error and by the wave.
+  EXPECT_GT(result->tre_rms_mm({{20, 10, -40}}), kRms);
+}
+
 TEST(ShapeRegistrationTest, APlaneSlidesInThreeDirections) {
   const Pose start = test::off_by(test::true_pose(), 5, 0.1, 1);
   const auto result =

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/bench_registration_json.hpp"
+
+namespace nav::app {
+
+Json json_of(const bench::CohortSummary& s) {
+  Json distances = Json::array();
+  for (const auto& row : s.distances) {
+    distances.push_back({{"global", row.global},
+                         {"start_mm", row.start_mm},
+                         {"trials", row.trials},
+                         {"right", row.right},
+                         {"accepted", row.accepted},
+                         {"false_accepts", row.false_accepts},
+                         {"error_median_mm", json_number(row.error_median_mm)}});
+  }
+  Json hopeless = Json::array();
+  for (const auto& row : s.hopeless) {
+    hopeless.push_back({{"kind", bench::to_string(row.kind)},
+                        {"trials", row.trials},
+                        {"refused", row.refused},
+                        {"false_accepts", row.false_accepts}});
+  }
+  return {{"trials", s.trials},
+          {"tre_median_mm", json_number(s.tre_median_mm)},
+          {"tre_p95_mm", json_number(s.tre_p95_mm)},
+          {"success_from_40mm", json_number(s.success_from_40mm)},
+          {"success_from_40mm_95", {s.success_from_40mm_95.low, s.success_from_40mm_95.high}},
+          {"success_local_10mm", json_number(s.success_local_10mm)},
+          {"success_local_10mm_95", {s.success_local_10mm_95.low, s.success_local_10mm_95.high}},
+          {"false_accepts", s.false_accepts},
+          {"false_accept_bound", s.false_accept_bound},
+          {"false_refusals", s.false_refusals},
+          {"right", s.right},
+          {"hopeless_refused", json_number(s.hopeless_refused)},
+          {"coverage_95", json_number(s.coverage_95)},
+          {"local_cpu_s", json_number(s.local_cpu_s)},
+          {"global_cpu_s", json_number(s.global_cpu_s)},
+          {"local_solve_cpu_s", json_number(s.local_solve_cpu_s)},
+          {"global_solve_cpu_s", json_number(s.global_solve_cpu_s)},
+          {"ct_cpu_s", json_number(s.ct_cpu_s)},
+          {"distances", distances},
+          {"hopeless", hopeless}};
+}
+
+Json json_of(const bench::PeerComparison& comparison) {
+  Json rows = Json::array();
+  for (const auto& row : comparison.rows) {
+    rows.push_back({{"name", row.name},
+                    {"start_mm", row.start_mm},
+                    {"trials", row.trials},
+                    {"right", row.right},
+                    {"error_median_mm", json_number(row.error_median_mm)},
+                    {"cpu_s", json_number(row.cpu_s)},
+                    {"solve_cpu_s", json_number(row.solve_cpu_s)}});
+  }
+  return rows;
+}
+
+Json json_of(const std::vector<bench::EffortPoint>& points) {
+  Json rows = Json::array();
+  for (const auto& p : points) {
+    rows.push_back({{"axis", p.axis},
+                    {"x", p.x},
+                    {"trials", p.trials},
+                    {"right", p.right},
+                    {"error_median_mm", json_number(p.error_median_mm)},
+                    {"error_p95_mm", json_number(p.error_p95_mm)},
+                    {"solve_cpu_s", json_number(p.solve_cpu_s)},
+                    {"cpu_s", json_number(p.cpu_s)}});
+  }
+  return rows;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "app/report.hpp"
+#include "bench/registration/effort_curve.hpp"
+#include "bench/registration/peer.hpp"
+#include "bench/registration/summary.hpp"
+
+/// Parts of 'sonde bench registration --json'; the keys are in docs/json.md.
+namespace nav::app {
+
+Json json_of(const bench::CohortSummary& s);
+Json json_of(const bench::PeerComparison& comparison);
+Json json_of(const std::vector<bench::EffortPoint>& points);
+
+}  // namespace nav::app
