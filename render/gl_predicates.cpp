@@ -86,6 +86,7 @@ Result<void> GlPredicates::update(const Scene& scene) {
            .log_importance = set_->size() > kMostWeighed,
            .look_table = classes_of(*set_) != PredicateClasses::kNone};
   const bool other_leaves = known_.update(*set_, 0);
+  unchanged_ = !other_looks && !other_leaves;
   if (other_looks) form_.look_table ? send_looks() : send_weights();
   if (other_looks || other_leaves) send_bricks();
   if (opacity_length_mm_ != scene.predicates->opacity_length_mm)

@@ -29,6 +29,8 @@ class GlPredicates {
   /// Sets the uniforms of the program in use and binds the textures that it reads.
   void bind(GlProgram& program, const Scene& scene);
   void release();
+  /// The last update() changed nothing that a sample could show.
+  [[nodiscard]] bool unchanged() const { return unchanged_; }
 
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
@@ -46,6 +48,7 @@ class GlPredicates {
 
   std::optional<PredicateSet> set_;
   GlPredicateForm form_;
+  bool unchanged_ = false;
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   std::optional<LabelVolume> labels_;

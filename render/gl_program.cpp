@@ -77,7 +77,7 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, features.gradient_texture, "GRADIENT_TEXTURE");
   define(defines, shading && features.emphasis, "EMPHASIS");
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
-  define(defines, composite && features.skipping, "SKIPPING");
+  define(defines, features.skipping, "SKIPPING");
   return defines;
 }
 
@@ -103,6 +103,7 @@ std::string common_defines(const GlFeatures& features) {
   define(defines, features.solids, "SOLIDS");
   define(defines, features.solids && features.capsules, "CAPSULES");
   define(defines, features.shared_depth, "SHARED_DEPTH");
+  define(defines, features.signature(), "SIGNATURE");
   define(defines, features.manual_filter, "MANUAL_FILTER");
   return defines;
 }

@@ -40,7 +40,7 @@ struct GlFeatures {
   bool gradient_texture = false;  ///< Gradients take one fetch instead of six.
   bool cutaway = false;
   bool cut_field = false;  ///< Of the cutaway: its surfaces come as a picture.
-  bool skipping = false;   ///< Leaps over empty bricks.
+  bool skipping = false;   ///< Leaps over bricks that show nothing.
   bool jitter = false;
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.
@@ -48,6 +48,8 @@ struct GlFeatures {
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
+  /// Something can move while the view stays: rays note what they meet.
+  [[nodiscard]] bool signature() const { return plane || solids || cutaway; }
   auto operator<=>(const GlFeatures&) const = default;
 };
 

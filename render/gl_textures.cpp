@@ -73,10 +73,11 @@ Result<void> GlTextures::update(const Scene& scene) {
       return ok;
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
-  if (!drawn_by_predicates(scene)) {
+  if (scene.projection != Projection::kComposite) {
+    if (scene.quality.skip_empty_bricks) update_brick_ranges();
+  } else if (!scene.predicates) {
     update_transfer(scene.transfer);
-    const bool needs_gradients = scene.projection == Projection::kComposite &&
-                                 (scene.shading.enabled || scene.transfer.uses_gradient());
+    const bool needs_gradients = scene.shading.enabled || scene.transfer.uses_gradient();
     if (needs_gradients && gradient_texture_) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   }
@@ -185,11 +186,26 @@ void GlTextures::update_gradients() {
   if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
 }
 
+void GlTextures::update_ranges() {
+  if (ranges_volume_ == volume_) return;
+  ranges_ = make_brick_grid(*volume_, 0);
+  ranges_volume_ = volume_;
+}
+
+void GlTextures::update_brick_ranges() {
+  update_ranges();
+  if (brick_ranges_of_ == volume_) return;
+  glBindTexture(GL_TEXTURE_3D, brick_ranges.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  const auto texels = brick_range_texels(ranges_);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG16UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
+               0, GL_RG_INTEGER, GL_UNSIGNED_SHORT, texels.data());
+  brick_ranges_of_ = volume_;
+  ++uploads_.bricks;
+}
+
 void GlTextures::update_bricks() {
-  if (ranges_volume_ != volume_) {
-    ranges_ = make_brick_grid(*volume_, 0);
-    ranges_volume_ = volume_;
-  }
+  update_ranges();
   const BrickDistances distances = brick_distances(ranges_, *table_);
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
@@ -218,10 +234,12 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 }
 
 void GlTextures::release() {
-  for (GlTexture* texture : {&ct, &gradients, &bricks, &picture, &solids, &cut_objects})
+  for (GlTexture* texture :
+       {&ct, &gradients, &bricks, &brick_ranges, &picture, &solids, &cut_objects}) {
     texture->release();
+  }
   for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
-  volume_ = full_ = fitted_ = gradients_of_ = gradients_tried_ = nullptr;
+  volume_ = full_ = fitted_ = gradients_of_ = gradients_tried_ = brick_ranges_of_ = nullptr;
   function_.reset();
   bricks_valid_ = false;
   pixels_ = {};

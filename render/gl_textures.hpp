@@ -95,13 +95,15 @@ class GlTextures {
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
   GlTable transfer, importances, integrals;
-  GlTexture ct, gradients, bricks, picture, solids, cut_objects;
+  GlTexture ct, gradients, bricks, brick_ranges, picture, solids, cut_objects;
 
  private:
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void update_transfer(const TransferFunction& function);
   void update_gradients();
+  void update_ranges();
   void update_bricks();
+  void update_brick_ranges();
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
@@ -122,6 +124,7 @@ class GlTextures {
   std::shared_ptr<const Volume> ranges_volume_;
   BrickGrid ranges_;
   bool bricks_valid_ = false;
+  std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
   std::uint64_t bricks_occupied_ = 0;
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;

@@ -134,6 +134,9 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.jitter = scene.quality.jitter;
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
+  // Leaps over cells longer than a brick would not be exact, nor worth it.
+  features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
+                      scene.quality.step_voxels <= kBrickVoxels;
   if (scene.projection != Projection::kComposite) return features;
   features.cut_field = CutawayField::needed(scene);
   features.cutaway = features.cut_field || !textures.cut().empty();
@@ -151,8 +154,6 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   const bool gradients = features.shaded != GlFeatures::Shaded::kNot ||
                          features.classified == GlFeatures::Classified::kByGradientToo;
   features.gradient_texture = gradients && textures.has_gradients();
-  // Leaps over cells longer than a brick would not be exact, nor worth it.
-  features.skipping = scene.quality.skip_empty_bricks && scene.quality.step_voxels <= kBrickVoxels;
   return features;
 }
 
@@ -192,6 +193,9 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   } else {
     program.set("grey_level_hu", scene.grey.level_hu);
     program.set("grey_width_hu", scene.grey.width_hu);
+    if (features.skipping) {
+      set_brick_walk(program, grid, textures.brick_count(), kBricks);
+    }
   }
   if (features.plane) set_plane(program, *spec::make_plane<double>(*scene.plane, grid));
   if (features.solids) {

@@ -32,6 +32,7 @@ enum GlUnit {
   kDepth,
   kFront,
   kBehind,
+  kSignatures,
   kLiveAt,
   kFeatures,  ///< And the three after it.
   kUndefined = kFeatures + 4,

@@ -145,6 +145,7 @@ void march(float begin, float end, bool fading) {
 #ifdef PREINTEGRATED
       bool advance = true;
       if (fading) {
+        cost.z += float(whole);
         if (whole) classify_in_steps(cell, 0.0, true);
       } else {
         // The begin of the stretch lies inside a cell: it is looked up once both ends are known.
@@ -168,6 +169,7 @@ void march(float begin, float end, bool fading) {
       const float gradient = 0.0;
 #endif
       if (fading) {
+        cost.z += 1.0;
         classify_in_steps(cell, gradient, true);
       } else {
         cell.look = transfer_at(v1, gradient, cell.importance);

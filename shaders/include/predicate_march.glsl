@@ -121,7 +121,10 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
   float to = min(cell + 1.0, end);
   precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
-  if (fading && t_of(from) < cut_span.t2) tau = faded_extinction(tau, look.importance, from, to);
+  if (fading && t_of(from) < cut_span.t2) {
+    cost.z += 1.0;
+    tau = faded_extinction(tau, look.importance, from, to);
+  }
 #endif
   precise float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
   if (!(seen > 0.0)) return;

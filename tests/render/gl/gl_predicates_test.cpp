@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GL engine by predicates against the reference and against itself.
 #include <cstring>
-#include <vtkOpenGLRenderWindow.h>
-#include <vtkRenderer.h>
 
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_offscreen.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {
@@ -36,18 +33,8 @@ VoxelGrid grid_of(int i) {
   return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
 }
 
-class GlPredicatesTest : public testing::Test {
+class GlPredicatesTest : public test::GlViewTest {
  protected:
-  void SetUp() override {
-    auto window = OffscreenWindow::create(48, 36);
-    ASSERT_TRUE(test::has_value(window));
-    window_ = std::move(window).value();
-    view_ = std::make_unique<SceneView>(window_->window());
-  }
-  Result<void> try_to_draw(const Scene& scene) {
-    window_->window().SetSize(scene.width, scene.height);
-    return view_->draw(std::make_shared<const Scene>(scene));
-  }
   /// Over the background, as engines give it.
   RenderedImage draw(const Scene& scene) {
     EXPECT_TRUE(test::has_value(try_to_draw(scene)));
@@ -64,7 +51,6 @@ class GlPredicatesTest : public testing::Test {
     const RenderedImage expected = test::draw(*reference_, scene);
     return test::difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
   }
-  GlRaycaster& caster() { return view_->raycaster(); }
 
   /// A volume with features, and a model of some predicates.
   Scene scene_with(PredicateModel model, int volume = 1) {
@@ -84,8 +70,6 @@ class GlPredicatesTest : public testing::Test {
   }
 
   std::unique_ptr<Engine> reference_ = make_reference_engine();
-  std::unique_ptr<OffscreenWindow> window_;
-  std::unique_ptr<SceneView> view_;
 };
 
 /// Scenes with everything that predicates may ask for. Few sets, as each is compiled, and of each
@@ -293,6 +277,30 @@ TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
   scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
   EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
+}
+
+TEST_F(GlPredicatesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
+  Scene scene = scene_with(
+      test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 0.5, {0, 0, 0});
+  draw(scene);
+  scene.plane->ct_from_image = {
+      scene.plane->ct_from_image.rotation(),
+      scene.plane->ct_from_image.translation_mm() + Eigen::Vector3d(0.5, 0, 0.25)};
+  const auto moved = test::GlViewTest::draw(scene);
+  EXPECT_GT(caster().statistics().rays, 0U);
+  EXPECT_LT(caster().statistics().rays, 48U * 36U / 2);
+  EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
+}
+
+TEST_F(GlPredicatesTest, AMovedNeedleThatPredicatesMeasureFromCastsAllRays) {
+  Scene scene = scene_with(test::model_of(
+      {{E::kind("needle_distance", {0, 6}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  draw(scene);
+  scene.needle->tip_ct.mm.x() += 1;
+  const auto moved = test::GlViewTest::draw(scene);
+  EXPECT_EQ(caster().statistics().rays, 48U * 36U);
+  EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
 }
 
 TEST_F(GlPredicatesTest, AVolumeThatTheDeviceDoesNotHoldIsRefused) {
