@@ -24,6 +24,7 @@ struct GlPredicateForm {
   bool labels = false;
   bool log_importance = false;  ///< Else weights.
   bool look_table = false;      ///< Else Eqs. 6 to 8 for every sample.
+  bool generic = false;         ///< Reads any set from a table; text is empty.
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 
@@ -100,6 +101,7 @@ class GlProgram {
 class GlProgramCache {
  public:
   Result<GlProgram*> get(const GlFeatures& features);
+  [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
   /// How many programs have been compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }
   void clear() { programs_.clear(); }

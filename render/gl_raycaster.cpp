@@ -116,7 +116,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   }
   if (auto sent = update(scene); !sent) return sent;
   GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
-  if (drawn_by_predicates(scene)) features.predicates = predicates_.form();
+  if (drawn_by_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
                     (!features.predicates || predicates_.unchanged());
   drawn_with_.reset();
@@ -129,7 +129,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind_textures(depth, features.projection != Projection::kComposite);
-  if (features.predicates) predicates_.bind(**program, scene);
+  if (features.predicates) predicates_.bind(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
   glFinish();
   const auto prepared = Clock::now();
@@ -154,6 +154,15 @@ void GlRaycaster::count_bricks(const GlFeatures& features) {
     const bool composite = features.projection == Projection::kComposite;
     statistics_.bricks_occupied = composite ? textures_.bricks_occupied() : 0;
   }
+}
+
+GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
+  features.predicates = predicates_.form();
+  pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
+  wanted_ = features;
+  const auto generic = predicates_.generic_form();
+  const bool own = programs_.has(features) || pictures_wanted_ >= settled_after_ || !generic;
+  return own ? *features.predicates : *generic;
 }
 
 void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
@@ -355,6 +364,7 @@ void GlRaycaster::draw_triangle() {
 void GlRaycaster::release() {
   last_.reset();
   drawn_with_.reset();
+  wanted_.reset();
   textures_.release();
   predicates_.release();
   field_.reset();

@@ -52,6 +52,10 @@ class GlRaycaster {
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
   [[nodiscard]] const GlPredicates& predicates() const { return predicates_; }
+  /// A set of predicates gets a program of its own with its picture after this many; until then one
+  /// draws it that reads sets from a table, so that a new set waits for no compiler.
+  static constexpr int kSettledAfter = 3;
+  void set_settled_after(int pictures) { settled_after_ = pictures; }
   /// The next picture casts all its rays, for tests.
   void forget_picture() { last_.reset(); }
   /// Decides instead of the measurement, for tests.
@@ -73,6 +77,8 @@ class GlRaycaster {
   Result<void> prepare_targets(int width, int height, bool layers, bool signatures);
   /// same_view: rays that meet what they met before may keep their pixels.
   Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth, bool same_view);
+  /// What draws the predicates of the last scene: their own program or the generic one.
+  GlPredicateForm form_now(GlFeatures features);
   /// Prepares the targets so that rays of the program in use keep what they may.
   void begin_keeping(GlProgram& program, bool keep);
   void count_bricks(const GlFeatures& features);
@@ -90,6 +96,9 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
   GlPredicates predicates_;
+  int settled_after_ = kSettledAfter;
+  std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
+  int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.

@@ -39,6 +39,7 @@ enum GlUnit {
   kLabels,
   kPredicateBricks,
   kLooks,
+  kLeaves,
   kOpacity,
   kTarget
 };

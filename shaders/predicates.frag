@@ -4,7 +4,8 @@
 // Casts one ray per pixel through an ultrasound volume classified by predicates, the ultrasound
 // plane and the solid shapes. The equations are those of render/predicate_scene.hpp and
 // render/predicate_spec.hpp, the lattice of cells that of render/ray_spec.hpp. Which predicates
-// there are comes before this text: see render/predicates/shader.hpp.
+// there are comes before this text, see render/predicates/shader.hpp, or with GENERIC is read from
+// a table.
 // Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; what it
 // cost; and with PLANE the weight of the picture in the colour and where the ray meets
 // it, column and row. resolve.frag puts the picture in.
@@ -23,6 +24,9 @@
 #include "include/cutaway.glsl"
 #endif
 #include "include/bricks.glsl"
+#ifdef GENERIC
+#include "include/predicate_generic.glsl"
+#endif
 #include "include/predicate_look.glsl"
 #include "include/predicate_light.glsl"
 #include "include/predicate_march.glsl"
