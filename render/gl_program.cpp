@@ -78,6 +78,7 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, shading && features.emphasis, "EMPHASIS");
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   define(defines, features.skipping, "SKIPPING");
+  define(defines, features.adaptive, "ADAPTIVE");
   return defines;
 }
 

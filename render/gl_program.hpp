@@ -42,6 +42,7 @@ struct GlFeatures {
   bool cutaway = false;
   bool cut_field = false;  ///< Of the cutaway: its surfaces come as a picture.
   bool skipping = false;   ///< Leaps over bricks that show nothing.
+  bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.

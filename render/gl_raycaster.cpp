@@ -198,6 +198,7 @@ void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool pr
   bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
   bind(kIntegrals, GL_TEXTURE_BUFFER, textures_.integrals.texture.id());
   bind(kBricks, GL_TEXTURE_3D, projects ? textures_.brick_ranges.id() : textures_.bricks.id());
+  bind(kBrickCells, GL_TEXTURE_3D, textures_.brick_cells.id());
   bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());

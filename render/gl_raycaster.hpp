@@ -65,6 +65,8 @@ class GlRaycaster {
   }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) { textures_.set_largest_edge(voxels); }
+  /// An artificial limit of its memory, voxels, for tests.
+  void set_memory(std::size_t voxels) { textures_.set_memory(voxels); }
   /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
   void set_gradient_texture(bool allowed) {
     textures_.set_gradient_texture(allowed);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/adaptive_step.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
 
@@ -119,7 +120,10 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   }
   if (shading) set_shading(program, features, scene);
   if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
-  if (features.skipping) set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
+  if (features.skipping || features.adaptive) {
+    set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
+  }
+  if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
 
 }  // namespace
@@ -146,6 +150,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   } else if (scene.quality.classification == Classification::kPostClassified) {
     features.classified = GlFeatures::Classified::kAtMiddle;
   }
+  features.adaptive = adaptive_step(scene, textures.table()).has_value();
   if (scene.shading.enabled) {
     features.shaded = scene.shading.style == ShadingStyle::kPhong ? GlFeatures::Shaded::kPhong
                                                                   : GlFeatures::Shaded::kGooch;

@@ -25,6 +25,7 @@ enum GlUnit {
   kImportances,
   kIntegrals,
   kBricks,
+  kBrickCells,
   kPicture,
   kSolids,
   kCutObjects,

@@ -18,7 +18,7 @@
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
 #endif
-#ifdef SKIPPING
+#if defined(SKIPPING) || defined(ADAPTIVE)
 #include "include/bricks.glsl"
 #endif
 #ifdef PROJECTION
@@ -34,6 +34,9 @@
 #endif
 #ifdef SKIPPING
 #include "include/skipping.glsl"
+#endif
+#ifdef ADAPTIVE
+#include "include/adaptive.glsl"
 #endif
 #endif
 

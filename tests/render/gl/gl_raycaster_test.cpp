@@ -165,6 +165,37 @@ TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
   EXPECT_TRUE(test::agree(found, expected->pixels, 2));
 }
 
+TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
+  scene_.quality.opaque_at = 1;
+  scene_.background_rgb.setZero();
+  caster().set_memory(48 * 48 * 48 / 6);
+  draw();
+  // Half of the voxels three times: once along each axis.
+  EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
+      << caster().statistics().note;
+  EXPECT_EQ(caster().uploads().volumes, 1);
+  const Image2d<RgbaF> found(96, 72, caster().read());
+  const std::shared_ptr<const Volume> whole = scene_.ct;
+  scene_.ct = reduced(*whole, {2, 2, 2}).volume;
+  const auto expected = make_reference_engine()->render(scene_);
+  ASSERT_TRUE(test::has_value(expected));
+  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+  // What fits is drawn whole again, without a note.
+  scene_.ct = test::ball_phantom(test::cube_grid(24, 1.0));
+  draw();
+  EXPECT_EQ(caster().statistics().note, "");
+}
+
+TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRefusedByName) {
+  caster().set_memory(0);
+  EXPECT_TRUE(test::refuses(try_to_draw(scene_), ErrorCode::kUnsupportedData,
+                            {"ball phantom", "free memory of this OpenGL device"}));
+  caster().set_memory(1 << 30);
+  scene_.ct = test::ball_phantom(test::cube_grid(20, 1.0));
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, 0U);
+}
+
 TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   const Image2d<Rgba8> whole = picture();
