@@ -44,8 +44,8 @@ double rms_of(const render::RenderedImage& a, const render::RenderedImage& b) {
 }
 
 render::Scene few_pixels(render::Scene scene) {
-  scene.width = 64;
-  scene.height = 48;
+  scene.width = 32;
+  scene.height = 24;
   return scene;
 }
 

@@ -25,6 +25,18 @@ void bind_texture(int unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
+/// Sends a table of some room more than it needs. Mesa's software rasteriser compiles a program
+/// anew for buffer textures whose size in bytes has another answer to "are bits 8 to 15 zero": it
+/// takes them for the number of the last mipmap level. Never zero here up to 12 tabulated leaves.
+template <class Texel>
+void send_roomy_table(GlTable& table, GLenum internal, std::vector<Texel> texels) {
+  constexpr std::size_t kLeast = 256;
+  constexpr std::size_t kMore = 16;
+  static_assert(sizeof(Texel) == 16);
+  texels.resize(std::max(texels.size(), kLeast) + kMore);
+  gl::send_table(table, internal, texels);
+}
+
 bool same_weights(const PredicateSet& a, const PredicateSet& b) {
   return a.hue_mean() == b.hue_mean() &&
          std::equal(a.weights().begin(), a.weights().end(), b.weights().begin(), b.weights().end(),
@@ -141,7 +153,7 @@ void GlPredicates::send_looks() {
     }
     looks.push_back(look.cast<float>());
   }
-  gl::send_table(look_table_, GL_RGBA32F, looks);
+  send_roomy_table(look_table_, GL_RGBA32F, std::move(looks));
 }
 
 void GlPredicates::send_weights() {
@@ -154,7 +166,7 @@ void GlPredicates::send_weights() {
         Eigen::Vector4d(share * std::cos(angle), share * std::sin(angle), share * w.hue_deg, share)
             .cast<float>());
   }
-  gl::send_table(weight_table_, GL_RGBA32F, texels);
+  send_roomy_table(weight_table_, GL_RGBA32F, std::move(texels));
 }
 
 void GlPredicates::send_bricks() {
@@ -203,13 +215,12 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
 }
 
 void GlPredicates::bind_features(GlProgram& program, bool generic) {
-  // Those that are not read repeat the first: drivers compile anew for other kinds of textures.
+  // What is not read repeats what is there: drivers compile anew for other kinds of textures.
   const std::size_t slots = generic ? GlFeatureTextures::kMostTextures : features_.used();
   for (std::size_t i = 0; i < slots; ++i) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
-    if (features_.used() == 0) continue;
     bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D,
-                 features_.texture(i < features_.used() ? i : 0));
+                 i < features_.used() ? features_.texture(i) : features_.any_texture());
   }
 }
 
@@ -286,7 +297,7 @@ std::uint32_t GlPredicates::undefined_of(const PredicateSet::Leaf& leaf) const {
 }
 
 void GlPredicates::set_rows(GlProgram& program) {
-  gl::send_table(leaf_table_, GL_RGBA32UI, rows_->texels);
+  send_roomy_table(leaf_table_, GL_RGBA32UI, rows_->texels);
   bind_texture(kLeaves, GL_TEXTURE_BUFFER, leaf_table_.texture.id());
   program.set("leaf_table", kLeaves);
   program.set("leaf_count", rows_->leaves);
