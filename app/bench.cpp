@@ -209,6 +209,9 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
   auto costs = bench::measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
+  auto adaptive = bench::measure_adaptive(large, repeats);
+  if (!adaptive) return adaptive.error();
+  report.adaptive = std::move(*adaptive);
   return {};
 }
 
@@ -263,7 +266,9 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
   if (auto ok = measure_motion(options.quick, report, console); !ok) return ok;
   console.end();
   std::cout << live_text(report);
-  if (report.costs) std::cout << '\n' << bench::to_text(*report.costs);
+  if (report.costs) {
+    std::cout << '\n' << bench::to_text(*report.costs) << '\n' << bench::to_text(report.adaptive);
+  }
 
   console.begin("agreement with the reference");
   auto rows = agreement(*scene, console);

@@ -151,6 +151,20 @@ Json json_of(const bench::CostTable& table) {
           {"changes", std::move(changes)}};
 }
 
+Json json_of(const bench::AdaptiveCurve& curve) {
+  Json points = Json::array();
+  for (const auto& p : curve.points) {
+    points.push_back({{"step", p.step_voxels},
+                      {"adaptive_error", p.adaptive_error},
+                      {"cpu_ms", p.cpu_ms},
+                      {"samples", p.samples},
+                      {"rms", p.rms}});
+  }
+  return {{"scene", curve.scene},
+          {"points", std::move(points)},
+          {"fixed_over_adaptive", json_number(curve.fixed_over_adaptive)}};
+}
+
 void add_comparison(const bench::RenderBenchReport& report, Json& json) {
   json["gl_device"] = report.gl_device;
   json["reference"] = {{"width", report.reference_width},
@@ -197,7 +211,10 @@ Json json_of(const BenchRenderReport& report) {
                                       {"prepare_ms", report.edit->prepare_ms},
                                       {"frame_ms", report.edit->frame_ms}};
   }
-  if (report.costs) json["costs"] = json_of(*report.costs);
+  if (report.costs) {
+    json["costs"] = json_of(*report.costs);
+    for (const auto& curve : report.adaptive) json["adaptive"].push_back(json_of(curve));
+  }
   return json;
 }
 

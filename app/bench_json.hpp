@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/report.hpp"
+#include "bench/render_adaptive.hpp"
 #include "bench/render_comparison.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
@@ -23,6 +24,7 @@ struct BenchRenderReport {
   std::vector<bench::Interaction> interaction;
   std::optional<bench::EditCost> edit;
   std::optional<bench::CostTable> costs;
+  std::vector<bench::AdaptiveCurve> adaptive;  ///< With costs.
 };
 
 /// Keys as docs/json.md has them, from gl_device on.

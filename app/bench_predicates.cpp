@@ -35,7 +35,8 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"max_error_early_termination", row.max_error},
                     {"skipping_is_bit_identical", row.identical},
                     {"importance_edit_ms", row.edit_ms},
-                    {"set_edit_ms", row.set_edit_ms}});
+                    {"set_edit_ms", row.set_edit_ms},
+                    {"settle_ms", row.settle_ms}});
   }
   return {{"device", report.device},
           {"width", report.width},

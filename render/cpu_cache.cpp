@@ -27,6 +27,8 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
   if ((new_volume || new_transfer) && table_->rows() == 1) {
     integrals_ = march_integrals(*table_, volume_->low_hu(), volume_->high_hu());
   }
+  const auto adaptive = adaptive_step(scene, *table_);
+  if (adaptive) make_cells(*adaptive, threads);
   if (!scene.quality.skip_empty_bricks) return;
   if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
   if (scene.projection != Projection::kComposite) {
@@ -51,10 +53,19 @@ void CpuCache::make_leaps(int threads) {
   }
 }
 
+void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
+  if (cells_of_ == adaptive) return;
+  if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
+  cells_ = brick_cells(*bricks_, *table_, adaptive, threads);
+  cells_.resize(cells_.size() + kTail);
+  cells_of_ = adaptive;
+}
+
 void CpuCache::take_volume(const Scene& scene, int threads) {
   volume_.emplace(*scene.ct, threads);
   ct_ = scene.ct;
   bricks_.reset();
+  cells_of_.reset();
   distances_.reset();
   importance_.clear();
   ranges_.clear();
@@ -64,6 +75,7 @@ void CpuCache::take_transfer(const Scene& scene) {
   transfer_ = scene.transfer;
   table_.emplace(scene.transfer);
   entries_ = march_entries(*table_);
+  cells_of_.reset();
   distances_.reset();
   importance_.clear();
 }

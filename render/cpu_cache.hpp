@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "render/adaptive_step.hpp"
 #include "render/brick_grid.hpp"
 #include "render/cpu_transfer.hpp"
 #include "render/cpu_volume.hpp"
@@ -34,11 +35,14 @@ class CpuCache {
   [[nodiscard]] const std::vector<std::int8_t>& leaps() const { return leaps_; }
   /// Empty until a scene with a cutaway asked for skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
+  /// As MarchInputs::brick_cells; of the last scene with an adaptive step.
+  [[nodiscard]] const std::vector<std::uint8_t>& cells() const { return cells_; }
   /// As MarchInputs::brick_range; empty until a projection asked for skipping.
   [[nodiscard]] const std::vector<std::int32_t>& ranges() const { return ranges_; }
 
  private:
   void make_leaps(int threads);
+  void make_cells(const AdaptiveStep& adaptive, int threads);
   void take_volume(const Scene& scene, int threads);
   void take_transfer(const Scene& scene);
 
@@ -53,6 +57,8 @@ class CpuCache {
   std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
+  std::vector<std::uint8_t> cells_;
+  std::optional<AdaptiveStep> cells_of_;  ///< What cells_ were made for.
 };
 
 }  // namespace nav::render

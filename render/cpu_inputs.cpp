@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "render/adaptive_step.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -40,8 +42,9 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
 }
 
 void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
+  if (cache.bricks()) std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
+  if (key.adaptive) in.brick_cells = cache.cells().data();
   if (!scene.quality.skip_empty_bricks) return;
-  std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
   if (scene.projection != Projection::kComposite) {
     in.brick_range = cache.ranges().data();
     return;
@@ -121,7 +124,8 @@ RayInputs ray_inputs(const Scene& scene, double first_sample) {
 }
 
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway) {
-  MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway};
+  MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway,
+               adaptive_step(scene, cache.table()).has_value()};
   if (cache.table().rows() > 1) {
     key.classify = MarchClassify::kWindows;
   } else if (scene.quality.classification == Classification::kPostClassified) {

@@ -4,6 +4,7 @@
 
 #include "render/cpu_kernel_classify.hpp"
 #include "render/cpu_kernel_leap.hpp"
+#include "render/cpu_kernel_segment.hpp"
 #include "render/cpu_kernel_shade.hpp"
 
 /// The march of ray_spec.hpp in single precision, written once for any number of lanes. V supplies
@@ -14,7 +15,7 @@ namespace nav::render {
 
 /// One variant of the march: what it does not need is not in its code. What a lane computes never
 /// depends on the other lanes, so that skipping stays bit-identical.
-template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade>
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
 class Marcher {
   using F = typename V::F;
   using I = typename V::I;
@@ -44,6 +45,7 @@ class Marcher {
     M active = V::both(V::less(begin_, end_), V::less(alpha_, opaque));
     if (!V::any(active)) return;
     Leaper<V, kPre, kFade> leaper(sampler_, rays_, lane_, cell);
+    Segments<V> segments(sampler_, cell);
     const bool skipping = in_.brick_leap != nullptr;
     M fresh = active;  // Lanes whose value at the begin of their cell is not known.
     while (true) {
@@ -51,9 +53,13 @@ class Marcher {
         active = V::both(active, V::less(cell, end_));
       }
       if (!V::any(active)) break;
+      if constexpr (kAdaptive) {
+        const M single = kFade ? V::less(cell, fading_.t2) : V::none();
+        cells_ = segments.cells(cell, begin_, end_, active, single);
+      }
       add_cell(cell, active, fresh);
       fresh = V::none();
-      cell = V::add(cell, V::set(1.0F));
+      cell = V::add(cell, cells_);
       active = V::both(active, V::both(V::less(cell, end_), V::less(alpha_, opaque)));
       if (!V::any(active)) break;
     }
@@ -78,7 +84,7 @@ class Marcher {
   };
 
   void add_cell(F cell, M active, M fresh) {
-    const F next = V::add(cell, V::set(1.0F));
+    const F next = V::add(cell, cells_);
     Part part{cell, V::max(cell, begin_), V::min(next, end_), {}, {}, active};
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
     if constexpr (kPre) {
@@ -225,7 +231,7 @@ class Marcher {
     }
     counts_.gradients += static_cast<std::uint64_t>(V::count(shaded));
     if constexpr (!kWindows) {
-      const F middle = kPre ? V::add(part.cell, V::set(0.5F)) : part.cell;
+      const F middle = kPre ? V::madd(cells_, V::set(0.5F), part.cell) : part.cell;
       sampler_.gradient(middle, shaded, gradient_);
     }
     F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
@@ -245,6 +251,7 @@ class Marcher {
   F end_;
   F rgb_[3];
   F alpha_;
+  F cells_ = V::set(1.0F);        ///< Of the segment: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;
@@ -252,27 +259,34 @@ class Marcher {
   F gradient_[3]{};
 };
 
-template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade>
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
 void march_with(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
   for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
-    Marcher<V, kClassify, kShade, kFade>(in, rays, lane, counts).march();
+    Marcher<V, kClassify, kShade, kFade, kAdaptive>(in, rays, lane, counts).march();
   }
 }
 
 template <class V, MarchClassify kClassify, MarchShade kShade>
-March composite_fading(bool fade) {
-  return fade ? march_with<V, kClassify, kShade, true> : march_with<V, kClassify, kShade, false>;
+March composite_fading(const MarchKey& key) {
+  if constexpr (kClassify == MarchClassify::kPreIntegrated) {
+    if (key.adaptive) {
+      return key.fade ? march_with<V, kClassify, kShade, true, true>
+                      : march_with<V, kClassify, kShade, false, true>;
+    }
+  }
+  return key.fade ? march_with<V, kClassify, kShade, true, false>
+                  : march_with<V, kClassify, kShade, false, false>;
 }
 
 template <class V, MarchClassify kClassify>
 March composite_shading(const MarchKey& key) {
   switch (key.shade) {
     case MarchShade::kNone:
-      return composite_fading<V, kClassify, MarchShade::kNone>(key.fade);
+      return composite_fading<V, kClassify, MarchShade::kNone>(key);
     case MarchShade::kPhong:
-      return composite_fading<V, kClassify, MarchShade::kPhong>(key.fade);
+      return composite_fading<V, kClassify, MarchShade::kPhong>(key);
     case MarchShade::kGooch:
-      return composite_fading<V, kClassify, MarchShade::kGooch>(key.fade);
+      return composite_fading<V, kClassify, MarchShade::kGooch>(key);
   }
   return nullptr;
 }

@@ -42,6 +42,9 @@ struct MarchInputs {
   /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
   /// Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;
+  /// Cells of a brick that may be taken as one: brick_cells(). Null: single cells. Readable 3 bytes
+  /// past the end.
+  const std::uint8_t* brick_cells;
   const std::int32_t* brick_range;  ///< Least HU below, greatest in the upper 16 bits. Projections.
   int bricks[3];
 
@@ -142,6 +145,7 @@ struct MarchKey {
   MarchClassify classify;
   MarchShade shade;
   bool fade;
+  bool adaptive;  ///< Only with kPreIntegrated.
 };
 
 /// Marches the given part of each ray of a packet: compositing adds to its colour and opacity,

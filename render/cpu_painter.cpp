@@ -90,7 +90,7 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
       cutaway_(cutaway),
       picture_(picture),
       keep_(keep),
-      plain_(marches.composite({key.classify, key.shade, false})),
+      plain_(marches.composite({key.classify, key.shade, false, key.adaptive})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
       rays_of_(scene, marches, cutaway, field,

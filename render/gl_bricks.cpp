@@ -18,4 +18,14 @@ std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTa
   return texels;
 }
 
+std::vector<std::uint16_t> brick_range_texels(const BrickGrid& bricks) {
+  std::vector<std::uint16_t> texels;
+  texels.reserve(2 * bricks.low.size());
+  for (std::size_t b = 0; b < bricks.low.size(); ++b) {
+    texels.push_back(static_cast<std::uint16_t>(bricks.low[b] + 32768));
+    texels.push_back(static_cast<std::uint16_t>(bricks.high[b] + 32768));
+  }
+  return texels;
+}
+
 }  // namespace nav::render

@@ -16,4 +16,7 @@ namespace nav::render {
 std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTable& table,
                                        const BrickDistances& distances);
 
+/// What the device knows of each brick for projections: its least and greatest HU, each + 32768.
+std::vector<std::uint16_t> brick_range_texels(const BrickGrid& bricks);
+
 }  // namespace nav::render

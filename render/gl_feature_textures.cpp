@@ -172,6 +172,13 @@ Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set) {
   return {};
 }
 
+unsigned GlFeatureTextures::any_texture() {
+  for (Group& group : groups_) {
+    if (group.sent) return group.texture.id();
+  }
+  return 0;
+}
+
 GlFeatureTextures::Slot GlFeatureTextures::slot(std::size_t channel) const {
   const Place& at = channels_[channel - 1];
   const auto used = std::find(used_.begin(), used_.end(), at.group);

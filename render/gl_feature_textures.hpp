@@ -27,6 +27,8 @@ class GlFeatureTextures {
   /// Textures of the last set, at most kMostTextures.
   [[nodiscard]] std::size_t used() const { return used_.size(); }
   [[nodiscard]] unsigned texture(std::size_t i) { return groups_[used_[i]].texture.id(); }
+  /// One that was sent, 0: none.
+  [[nodiscard]] unsigned any_texture();
   /// Some feature of the last set has voxels without a value.
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// Bits of the features without a value at one of the eight voxels around a place, by the voxel

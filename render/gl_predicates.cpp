@@ -25,6 +25,18 @@ void bind_texture(int unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
+/// Sends a table of some room more than it needs. Mesa's software rasteriser compiles a program
+/// anew for buffer textures whose size in bytes has another answer to "are bits 8 to 15 zero": it
+/// takes them for the number of the last mipmap level. Never zero here up to 12 tabulated leaves.
+template <class Texel>
+void send_roomy_table(GlTable& table, GLenum internal, std::vector<Texel> texels) {
+  constexpr std::size_t kLeast = 256;
+  constexpr std::size_t kMore = 16;
+  static_assert(sizeof(Texel) == 16);
+  texels.resize(std::max(texels.size(), kLeast) + kMore);
+  gl::send_table(table, internal, texels);
+}
+
 bool same_weights(const PredicateSet& a, const PredicateSet& b) {
   return a.hue_mean() == b.hue_mean() &&
          std::equal(a.weights().begin(), a.weights().end(), b.weights().begin(), b.weights().end(),
@@ -85,7 +97,11 @@ Result<void> GlPredicates::update(const Scene& scene) {
            .labels = set_->labels().has_value(),
            .log_importance = set_->size() > kMostWeighed,
            .look_table = classes_of(*set_) != PredicateClasses::kNone};
+  std::vector<std::uint32_t> undefined;
+  for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
+  rows_ = predicate_rows(*set_, features_, undefined);
   const bool other_leaves = known_.update(*set_, 0);
+  unchanged_ = !other_looks && !other_leaves;
   if (other_looks) form_.look_table ? send_looks() : send_weights();
   if (other_looks || other_leaves) send_bricks();
   if (opacity_length_mm_ != scene.predicates->opacity_length_mm)
@@ -137,7 +153,7 @@ void GlPredicates::send_looks() {
     }
     looks.push_back(look.cast<float>());
   }
-  gl::send_table(look_table_, GL_RGBA32F, looks);
+  send_roomy_table(look_table_, GL_RGBA32F, std::move(looks));
 }
 
 void GlPredicates::send_weights() {
@@ -150,7 +166,7 @@ void GlPredicates::send_weights() {
         Eigen::Vector4d(share * std::cos(angle), share * std::sin(angle), share * w.hue_deg, share)
             .cast<float>());
   }
-  gl::send_table(weight_table_, GL_RGBA32F, texels);
+  send_roomy_table(weight_table_, GL_RGBA32F, std::move(texels));
 }
 
 void GlPredicates::send_bricks() {
@@ -187,15 +203,36 @@ void GlPredicates::send_opacity(double opacity_length_mm) {
   opacity_length_mm_ = opacity_length_mm;
 }
 
-void GlPredicates::bind(GlProgram& program, const Scene& scene) {
-  set_march(program, scene);
-  set_leaves(program);
-  for (std::size_t i = 0; i < features_.used(); ++i) {
+std::optional<GlPredicateForm> GlPredicates::generic_form() const {
+  if (!rows_) return std::nullopt;
+  return GlPredicateForm{.text = {},
+                         .feature_textures = static_cast<int>(GlFeatureTextures::kMostTextures),
+                         .undefined = true,
+                         .labels = true,
+                         .log_importance = form_.log_importance,
+                         .look_table = form_.look_table,
+                         .generic = true};
+}
+
+void GlPredicates::bind_features(GlProgram& program, bool generic) {
+  // What is not read repeats what is there: drivers compile anew for other kinds of textures.
+  const std::size_t slots = generic ? GlFeatureTextures::kMostTextures : features_.used();
+  for (std::size_t i = 0; i < slots; ++i) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
-    bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D, features_.texture(i));
+    bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D,
+                 i < features_.used() ? features_.texture(i) : features_.any_texture());
   }
-  if (form_.undefined) bind_texture(kUndefined, GL_TEXTURE_3D, features_.undefined_cells());
-  if (form_.labels) bind_texture(kLabels, GL_TEXTURE_3D, label_texture_.id());
+}
+
+void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene) {
+  set_march(program, scene);
+  generic ? set_rows(program) : set_leaves(program);
+  set_readers(program);
+  bind_features(program, generic);
+  if (generic || form_.undefined) {
+    bind_texture(kUndefined, GL_TEXTURE_3D, features_.undefined_cells());
+  }
+  if (generic || form_.labels) bind_texture(kLabels, GL_TEXTURE_3D, label_texture_.id());
   bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
   bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
   bind_texture(kLooks, GL_TEXTURE_BUFFER,
@@ -246,20 +283,41 @@ void GlPredicates::set_leaves(GlProgram& program) const {
     const std::string prefix = "channel" + std::to_string(c);
     program.set(prefix + "_scale", Eigen::Vector2d(channel.offset, channel.scale));
   }
+  for (std::size_t i = 0; i < set_->leaves().size(); ++i) {
+    program.set_bits("leaf" + std::to_string(i) + "_undefined", undefined_of(set_->leaves()[i]));
+  }
+}
+
+std::uint32_t GlPredicates::undefined_of(const PredicateSet::Leaf& leaf) const {
+  std::uint32_t undefined = 0;
+  for (const int c : leaf.channels) {
+    if (c > 0) undefined |= features_.slot(static_cast<std::size_t>(c)).undefined_bit;
+  }
+  return undefined;
+}
+
+void GlPredicates::set_rows(GlProgram& program) {
+  send_roomy_table(leaf_table_, GL_RGBA32UI, rows_->texels);
+  bind_texture(kLeaves, GL_TEXTURE_BUFFER, leaf_table_.texture.id());
+  program.set("leaf_table", kLeaves);
+  program.set("leaf_count", rows_->leaves);
+  program.set("token_count", rows_->tokens);
+  program.set("has_undefined", static_cast<int>(form_.undefined));
+}
+
+/// Which leaves read what.
+void GlPredicates::set_readers(GlProgram& program) const {
   Eigen::Vector4i readers = Eigen::Vector4i::Zero();
   std::uint32_t label_leaves = 0;
   for (std::size_t i = 0; i < set_->leaves().size(); ++i) {
     const PredicateSet::Leaf& leaf = set_->leaves()[i];
-    std::uint32_t undefined = 0;
     for (const int c : leaf.channels) {
       if (c == 0) continue;
       const auto slot = features_.slot(static_cast<std::size_t>(c));
-      undefined |= slot.undefined_bit;
       int& bits = readers[static_cast<Eigen::Index>(slot.texture)];
       bits = std::bit_cast<int>(std::bit_cast<std::uint32_t>(bits) | (1U << i));
     }
     if (leaf.labels) label_leaves |= 1U << i;
-    program.set_bits("leaf" + std::to_string(i) + "_undefined", undefined);
   }
   program.set("feature_leaves", readers);
   program.set("label_leaves", std::bit_cast<int>(label_leaves));
@@ -268,7 +326,9 @@ void GlPredicates::set_leaves(GlProgram& program) const {
 void GlPredicates::release() {
   features_.release();
   for (GlTexture* texture : {&label_texture_, &brick_texture_}) texture->release();
-  for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_}) table->release();
+  for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
+    table->release();
+  }
   labels_.reset();
   set_.reset();
   opacity_length_mm_ = 0;

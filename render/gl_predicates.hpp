@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/gl_feature_textures.hpp"
+#include "render/gl_predicate_rows.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
 #include "render/predicate_brick_cache.hpp"
@@ -26,9 +27,15 @@ class GlPredicates {
   Result<void> update(const Scene& scene);
   /// What has to be compiled in for the last scene.
   [[nodiscard]] const GlPredicateForm& form() const { return form_; }
-  /// Sets the uniforms of the program in use and binds the textures that it reads.
-  void bind(GlProgram& program, const Scene& scene);
+  /// The same for a program that draws any set that is as important and as large; absent where the
+  /// last scene's is nested too deeply.
+  [[nodiscard]] std::optional<GlPredicateForm> generic_form() const;
+  /// Sets the uniforms of the program in use, of form() or of generic_form(), and binds the
+  /// textures that it reads.
+  void bind(GlProgram& program, bool generic, const Scene& scene);
   void release();
+  /// The last update() changed nothing that a sample could show.
+  [[nodiscard]] bool unchanged() const { return unchanged_; }
 
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
@@ -43,9 +50,15 @@ class GlPredicates {
   [[nodiscard]] double measure(double importance) const;
   void set_march(GlProgram& program, const Scene& scene) const;
   void set_leaves(GlProgram& program) const;
+  void set_rows(GlProgram& program);
+  void set_readers(GlProgram& program) const;
+  void bind_features(GlProgram& program, bool generic);
+  /// Bits of the features that a leaf needs defined.
+  [[nodiscard]] std::uint32_t undefined_of(const PredicateSet::Leaf& leaf) const;
 
   std::optional<PredicateSet> set_;
   GlPredicateForm form_;
+  bool unchanged_ = false;
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   std::optional<LabelVolume> labels_;
@@ -53,7 +66,8 @@ class GlPredicates {
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;
   GlTexture label_texture_, brick_texture_;
-  GlTable look_table_, weight_table_, opacity_table_;
+  GlTable look_table_, weight_table_, opacity_table_, leaf_table_;
+  std::optional<GlPredicateRows> rows_;
 };
 
 }  // namespace nav::render

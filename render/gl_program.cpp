@@ -77,7 +77,8 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, features.gradient_texture, "GRADIENT_TEXTURE");
   define(defines, shading && features.emphasis, "EMPHASIS");
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
-  define(defines, composite && features.skipping, "SKIPPING");
+  define(defines, features.skipping, "SKIPPING");
+  define(defines, features.adaptive, "ADAPTIVE");
   return defines;
 }
 
@@ -90,6 +91,7 @@ std::string predicate_defines(const GlPredicateForm& form) {
   define(defines, form.labels, "LABELS");
   define(defines, form.log_importance, "LOG_IMPORTANCE");
   define(defines, form.look_table, "LOOK_TABLE");
+  define(defines, form.generic, "GENERIC");
   return defines + form.text;
 }
 
@@ -103,6 +105,7 @@ std::string common_defines(const GlFeatures& features) {
   define(defines, features.solids, "SOLIDS");
   define(defines, features.solids && features.capsules, "CAPSULES");
   define(defines, features.shared_depth, "SHARED_DEPTH");
+  define(defines, features.signature(), "SIGNATURE");
   define(defines, features.manual_filter, "MANUAL_FILTER");
   return defines;
 }

@@ -24,6 +24,7 @@ struct GlPredicateForm {
   bool labels = false;
   bool log_importance = false;  ///< Else weights.
   bool look_table = false;      ///< Else Eqs. 6 to 8 for every sample.
+  bool generic = false;         ///< Reads any set from a table; text is empty.
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 
@@ -40,7 +41,8 @@ struct GlFeatures {
   bool gradient_texture = false;  ///< Gradients take one fetch instead of six.
   bool cutaway = false;
   bool cut_field = false;  ///< Of the cutaway: its surfaces come as a picture.
-  bool skipping = false;   ///< Leaps over empty bricks.
+  bool skipping = false;   ///< Leaps over bricks that show nothing.
+  bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.
@@ -48,6 +50,8 @@ struct GlFeatures {
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
+  /// Something can move while the view stays: rays note what they meet.
+  [[nodiscard]] bool signature() const { return plane || solids || cutaway; }
   auto operator<=>(const GlFeatures&) const = default;
 };
 
@@ -98,6 +102,7 @@ class GlProgram {
 class GlProgramCache {
  public:
   Result<GlProgram*> get(const GlFeatures& features);
+  [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
   /// How many programs have been compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }
   void clear() { programs_.clear(); }

@@ -23,7 +23,9 @@ void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int 
   glBindTexture(GL_TEXTURE_2D, texture.id());
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
+  const bool whole_numbers = format == GL_RG32UI;
+  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, whole_numbers ? GL_RG_INTEGER : GL_RGBA,
+               whole_numbers ? GL_UNSIGNED_INT : GL_FLOAT, nullptr);
   glBindTexture(GL_TEXTURE_2D, 0);
   glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
 }
@@ -73,8 +75,6 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   keyed.background_rgb.setZero();  // Not in the layers.
   const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
-  statistics_.rays =
-      static_cast<std::uint64_t>(scene.width) * static_cast<std::uint64_t>(scene.height);
   cast_ = change >= SceneChange::kGeometry;
   statistics_.note = textures_.note();
   if (change == SceneChange::kNothing) return {};
@@ -86,7 +86,10 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   do {
     fitted.ct = textures_.fitting(scene.ct);
     drawn = whole(scene, fitted);
-    if (drawn) drawn = cast_ ? cast(fitted, depth) : textures_.update(fitted);
+    if (drawn) {
+      drawn =
+          cast_ ? cast(fitted, depth, change == SceneChange::kGeometry) : textures_.update(fitted);
+    }
   } while (!drawn && textures_.ask_for_less());
   if (drawn && layers_) drawn = resolve(fitted);
   statistics_.note = textures_.note();
@@ -102,7 +105,8 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   return {};
 }
 
-Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDepth>& depth) {
+Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDepth>& depth,
+                               bool same_view) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   if (!manual_filter_) {
@@ -112,14 +116,21 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   }
   if (auto sent = update(scene); !sent) return sent;
   GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
-  if (drawn_by_predicates(scene)) features.predicates = predicates_.form();
-  if (auto ok = prepare_targets(scene.width, scene.height, features.plane); !ok) return ok;
+  if (drawn_by_predicates(scene)) features.predicates = form_now(features);
+  const bool keep = same_view && drawn_with_ == features && features.signature() &&
+                    (!features.predicates || predicates_.unchanged());
+  drawn_with_.reset();
+  if (auto ok = prepare_targets(scene.width, scene.height, features.plane, features.signature());
+      !ok) {
+    return ok;
+  }
   auto program = programs_.get(features);
   if (!program) return program.error();
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
-  bind_textures(depth);
-  if (features.predicates) predicates_.bind(**program, scene);
+  bind_textures(depth, features.projection != Projection::kComposite);
+  if (features.predicates) predicates_.bind(**program, features.predicates->generic, scene);
+  begin_keeping(**program, keep);
   glFinish();
   const auto prepared = Clock::now();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
@@ -127,16 +138,48 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   write_everything();
   draw_triangle();
   glFinish();
+  drawn_with_ = std::move(features);
+  count_bricks(*drawn_with_);
+  statistics_.prepare_s = seconds_between(start, prepared);
+  statistics_.cast_s = seconds_between(prepared, Clock::now());
+  return {};
+}
+
+void GlRaycaster::count_bricks(const GlFeatures& features) {
   if (features.predicates) {
     statistics_.bricks = predicates_.bricks();
     statistics_.bricks_occupied = predicates_.bricks_occupied();
   } else if (features.skipping) {
     statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
-    statistics_.bricks_occupied = textures_.bricks_occupied();
+    const bool composite = features.projection == Projection::kComposite;
+    statistics_.bricks_occupied = composite ? textures_.bricks_occupied() : 0;
   }
-  statistics_.prepare_s = seconds_between(start, prepared);
-  statistics_.cast_s = seconds_between(prepared, Clock::now());
-  return {};
+}
+
+GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
+  features.predicates = predicates_.form();
+  pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
+  wanted_ = features;
+  const auto generic = predicates_.generic_form();
+  const bool own = programs_.has(features) || pictures_wanted_ >= settled_after_ || !generic;
+  return own ? *features.predicates : *generic;
+}
+
+void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
+  if (!signed_) return;
+  program.set("keeps", static_cast<int>(keep));
+  program.set("signatures", kSignatures);
+  bind(kSignatures, GL_TEXTURE_2D, signatures_before_.id());
+  if (!keep) return;
+  // Rays may not read what they write: a copy has what they met before.
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glReadBuffer(GL_COLOR_ATTACHMENT4);
+  glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 0, 0, width_, height_);
+  // Rays that stay cost nothing.
+  constexpr std::array<float, 4> kNothing{};
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDisable(GL_SCISSOR_TEST);
+  glClearBufferfv(GL_COLOR, 1, kNothing.data());
 }
 
 Result<void> GlRaycaster::update(const Scene& scene) {
@@ -148,13 +191,14 @@ Result<void> GlRaycaster::update(const Scene& scene) {
   return {};
 }
 
-void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth) {
+void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
   bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
   bind(kGradients, GL_TEXTURE_3D, textures_.gradients.id());
   bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
   bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
   bind(kIntegrals, GL_TEXTURE_BUFFER, textures_.integrals.texture.id());
-  bind(kBricks, GL_TEXTURE_3D, textures_.bricks.id());
+  bind(kBricks, GL_TEXTURE_3D, projects ? textures_.brick_ranges.id() : textures_.bricks.id());
+  bind(kBrickCells, GL_TEXTURE_3D, textures_.brick_cells.id());
   bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());
@@ -170,7 +214,8 @@ void GlRaycaster::send_field(const Scene& scene) {
   field_.emplace(scene, before ? &*before : nullptr);
   const auto view =
       spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid());
-  const auto spans = field_->meet_all(view, 0);
+  const double tolerance_mm = kMeshTolerance * spec::step_mm(scene.quality, scene.ct->grid());
+  const auto spans = field_->meet_all(view, 0, tolerance_mm);
   static_assert(sizeof(spec::CutawaySpan<float>) == 2 * sizeof(float));
   glActiveTexture(GL_TEXTURE0 + kTarget);
   glBindTexture(GL_TEXTURE_2D, field_spans_.id());
@@ -243,19 +288,25 @@ RenderStatistics GlRaycaster::statistics() const {
   RenderStatistics statistics = statistics_;
   if (!cast_) return statistics;
   const GlStateGuard guard;
-  std::vector<float> cost(2 * static_cast<std::size_t>(statistics.rays));
+  std::vector<float> cost(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
   glReadBuffer(GL_COLOR_ATTACHMENT1);
-  glReadPixels(0, 0, width_, height_, GL_RG, GL_FLOAT, cost.data());
-  for (std::size_t i = 0; i < cost.size(); i += 2) {
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, cost.data());
+  for (std::size_t i = 0; i < cost.size(); i += 4) {
     statistics.volume_samples += static_cast<std::uint64_t>(cost[i]);
     statistics.gradient_samples += static_cast<std::uint64_t>(cost[i + 1]);
+    statistics.faded_cells += static_cast<std::uint64_t>(cost[i + 2]);
+    statistics.rays += cost[i + 3] > 0 ? 1 : 0;
+    statistics.cutaway_rays += cost[i + 3] > 1 ? 1 : 0;
   }
   return statistics;
 }
 
-Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers) {
-  if (framebuffer_ != 0 && width == width_ && height == height_ && layers == layers_) return {};
+Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers, bool signatures) {
+  if (framebuffer_ != 0 && width == width_ && height == height_ && layers == layers_ &&
+      signatures == signed_) {
+    return {};
+  }
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (width > largest || height > largest) {
@@ -268,18 +319,25 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers) {
   width_ = width;
   height_ = height;
   layers_ = layers;
+  signed_ = signatures;
   glActiveTexture(GL_TEXTURE0 + kTarget);
   glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   attach(front_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
-  attach(cost_, GL_COLOR_ATTACHMENT1, GL_RG32F, width, height);
+  attach(cost_, GL_COLOR_ATTACHMENT1, GL_RGBA32F, width, height);
   if (layers) {
     attach(behind_, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
     attach(live_at_, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
   }
-  constexpr std::array<GLenum, 4> kAll{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
-                                       GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
-  glDrawBuffers(layers ? 4 : 2, kAll.data());
+  if (signatures) {
+    attach(signatures_before_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
+    attach(signatures_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
+  }
+  const auto with = [](bool used, GLenum attachment) { return used ? attachment : GL_NONE; };
+  const std::array<GLenum, 5> all{
+      GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, with(layers, GL_COLOR_ATTACHMENT2),
+      with(layers, GL_COLOR_ATTACHMENT3), with(signatures, GL_COLOR_ATTACHMENT4)};
+  glDrawBuffers(static_cast<GLsizei>(all.size()), all.data());
   if (auto ok = complete_framebuffer(); !ok || !layers) return ok;
   glGenFramebuffers(1, &resolve_framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
@@ -288,7 +346,8 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers) {
 }
 
 void GlRaycaster::release_targets() {
-  for (GlTexture* texture : {&front_, &cost_, &behind_, &live_at_, &resolved_}) {
+  for (GlTexture* texture :
+       {&front_, &cost_, &behind_, &live_at_, &resolved_, &signatures_, &signatures_before_}) {
     texture->release();
   }
   for (unsigned* framebuffer : {&framebuffer_, &resolve_framebuffer_}) {
@@ -305,6 +364,8 @@ void GlRaycaster::draw_triangle() {
 
 void GlRaycaster::release() {
   last_.reset();
+  drawn_with_.reset();
+  wanted_.reset();
   textures_.release();
   predicates_.release();
   field_.reset();

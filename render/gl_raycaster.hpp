@@ -22,6 +22,10 @@ namespace nav::render {
 /// needs the context current; leaves all state that VTK tracks as it found it. Internal to render/.
 class GlRaycaster {
  public:
+  /// The surfaces of a cutaway around large meshes are interpolated between rays where that moves
+  /// them by no more than this part of a cell (CutawayField::meet_all()).
+  static constexpr double kMeshTolerance = 0.25;
+
   GlRaycaster() = default;
   ~GlRaycaster() { release(); }
   GlRaycaster(const GlRaycaster&) = delete;
@@ -29,7 +33,8 @@ class GlRaycaster {
 
   /// Precondition: a validated scene. Refuses what does not fit the device. Draws nothing when the
   /// picture would be the last one, and only puts in the ultrasound picture when nothing but that
-  /// has changed; geometry of others (depth) may always have changed.
+  /// has changed. When something moved in the same view, casts the rays that meet it or met it
+  /// before; geometry of others (depth) may always have changed, so that all rays are cast.
   Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
   /// Blends the last picture over a part of the framebuffer that is bound: x, y of its lower left
   /// corner, width, height. A picture of fewer pixels is enlarged, bilinear between its rays.
@@ -37,7 +42,7 @@ class GlRaycaster {
   /// The last picture, premultiplied, top row first. Waits for the device.
   [[nodiscard]] std::vector<RgbaF> read() const;
   /// What the last picture cost; reads the number of samples back from the device.
-  /// All zero but the rays when no ray was cast.
+  /// All zero when no ray was cast.
   [[nodiscard]] RenderStatistics statistics() const;
 
   /// Programs compiled and textures sent since the beginning, for tests.
@@ -47,6 +52,12 @@ class GlRaycaster {
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
   [[nodiscard]] const GlPredicates& predicates() const { return predicates_; }
+  /// A set of predicates gets a program of its own with its picture after this many; until then one
+  /// draws it that reads sets from a table, so that a new set waits for no compiler.
+  static constexpr int kSettledAfter = 3;
+  void set_settled_after(int pictures) { settled_after_ = pictures; }
+  /// The next picture casts all its rays, for tests.
+  void forget_picture() { last_.reset(); }
   /// Decides instead of the measurement, for tests.
   void set_manual_filter(bool manual) {
     manual_filter_ = manual;
@@ -54,6 +65,8 @@ class GlRaycaster {
   }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) { textures_.set_largest_edge(voxels); }
+  /// An artificial limit of its memory, voxels, for tests.
+  void set_memory(std::size_t voxels) { textures_.set_memory(voxels); }
   /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
   void set_gradient_texture(bool allowed) {
     textures_.set_gradient_texture(allowed);
@@ -63,13 +76,19 @@ class GlRaycaster {
   void release();
 
  private:
-  Result<void> prepare_targets(int width, int height, bool layers);
-  Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth);
+  Result<void> prepare_targets(int width, int height, bool layers, bool signatures);
+  /// same_view: rays that meet what they met before may keep their pixels.
+  Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth, bool same_view);
+  /// What draws the predicates of the last scene: their own program or the generic one.
+  GlPredicateForm form_now(GlFeatures features);
+  /// Prepares the targets so that rays of the program in use keep what they may.
+  void begin_keeping(GlProgram& program, bool keep);
+  void count_bricks(const GlFeatures& features);
   Result<void> resolve(const Scene& scene);
   /// The surfaces of a cutaway around large meshes, which are searched for every ray beforehand.
   void send_field(const Scene& scene);
   Result<void> update(const Scene& scene);
-  void bind_textures(const std::optional<SharedDepth>& depth);
+  void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
   void release_targets();
   void draw_triangle();
@@ -79,14 +98,21 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
   GlPredicates predicates_;
+  int settled_after_ = kSettledAfter;
+  std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
+  int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.
   GlTexture cost_, behind_, live_at_, resolved_;
+  GlTexture signatures_;         ///< Of the rays, with signed_.
+  GlTexture signatures_before_;  ///< Of the picture that the targets hold.
   unsigned framebuffer_ = 0;
   unsigned resolve_framebuffer_ = 0;
-  bool layers_ = false;        ///< The scene has a plane.
-  std::optional<Scene> last_;  ///< Whose picture the targets hold.
+  bool layers_ = false;                   ///< The scene has a plane.
+  bool signed_ = false;                   ///< The targets include signatures.
+  std::optional<GlFeatures> drawn_with_;  ///< Of the program that filled the targets.
+  std::optional<Scene> last_;             ///< Whose picture the targets hold.
   unsigned vertex_array_ = 0;
   int width_ = 0;
   int height_ = 0;

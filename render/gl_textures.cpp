@@ -73,12 +73,14 @@ Result<void> GlTextures::update(const Scene& scene) {
       return ok;
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
-  if (!drawn_by_predicates(scene)) {
+  if (scene.projection != Projection::kComposite) {
+    if (scene.quality.skip_empty_bricks) update_brick_ranges();
+  } else if (!scene.predicates) {
     update_transfer(scene.transfer);
-    const bool needs_gradients = scene.projection == Projection::kComposite &&
-                                 (scene.shading.enabled || scene.transfer.uses_gradient());
+    const bool needs_gradients = scene.shading.enabled || scene.transfer.uses_gradient();
     if (needs_gradients && gradient_texture_) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
+    if (const auto adaptive = adaptive_step(scene, *table_)) update_brick_cells(*adaptive);
   }
   if (plane) update_picture(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
@@ -101,6 +103,7 @@ std::shared_ptr<const Volume> GlTextures::fitting(const std::shared_ptr<const Vo
   if (volume == full_) return fitted_;
   note_.clear();
   full_ = fitted_ = volume;
+  if (limited_ != volume) most_voxels_ = std::numeric_limits<std::size_t>::max();
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   const auto& size = volume->grid().size;
@@ -125,6 +128,7 @@ bool GlTextures::ask_for_less() {
   if (!out_of_memory_) return false;
   out_of_memory_ = false;
   most_voxels_ = fitted_->grid().voxel_count() / 2;
+  limited_ = full_;
   full_ = fitted_ = nullptr;
   return most_voxels_ > 0;
 }
@@ -133,6 +137,7 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
   if (volume == volume_) return {};
   volume_ = nullptr;
   bricks_valid_ = false;
+  cells_of_.reset();
   const auto& size = volume->grid().size;
   const auto refused = [&](const std::string& limit) {
     return Error{ErrorCode::kUnsupportedData, volume->name() + ": expected a volume within " +
@@ -149,7 +154,7 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                volume->hu().data());
-  if (glGetError() != GL_NO_ERROR) {
+  if (glGetError() != GL_NO_ERROR || volume->grid().voxel_count() > memory_voxels_) {
     out_of_memory_ = true;
     return refused("the free memory of this OpenGL device");
   }
@@ -163,6 +168,7 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
+  cells_of_.reset();
   gl::send_table(transfer, GL_RGBA32F, table_->rgbat());
   gl::send_table(importances, GL_R32F, table_->importance());
   gl::send_table(integrals, GL_RGBA32I, table_->integrals());
@@ -185,11 +191,37 @@ void GlTextures::update_gradients() {
   if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
 }
 
+void GlTextures::update_ranges() {
+  if (ranges_volume_ == volume_) return;
+  ranges_ = make_brick_grid(*volume_, 0);
+  ranges_volume_ = volume_;
+}
+
+void GlTextures::update_brick_ranges() {
+  update_ranges();
+  if (brick_ranges_of_ == volume_) return;
+  glBindTexture(GL_TEXTURE_3D, brick_ranges.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  const auto texels = brick_range_texels(ranges_);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG16UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
+               0, GL_RG_INTEGER, GL_UNSIGNED_SHORT, texels.data());
+  brick_ranges_of_ = volume_;
+  ++uploads_.bricks;
+}
+
+void GlTextures::update_brick_cells(const AdaptiveStep& adaptive) {
+  update_ranges();
+  if (cells_of_ == adaptive) return;
+  glBindTexture(GL_TEXTURE_3D, brick_cells.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
+  const auto texels = nav::render::brick_cells(ranges_, *table_, adaptive, 0);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
+               0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, texels.data());
+  cells_of_ = adaptive;
+}
+
 void GlTextures::update_bricks() {
-  if (ranges_volume_ != volume_) {
-    ranges_ = make_brick_grid(*volume_, 0);
-    ranges_volume_ = volume_;
-  }
+  update_ranges();
   const BrickDistances distances = brick_distances(ranges_, *table_);
   bricks_occupied_ = distances.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
@@ -218,12 +250,16 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 }
 
 void GlTextures::release() {
-  for (GlTexture* texture : {&ct, &gradients, &bricks, &picture, &solids, &cut_objects})
+  for (GlTexture* texture :
+       {&ct, &gradients, &bricks, &brick_ranges, &brick_cells, &picture, &solids, &cut_objects}) {
     texture->release();
+  }
   for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
-  volume_ = full_ = fitted_ = gradients_of_ = gradients_tried_ = nullptr;
+  volume_ = full_ = fitted_ = limited_ = gradients_of_ = gradients_tried_ = brick_ranges_of_ =
+      nullptr;
   function_.reset();
   bricks_valid_ = false;
+  cells_of_.reset();
   pixels_ = {};
   solid_rows_ = {};
   cut_rows_ = {};

@@ -11,6 +11,7 @@
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
+#include "render/adaptive_step.hpp"
 #include "render/brick_grid.hpp"
 #include "render/gl_shape_rows.hpp"
 #include "render/gl_volume_fit.hpp"
@@ -86,6 +87,8 @@ class GlTextures {
   bool ask_for_less();
   /// An artificial limit of the device, for tests.
   void set_largest_edge(int voxels) { largest_edge_ = voxels; }
+  /// Uploads of more voxels fail as if the device's memory were full, for tests.
+  void set_memory(std::size_t voxels) { memory_voxels_ = voxels; }
   /// Objects of the cutaway of the last scene.
   [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
 
@@ -95,13 +98,16 @@ class GlTextures {
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
   GlTable transfer, importances, integrals;
-  GlTexture ct, gradients, bricks, picture, solids, cut_objects;
+  GlTexture ct, gradients, bricks, brick_ranges, brick_cells, picture, solids, cut_objects;
 
  private:
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void update_transfer(const TransferFunction& function);
   void update_gradients();
+  void update_ranges();
   void update_bricks();
+  void update_brick_ranges();
+  void update_brick_cells(const AdaptiveStep& adaptive);
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
@@ -110,7 +116,9 @@ class GlTextures {
   std::shared_ptr<const Volume> full_;  ///< Of the last fitting().
   std::shared_ptr<const Volume> fitted_;
   std::string note_;
+  std::shared_ptr<const Volume> limited_;  ///< What most_voxels_ is for.
   std::size_t most_voxels_ = std::numeric_limits<std::size_t>::max();
+  std::size_t memory_voxels_ = std::numeric_limits<std::size_t>::max();
   bool out_of_memory_ = false;
   GlUploads uploads_;
   std::shared_ptr<const Volume> volume_;
@@ -122,7 +130,9 @@ class GlTextures {
   std::shared_ptr<const Volume> ranges_volume_;
   BrickGrid ranges_;
   bool bricks_valid_ = false;
+  std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
   std::uint64_t bricks_occupied_ = 0;
+  std::optional<AdaptiveStep> cells_of_;  ///< What is on the device.
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;
   GlRows solid_rows_, cut_rows_;

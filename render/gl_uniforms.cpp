@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/adaptive_step.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
 
@@ -119,7 +120,10 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   }
   if (shading) set_shading(program, features, scene);
   if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
-  if (features.skipping) set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
+  if (features.skipping || features.adaptive) {
+    set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
+  }
+  if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
 
 }  // namespace
@@ -134,6 +138,9 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.jitter = scene.quality.jitter;
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
+  // Leaps over cells longer than a brick would not be exact, nor worth it.
+  features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
+                      scene.quality.step_voxels <= kBrickVoxels;
   if (scene.projection != Projection::kComposite) return features;
   features.cut_field = CutawayField::needed(scene);
   features.cutaway = features.cut_field || !textures.cut().empty();
@@ -143,6 +150,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   } else if (scene.quality.classification == Classification::kPostClassified) {
     features.classified = GlFeatures::Classified::kAtMiddle;
   }
+  features.adaptive = adaptive_step(scene, textures.table()).has_value();
   if (scene.shading.enabled) {
     features.shaded = scene.shading.style == ShadingStyle::kPhong ? GlFeatures::Shaded::kPhong
                                                                   : GlFeatures::Shaded::kGooch;
@@ -151,8 +159,6 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   const bool gradients = features.shaded != GlFeatures::Shaded::kNot ||
                          features.classified == GlFeatures::Classified::kByGradientToo;
   features.gradient_texture = gradients && textures.has_gradients();
-  // Leaps over cells longer than a brick would not be exact, nor worth it.
-  features.skipping = scene.quality.skip_empty_bricks && scene.quality.step_voxels <= kBrickVoxels;
   return features;
 }
 
@@ -192,6 +198,9 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   } else {
     program.set("grey_level_hu", scene.grey.level_hu);
     program.set("grey_width_hu", scene.grey.width_hu);
+    if (features.skipping) {
+      set_brick_walk(program, grid, textures.brick_count(), kBricks);
+    }
   }
   if (features.plane) set_plane(program, *spec::make_plane<double>(*scene.plane, grid));
   if (features.solids) {

@@ -25,6 +25,7 @@ enum GlUnit {
   kImportances,
   kIntegrals,
   kBricks,
+  kBrickCells,
   kPicture,
   kSolids,
   kCutObjects,
@@ -32,12 +33,14 @@ enum GlUnit {
   kDepth,
   kFront,
   kBehind,
+  kSignatures,
   kLiveAt,
   kFeatures,  ///< And the three after it.
   kUndefined = kFeatures + 4,
   kLabels,
   kPredicateBricks,
   kLooks,
+  kLeaves,
   kOpacity,
   kTarget
 };

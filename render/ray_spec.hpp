@@ -32,6 +32,7 @@
 /// Classification, by TransferTable, to extinction tau and colour:
 ///   pre-integrated: mean(va, vb); post-classified: at(v).
 /// A function with gradient windows is always post-classified, with the gradient of the middle.
+/// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
 ///
 /// Cutaway (ray_spec_cutaway.hpp). A cell whose part begins in front of T2 is instead the mean of
 /// kFadeSteps equidistant midpoints of the part: value v_j on its line, Omega at its own t; tau_j =

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "render/adaptive_step.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
@@ -80,6 +81,20 @@ struct Prepared {
         pre_integrated(s.quality.classification == Classification::kPreIntegrated &&
                        table.rows() == 1) {
     if (s.predicates) predicates.emplace(s);
+    if (const auto adaptive = adaptive_step(s, table)) {
+      bricks = make_brick_grid(*s.ct, 0);
+      cells = brick_cells(bricks, table, *adaptive, 0);
+    }
+  }
+  /// The brick of an index, clamped to the box.
+  [[nodiscard]] std::size_t brick_at(const Vec3& index) const {
+    std::size_t brick = 0;
+    for (int axis = 2; axis >= 0; --axis) {
+      const double last = scene.ct->grid().size[static_cast<std::size_t>(axis)] - 1;
+      const auto voxel = static_cast<std::size_t>(std::clamp(index[axis], 0.0, last));
+      brick = brick * static_cast<std::size_t>(bricks.count[axis]) + voxel / kBrickVoxels;
+    }
+    return brick;
   }
 
   const Scene& scene;
@@ -90,6 +105,8 @@ struct Prepared {
   double step_mm;
   bool pre_integrated;
   std::optional<ReferencePredicates> predicates{};
+  BrickGrid bricks{};                 ///< Only with an adaptive step,
+  std::vector<std::uint8_t> cells{};  ///< as these: brick_cells().
 };
 
 /// Casts one ray at a time; keeps the state of the current one.
@@ -165,29 +182,47 @@ class Caster {
     if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
   }
 
-  /// Calls visit(k, part begin, part end) for every cell of a stretch, t in mm.
+  /// How many cells from k on are one segment: adaptive_step.hpp.
+  [[nodiscard]] int cells_from(double k, double begin, double end) const {
+    const double h = p_.step_mm;
+    const double t = (k + shift_) * h;
+    if (p_.cells.empty() || t < begin || t < span_.t2) return 1;
+    const std::size_t brick = p_.brick_at(index_at(k));
+    int m = 1;
+    while (m < p_.cells[brick] && (k + m + 1 + shift_) * h <= end &&
+           p_.brick_at(index_at(k + m + 1)) == brick) {
+      ++m;
+    }
+    return m;
+  }
+
+  /// Calls visit(k, cells, part begin, part end) for every cell, or several, of a stretch; t in mm.
   template <class Visit>
   void for_each_cell(double begin, double end, const Visit& visit) {
     if (!(end > begin)) return;
     const double h = p_.step_mm;
-    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += 1) {
+    int m = 1;
+    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += m) {
+      m = cells_from(k, begin, end);
       const double t_a = std::max((k + shift_) * h, begin);
-      const double t_b = std::min((k + 1 + shift_) * h, end);
-      if (t_b > t_a) visit(k, t_a, t_b);
+      const double t_b = std::min((k + m + shift_) * h, end);
+      if (t_b > t_a) visit(k, m, t_a, t_b);
     }
   }
 
   void march(double begin, double end) {
     double last_k = std::numeric_limits<double>::quiet_NaN();
     double last_value = 0;
-    for_each_cell(begin, end, [&](double k, double t_a, double t_b) {
-      Cell cell{t_a, t_b, 0, 0, index_at(k + 0.5)};
+    for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
+      Cell cell{t_a, t_b, 0, 0, index_at(k + 0.5 * m)};
       if (p_.pre_integrated) {
         const double v0 = k == last_k ? last_value : sample(index_at(k));
-        const double v1 = sample(index_at(k + 1));
-        last_k = k + 1;
+        const double v1 = sample(index_at(k + m));
+        last_k = k + m;
         last_value = v1;
-        const auto value = [&](double t) { return v0 + (t / p_.step_mm - k - shift_) * (v1 - v0); };
+        const auto value = [&](double t) {
+          return v0 + (t / p_.step_mm - k - shift_) / m * (v1 - v0);
+        };
         cell.v_a = value(t_a);
         cell.v_b = value(t_b);
       } else {
@@ -262,7 +297,7 @@ class Caster {
     double most = -std::numeric_limits<double>::infinity();
     double least = std::numeric_limits<double>::infinity();
     double sum = 0;
-    for_each_cell(in.begin, in.end, [&](double k, double t_a, double t_b) {
+    for_each_cell(in.begin, in.end, [&](double k, int, double t_a, double t_b) {
       const double v = sample(index_at(k + 0.5));
       most = std::max(most, v);
       least = std::min(least, v);

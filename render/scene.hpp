@@ -148,6 +148,9 @@ struct Quality {
   double opaque_at = 0.996;       ///< Early ray termination when opacity reaches it; 1: never.
   bool skip_empty_bricks = true;  ///< Bit-identical on and off.
   bool jitter = false;            ///< Shifts each ray's cells by a fixed pseudo-random part of one.
+  /// > 0, at most 1: cells of a brick that together add no more error than this to a channel are
+  /// taken as one, see adaptive_step.hpp; 0: never.
+  double adaptive_error = 0;
 };
 
 /// Everything that a picture shows, and nothing of how. A plain value.

@@ -4,9 +4,10 @@
 // Casts one ray per pixel through an ultrasound volume classified by predicates, the ultrasound
 // plane and the solid shapes. The equations are those of render/predicate_scene.hpp and
 // render/predicate_spec.hpp, the lattice of cells that of render/ray_spec.hpp. Which predicates
-// there are comes before this text: see render/predicates/shader.hpp.
-// Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; how many
-// samples it took; and with PLANE the weight of the picture in the colour and where the ray meets
+// there are comes before this text, see render/predicates/shader.hpp, or with GENERIC is read from
+// a table.
+// Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; what it
+// cost; and with PLANE the weight of the picture in the colour and where the ray meets
 // it, column and row. resolve.frag puts the picture in.
 
 #include "include/camera.glsl"
@@ -23,6 +24,9 @@
 #include "include/cutaway.glsl"
 #endif
 #include "include/bricks.glsl"
+#ifdef GENERIC
+#include "include/predicate_generic.glsl"
+#endif
 #include "include/predicate_look.glsl"
 #include "include/predicate_light.glsl"
 #include "include/predicate_march.glsl"
@@ -30,12 +34,18 @@
 #define SURFACES
 #include "include/next_surface.glsl"
 #endif
+#ifdef SIGNATURE
+#include "include/signature.glsl"
+#endif
 
 layout(location = 0) out vec4 colour;
-layout(location = 1) out vec2 samples;  // Volume samples; 0.
+layout(location = 1) out vec4 spent;  // See lattice.glsl.
 #ifdef PLANE
 layout(location = 2) out vec4 behind;  // Weight of the picture; 0.
 layout(location = 3) out vec2 live_at;
+#endif
+#ifdef SIGNATURE
+layout(location = 4) out uvec2 signature;
 #endif
 
 // The volume between two places on the ray, mm.
@@ -56,19 +66,8 @@ void march_between(float begin, float end) {
 #endif
 }
 
-void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
-  set_lattice(ray);
-  float t_eye = -t_base_mm;
-  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
-  float t_stop = 3.0e38;
-#ifdef SHARED_DEPTH
-  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
-  box.y = min(box.y, t_stop);
-#endif
-#ifdef CUTAWAY
-  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
-#endif
+// box: where the ray runs through the volume, t.
+void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   begin_light();
 #ifdef PLANE
   live_at = vec2(-1.0e9);
@@ -95,9 +94,38 @@ void main() {
 #else
   march_between(begin, box.y);
 #endif
-  samples = cost;
+  spent = cost;
   colour = vec4(light.alpha * light.rgb, light.alpha);
 #ifdef PLANE
   behind = vec4(light.alpha * light.picture, 0.0, 0.0, 0.0);
+#endif
+}
+
+void main() {
+  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+  set_lattice(ray);
+  float t_eye = -t_base_mm;
+  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  float t_stop = 3.0e38;
+#ifdef SHARED_DEPTH
+  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  box.y = min(box.y, t_stop);
+#endif
+#ifdef CUTAWAY
+  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
+  bool cut = box.y > box.x && cut_span.t2 > box.x;
+  if (cut) cost.w = 2.0;
+#else
+  const bool cut = false;
+#endif
+#ifdef SIGNATURE
+  signature = signature_of(ray, t_eye, cut);
+  if (is_kept(signature)) {
+    discard;
+  } else {
+    cast_ray(ray, t_eye, t_stop, box);
+  }
+#else
+  cast_ray(ray, t_eye, t_stop, box);
 #endif
 }

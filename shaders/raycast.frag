@@ -5,7 +5,7 @@
 // and the global lattice of cells are those of render/ray_spec.hpp, which the reference engine runs
 // in double. Features that a scene does not use are not compiled: see GlFeatures.
 // Results: premultiplied colour and alpha in [0, 1], up to the ultrasound picture where the ray
-// meets it; how many samples and gradients it took; and with PLANE what lies behind the picture and
+// meets it; what it cost; and with PLANE what lies behind the picture and
 // where the ray meets it, column and row. resolve.frag puts the picture between the two.
 
 #include "include/camera.glsl"
@@ -17,6 +17,9 @@
 #endif
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
+#endif
+#if defined(SKIPPING) || defined(ADAPTIVE)
+#include "include/bricks.glsl"
 #endif
 #ifdef PROJECTION
 #include "include/projection.glsl"
@@ -32,15 +35,21 @@
 #ifdef SKIPPING
 #include "include/skipping.glsl"
 #endif
+#ifdef ADAPTIVE
+#include "include/adaptive.glsl"
+#endif
 #endif
 
 uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
 
 layout(location = 0) out vec4 colour;
-layout(location = 1) out vec2 samples;  // CT samples, shaded samples.
+layout(location = 1) out vec4 spent;  // See lattice.glsl.
 #ifdef PLANE
 layout(location = 2) out vec4 behind;
 layout(location = 3) out vec2 live_at;
+#endif
+#ifdef SIGNATURE
+layout(location = 4) out uvec2 signature;
 #endif
 
 vec4 picture;  // The layer that is being composited, premultiplied.
@@ -53,6 +62,9 @@ float enough;  // Its alpha at which the ray ends.
 #if defined(PLANE) || defined(SOLIDS)
 #define SURFACES
 #include "include/next_surface.glsl"
+#endif
+#ifdef SIGNATURE
+#include "include/signature.glsl"
 #endif
 
 // The volume between two places on the ray, mm.
@@ -115,19 +127,8 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
 }
 #endif
 
-void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
-  set_lattice(ray);
-  float t_eye = -t_base_mm;
-  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
-  float t_stop = 3.0e38;
-#ifdef SHARED_DEPTH
-  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
-  box.y = min(box.y, t_stop);
-#endif
-#ifdef CUTAWAY
-  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
-#endif
+// box: where the ray runs through the volume, t.
+void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   picture = vec4(0.0);
   enough = opaque_at;
 #ifdef PLANE
@@ -143,11 +144,40 @@ void main() {
   if (open && box.y > box.x)
     put_behind(picture, vec3(projected_grey(cells_of(box.x), cells_of(box.y))), 1.0);
 #endif
-  samples = cost;
+  spent = cost;
 #ifdef PLANE
   colour = split ? front : picture;
   behind = split ? picture : vec4(0.0);
 #else
   colour = picture;
+#endif
+}
+
+void main() {
+  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+  set_lattice(ray);
+  float t_eye = -t_base_mm;
+  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  float t_stop = 3.0e38;
+#ifdef SHARED_DEPTH
+  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  box.y = min(box.y, t_stop);
+#endif
+#ifdef CUTAWAY
+  cut_span = meet_cutaway(ray, box.y > box.x ? box.x : 3.0e38);
+  bool cut = box.y > box.x && cut_span.t2 > box.x;
+  if (cut) cost.w = 2.0;
+#else
+  const bool cut = false;
+#endif
+#ifdef SIGNATURE
+  signature = signature_of(ray, t_eye, cut);
+  if (is_kept(signature)) {
+    discard;
+  } else {
+    cast_ray(ray, t_eye, t_stop, box);
+  }
+#else
+  cast_ray(ray, t_eye, t_stop, box);
 #endif
 }

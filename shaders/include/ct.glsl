@@ -8,6 +8,11 @@ uniform mat3 index_from_local;   // Per mm.
 
 const float kHuPerTexel = 32767.0;
 
+#ifdef MANUAL_FILTER
+// Between two equal values exactly that one, which mix() does not promise.
+vec4 between(vec4 a, vec4 b, float w) { return a + w * (b - a); }
+#endif
+
 // Trilinear; the index is clamped to the outermost voxel centres.
 vec4 trilinear(sampler3D volume, vec3 index) {
   vec3 inside = clamp(index, vec3(0.0), vec3(ct_size - 1));
@@ -23,9 +28,9 @@ vec4 trilinear(sampler3D volume, vec3 index) {
   vec4 v101 = texelFetch(volume, ivec3(b.x, a.y, b.z), 0);
   vec4 v011 = texelFetch(volume, ivec3(a.x, b.yz), 0);
   vec4 v111 = texelFetch(volume, b, 0);
-  vec4 front = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
-  vec4 back = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
-  return mix(front, back, f.z) * kHuPerTexel;
+  vec4 front = between(between(v000, v100, f.x), between(v010, v110, f.x), f.y);
+  vec4 back = between(between(v001, v101, f.x), between(v011, v111, f.x), f.y);
+  return between(front, back, f.z) * kHuPerTexel;
 #else
   return textureLod(volume, (inside + 0.5) / vec3(ct_size), 0.0) * kHuPerTexel;
 #endif

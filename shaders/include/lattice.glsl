@@ -8,7 +8,7 @@ uniform float step_mm;  // Length of a cell.
 vec3 lattice_origin;  // Index at 0 cells.
 vec3 lattice_step;    // Index per cell.
 vec3 ray_direction;   // Unit, local mm.
-vec2 cost;            // CT samples, shaded samples.
+vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 for a ray that is cut.
 float lattice_shift;  // Part of a cell, [0, 1).
 
 #ifdef JITTER
@@ -33,7 +33,7 @@ void set_lattice(Ray ray) {
   ray_direction = ray.direction;
   lattice_step = index_from_local * ray.direction * step_mm;
   lattice_origin = index_from_local * ray.origin + lattice_shift * lattice_step;
-  cost = vec2(0.0);
+  cost = vec4(0.0, 0.0, 0.0, 1.0);
 }
 
 float cells_of(float t) { return t / step_mm - lattice_shift; }

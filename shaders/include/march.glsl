@@ -64,128 +64,184 @@ void shade_and_composite(Cell cell, bool fading) {
 }
 #endif
 
+// A walk along a stretch of a ray.
+struct Walk {
+  float begin, end;  // Cells.
+  int last;          // Lattice point that ends the last cell.
+  int j;             // Where to sample next.
+  int size;          // Cells of the segment that ends at j; 1 without ADAPTIVE.
+  int run_end;       // Segments that begin before it are taken without looking at bricks.
+  int next;          // Where to look at bricks again.
+  bool pending;      // The cell before next begins in an empty brick and is not yet dealt with.
+  bool going;
+  int known;         // Lattice point of v0; far in front: none yet.
+  float v0;
+#ifdef PREINTEGRATED
+  Point a;
+  bool has_a;        // a is what lies at the begin of the part of the cell after it.
+#endif
+};
+
+Walk begin_walk(float begin, float end) {
+  Walk w;
+  w.begin = begin;
+  w.end = end;
+  w.j = w.next = int(floor(begin));
+  w.last = end > begin ? int(ceil(end)) : w.j;
+  w.size = 1;
+  w.pending = false;
+  w.going = w.last > w.j;
+  w.known = w.j - 2;
+  w.v0 = 0.0;
+#ifdef PREINTEGRATED
+  w.has_a = false;
+#endif
+#if defined(SKIPPING)
+  w.run_end = w.j - 1;
+#elif defined(PREINTEGRATED)
+  w.run_end = w.going ? w.last : w.j - 1;
+#else
+  w.run_end = w.last - 1;
+#endif
+  return w;
+}
+
+bool in_run(Walk w) { return w.j - w.size < w.run_end; }
+
+#ifdef SKIPPING
+// A run in an occupied brick begins at next.
+void begin_run(inout Walk w, Brick brick) {
+#ifdef PREINTEGRATED
+  int start = w.pending ? w.next - 1 : w.next;
+#ifdef ADAPTIVE
+  if (w.known != start) w.size = 1;
+#endif
+  w.j = w.known == start ? start + w.size : start;
+  w.run_end = w.next = min(brick.until, w.last);
+  w.pending = false;
+#else
+  w.j = w.next;
+  w.next = min(brick.until, w.last);
+  w.run_end = w.next - 1;
+#endif
+}
+
+// Leaps to the next run; none: the walk is over.
+void find_run(inout Walk w, bool fading) {
+  if (!in_run(w)) do {
+    if (w.pending ? w.next > w.last : w.next >= w.last) {
+      w.going = false;
+    } else {
+#ifdef CUTAWAY
+      Brick brick = fading ? fading_brick_at(w.next) : brick_at(w.next);
+#else
+      Brick brick = brick_at(w.next);
+#endif
+      if (brick.empty) {
+        w.next = brick.until + 1;
+#ifdef PREINTEGRATED
+        w.pending = true;
+#endif
+      } else {
+        begin_run(w, brick);
+      }
+    }
+  } while (!in_run(w) && w.going);
+}
+#endif
+
+// The part of the segment between lattice points k and k + size that lies in the stretch.
+Cell cell_at(Walk w, int k, float v0, float v1) {
+  float from = max(w.begin - float(k), 0.0);  // Only single cells are cut.
+  float to = min(w.end - float(k), 1.0);
+  Cell cell;
+  cell.v_a = v0 + from * (v1 - v0);
+  cell.v_b = to < 1.0 ? v0 + to * (v1 - v0) : v1;
+  cell.begin = float(k) + from;
+  cell.end = float(k) + to * float(w.size);
+  cell.middle = float(k) + 0.5 * float(w.size);
+  cell.importance = 1.0;
+  cell.look = vec4(0.0);
+  return cell;
+}
+
+#ifdef PREINTEGRATED
+// Takes the sample at j. True: it ends a cell, which is classified.
+bool take_sample(inout Walk w, out Cell cell, bool fading) {
+  float v1 = value_at(float(w.j));
+  int k = w.j - w.size;
+  bool whole = w.known == k;  // v0 and v1 are the values of a cell.
+  cell = cell_at(w, k, w.v0, v1);
+  bool classified = whole;
+  bool advance = true;
+  if (fading) {
+    cost.z += float(whole);
+    if (whole) classify_in_steps(cell, 0.0, true);
+  } else {
+    // The begin of the stretch lies inside a cell: it is looked up once both ends are known.
+    bool at_begin = whole && !w.has_a;
+    Point b = point_at(at_begin ? cell.v_a : whole ? cell.v_b : v1);
+    classified = whole && w.has_a;
+    if (classified) cell.look = mean_between(w.a, b);
+    w.a = b;
+    advance = !at_begin;
+    w.has_a = whole || w.begin <= float(w.j);
+  }
+  if (advance) {
+    w.known = w.j;
+    w.v0 = v1;
+#ifdef ADAPTIVE
+    w.next = max(w.next, w.known);
+    w.size = fading ? 1 : cells_from(w.known, w.begin, w.end);
+#endif
+    w.j += w.size;
+  }
+  return classified;
+}
+#else
+bool take_sample(inout Walk w, out Cell cell, bool fading) {
+  float v = value_at(float(w.j) + 0.5);
+  cell = cell_at(w, w.j, v, v);
+#ifdef GRADIENT_WINDOWS
+  float gradient = length(gradient_at(index_at(cell.middle)));
+#else
+  const float gradient = 0.0;
+#endif
+  if (fading) {
+    cost.z += 1.0;
+    classify_in_steps(cell, gradient, true);
+  } else {
+    cell.look = transfer_at(v, gradient, cell.importance);
+  }
+  ++w.j;
+  return true;
+}
+#endif
+
 // Loops are tested at their ends: a device that runs many rays in step goes through the body of a
 // loop once more after the last ray has left it at its head.
 // begin, end: cells. fading: in front of the surface of theta2.
 void march(float begin, float end, bool fading) {
-  int first = int(floor(begin));
-  int last = end > begin ? int(ceil(end)) : first;  // Lattice point that ends the last cell.
-  Cell cell;
-  // Samples up to run_end may be taken without looking at bricks; next: where to look again.
-  int j = first;
+  Walk w = begin_walk(begin, end);
+  if (w.going) do {
 #ifdef SKIPPING
-  int run_end = first - 1;
-  int next = first;
-  bool pending = false;  // The cell before next begins in an empty brick and is not yet dealt with.
-#elif defined(PREINTEGRATED)
-  int run_end = last > first ? last : first - 1;
-#else
-  int run_end = last - 1;
+    find_run(w, fading);
 #endif
-#ifdef PREINTEGRATED
-  int known = first - 2;  // Lattice point of v0; none yet.
-  float v0 = 0.0;
-  Point a;
-  bool has_a = false;     // a is what lies at the begin of the part of the cell after it.
-#endif
-  bool marching = last > first;
-  if (marching) do {
-#ifdef SKIPPING
-    if (j > run_end) do {
-      if (pending ? next > last : next >= last) {
-        marching = false;
-      } else {
-#ifdef CUTAWAY
-        Brick brick = fading ? fading_brick_at(next) : brick_at(next);
-#else
-        Brick brick = brick_at(next);
-#endif
-        if (brick.empty) {
-          next = brick.until + 1;
-#ifdef PREINTEGRATED
-          pending = true;
-#endif
-        } else {
-#ifdef PREINTEGRATED
-          int start = pending ? next - 1 : next;
-          j = known == start ? start + 1 : start;
-          run_end = next = min(brick.until, last);
-          pending = false;
-#else
-          j = next;
-          next = min(brick.until, last);
-          run_end = next - 1;
-#endif
-        }
-      }
-    } while (j > run_end && marching);
-#endif
+    Cell cell;
     bool found = false;
-    if (j <= run_end) do {
-#ifdef PREINTEGRATED
-      float v1 = value_at(float(j));
-      int k = j - 1;
-      bool whole = known == k;  // v0 and v1 are the values of a cell.
-#else
-      float v1 = value_at(float(j) + 0.5);
-      float v0 = v1;
-      int k = j;
-      const bool whole = true;
-#endif
-      float from = max(begin - float(k), 0.0);
-      float to = min(end - float(k), 1.0);
-      cell.v_a = v0 + from * (v1 - v0);
-      cell.v_b = to < 1.0 ? v0 + to * (v1 - v0) : v1;
-      cell.begin = float(k) + from;
-      cell.end = float(k) + to;
-      cell.middle = float(k) + 0.5;
-      cell.importance = 1.0;
-      cell.look = vec4(0.0);
-      bool classified = whole;
-#ifdef PREINTEGRATED
-      bool advance = true;
-      if (fading) {
-        if (whole) classify_in_steps(cell, 0.0, true);
-      } else {
-        // The begin of the stretch lies inside a cell: it is looked up once both ends are known.
-        bool at_begin = whole && !has_a;
-        Point b = point_at(at_begin ? cell.v_a : whole ? cell.v_b : v1);
-        classified = whole && has_a;
-        if (classified) cell.look = mean_between(a, b);
-        a = b;
-        advance = !at_begin;
-        has_a = whole || begin <= float(j);
-      }
-      if (advance) {
-        known = j;
-        v0 = v1;
-        ++j;
-      }
-#else
-#ifdef GRADIENT_WINDOWS
-      float gradient = length(gradient_at(index_at(cell.middle)));
-#else
-      const float gradient = 0.0;
-#endif
-      if (fading) {
-        classify_in_steps(cell, gradient, true);
-      } else {
-        cell.look = transfer_at(v1, gradient, cell.importance);
-      }
-      ++j;
-#endif
-      found = classified && cell.look.a > 0.0;
+    if (in_run(w)) do {
+      found = take_sample(w, cell, fading) && cell.look.a > 0.0;
 #ifndef SHADING
       if (found) composite(cell);
       found = picture.a >= enough;
 #endif
-    } while (j <= run_end && !found);
+    } while (in_run(w) && !found);
 #ifdef SHADING
     if (found) shade_and_composite(cell, fading);
 #endif
-    if (picture.a >= enough) marching = false;
+    if (picture.a >= enough) w.going = false;
 #ifndef SKIPPING
-    if (j > run_end) marching = false;
+    if (!in_run(w)) w.going = false;
 #endif
-  } while (marching);
+  } while (w.going);
 }

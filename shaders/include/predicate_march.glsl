@@ -68,6 +68,9 @@ uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
   if (reads && (asked & uint(feature_leaves.w)) != 0u) texels[3] = trilinear(features3, index);
 #endif
 #ifdef UNDEFINED
+#ifdef GENERIC
+  reads = reads && has_undefined;
+#endif
   if (reads) undefined = texelFetch(undefined_cells, ivec3(index), 0).r;
 #endif
 #else
@@ -75,6 +78,9 @@ uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
 #endif
 #ifdef LABELS
   if ((asked & uint(label_leaves)) != 0u) bits = texelFetch(labels, ivec3(index + 0.5), 0).r;
+#endif
+#ifdef GENERIC
+  asked_leaves = asked;
 #endif
   return predicate_leaves(texels, volume, undefined, bits, spacing_mm * index);
 }
@@ -121,7 +127,10 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
   float to = min(cell + 1.0, end);
   precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
-  if (fading && t_of(from) < cut_span.t2) tau = faded_extinction(tau, look.importance, from, to);
+  if (fading && t_of(from) < cut_span.t2) {
+    cost.z += 1.0;
+    tau = faded_extinction(tau, look.importance, from, to);
+  }
 #endif
   precise float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
   if (!(seen > 0.0)) return;

@@ -7,8 +7,6 @@
 // Known of a brick: distance to the nearest occupied one, in bricks along the longest axis;
 // greatest importance.
 
-#include "include/bricks.glsl"
-
 // In an occupied brick a ray looks again after this many samples, wherever it leaves the brick: rays
 // that run in step would wait for the one that leaves last, and may as well sample.
 const int kRun = 8;

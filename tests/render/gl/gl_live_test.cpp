@@ -1,16 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include <cstring>
+#include <functional>
 #include <gtest/gtest.h>
 #include <random>
-#include <vtkOpenGLRenderWindow.h>
-#include <vtkRenderer.h>
 
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_offscreen.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
-#include "tests/render/gl/gl_random_scenes.hpp"
-#include "tests/support/matchers.hpp"
+#include "tests/render/gl/gl_scenes.hpp"
+#include "tests/render/gl/gl_view.hpp"
 
 namespace nav::render {
 namespace {
@@ -23,35 +18,7 @@ Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned 
   return {picture.width(), picture.height(), std::move(pixels)};
 }
 
-class GlLiveTest : public testing::Test {
- protected:
-  void SetUp() override {
-    auto window = OffscreenWindow::create(96, 72);
-    ASSERT_TRUE(test::has_value(window));
-    window_ = std::move(window).value();
-    view_ = std::make_unique<SceneView>(window_->window());
-  }
-  std::vector<RgbaF> draw(const Scene& scene) {
-    EXPECT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene))));
-    return view_->raycaster().read();
-  }
-  /// Without anything kept from before.
-  std::vector<RgbaF> draw_anew(const Scene& scene) {
-    SceneView fresh(window_->window());
-    view_->renderer().DrawOff();
-    EXPECT_TRUE(test::has_value(fresh.draw(std::make_shared<const Scene>(scene))));
-    view_->renderer().DrawOn();
-    return fresh.raycaster().read();
-  }
-  [[nodiscard]] RenderStatistics statistics() const { return view_->raycaster().statistics(); }
-
-  std::unique_ptr<OffscreenWindow> window_;
-  std::unique_ptr<SceneView> view_;
-};
-
-bool same_bits(const std::vector<RgbaF>& a, const std::vector<RgbaF>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(RgbaF)) == 0;
-}
+class GlLiveTest : public test::GlViewTest {};
 
 TEST_F(GlLiveTest, ANewPictureTakesNoSampleAndIsWhatAFullDrawingWouldBe) {
   for (const double opacity : {1.0, 0.6}) {
@@ -68,8 +35,8 @@ TEST_F(GlLiveTest, ANewPictureTakesNoSampleAndIsWhatAFullDrawingWouldBe) {
       const auto live = draw(scene);
       EXPECT_EQ(statistics().volume_samples, 0U);
       EXPECT_EQ(statistics().gradient_samples, 0U);
-      EXPECT_FALSE(same_bits(live, before));
-      EXPECT_TRUE(same_bits(live, draw_anew(scene))) << opacity << cut;
+      EXPECT_FALSE(test::same_bits(live, before));
+      EXPECT_TRUE(test::same_bits(live, draw_anew(scene))) << opacity << cut;
     }
   }
 }
@@ -78,12 +45,12 @@ TEST_F(GlLiveTest, NothingIsDrawnWhenNothingChanged) {
   Scene scene = test::ball_scene(test::cube_grid(32, 1.0));
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
   const auto before = draw(scene);
-  const GlUploads sent = view_->raycaster().uploads();
+  const GlUploads sent = caster().uploads();
   scene.background_rgb.setConstant(0.7);  // Not the ray caster's.
   const auto after = draw(scene);
   EXPECT_EQ(statistics().volume_samples, 0U);
-  EXPECT_EQ(view_->raycaster().uploads().pictures, sent.pictures);
-  EXPECT_TRUE(same_bits(before, after));
+  EXPECT_EQ(caster().uploads().pictures, sent.pictures);
+  EXPECT_TRUE(test::same_bits(before, after));
 }
 
 TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
@@ -117,6 +84,107 @@ TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
     (void)draw(scene);
     EXPECT_GT(statistics().volume_samples, 0U) << i;
   }
+}
+
+/// A plane in a small cutaway, so that most rays have nothing to do with it.
+Scene small_cutaway() {
+  Scene scene = test::ball_scene(test::oblique_grid());
+  scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
+  scene.plane->opacity = 0.7;
+  scene.plane->frame.grid.mm_per_pixel *= 0.4;
+  scene.plane->frame.grid.origin_mm *= 0.4;
+  scene.spheres = test::test_spheres(scene.ct->grid());
+  scene.cutaway.emplace();
+  scene.cutaway->theta1_rad = 0.2;
+  scene.cutaway->theta2_rad = 0.3;
+  scene.cutaway->overlay_mm = 4;
+  return scene;
+}
+
+TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
+  const std::vector<std::function<void(Scene&)>> looks{
+      [](Scene&) {},
+      [](Scene& s) { s.camera.orthographic = true; },
+      [](Scene& s) { s.quality.jitter = true; },
+      [](Scene& s) { s.plane->opacity = 1; },
+      [](Scene& s) { s.projection = Projection::kMaximum; },
+      [](Scene& s) { s.cutaway->meshes = {test::ball_mesh(s.ct->grid().centre().mm, 3)}; }};
+  std::mt19937 random(3);
+  std::normal_distribution<double> jitter(0, 0.4);
+  for (std::size_t look = 0; look < looks.size(); ++look) {
+    Scene scene = small_cutaway();
+    looks[look](scene);
+    (void)draw(scene);
+    const RenderStatistics all = statistics();
+    ASSERT_EQ(all.rays, 96U * 72U);
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector3d shift(jitter(random), jitter(random), jitter(random));
+      scene.plane->ct_from_image = {scene.plane->ct_from_image.rotation(),
+                                    scene.plane->ct_from_image.translation_mm() + shift};
+      // A new picture may come with the new place.
+      if (i == 2) scene.plane->frame.pixels = noise_like(scene.plane->frame.pixels, 5);
+      const auto moved = draw(scene);
+      const RenderStatistics cast = statistics();
+      EXPECT_GT(cast.rays, 0U) << look;
+      EXPECT_LT(cast.rays, all.rays / 2) << look;
+      EXPECT_LT(cast.volume_samples, all.volume_samples / 2) << look;
+      EXPECT_TRUE(test::same_bits(moved, draw_anew(scene))) << look << " " << i;
+    }
+  }
+}
+
+TEST_F(GlLiveTest, EveryMoveAndStateIsSeenByTheRaysItConcerns) {
+  Scene scene = small_cutaway();
+  scene.needle = test::test_needle(scene.ct->grid(), SafetyState::kValid);
+  scene.lines = {{scene.needle->tip_ct, scene.ct->grid().centre()}};
+  (void)draw(scene);
+  const std::vector<std::function<void(Scene&)>> edits{
+      [](Scene& s) { s.needle->tip_ct.mm.x() += 1; },
+      [](Scene& s) { s.needle->safety.state = SafetyState::kStale; },
+      [](Scene& s) { s.spheres[1].rgb.x() = 0.9; },
+      [](Scene& s) { s.spheres[0].opacity = 0.9; },
+      [](Scene& s) { s.spheres.pop_back(); },
+      [](Scene& s) { s.lines[0].radius_mm = 1; },
+      [](Scene& s) { s.plane->safety.state = SafetyState::kDegraded; },
+      [](Scene& s) { s.plane->opacity = 0.3; },
+      [](Scene& s) {
+        s.plane->frame.outline = SectorOutline{{0, -5}, 6, 25, 0.5};
+      },
+      [](Scene& s) { s.cutaway->around_needle = true; },
+      [](Scene& s) { s.cutaway->overlay_mm = 9; },
+      [](Scene& s) { s.cutaway->theta2_rad = 0.5; },
+      [](Scene& s) { s.cutaway->around_plane = false; }};
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    edits[i](scene);
+    const auto after = draw(scene);
+    EXPECT_GT(statistics().rays, 0U) << i;
+    EXPECT_LT(statistics().rays, 96U * 72U) << i;
+    EXPECT_TRUE(test::same_bits(after, draw_anew(scene))) << i;
+  }
+}
+
+TEST_F(GlLiveTest, CountsOfTheCutawayAreThoseOfTheCpuEngine) {
+  const Scene scene = small_cutaway();
+  (void)draw(scene);
+  const RenderStatistics found = statistics();
+  const auto expected = make_cpu_engine()->render(scene);
+  ASSERT_TRUE(test::has_value(expected));
+  const auto close = [](std::uint64_t a, std::uint64_t b, double share) {
+    return std::abs(static_cast<double>(a) - static_cast<double>(b)) <=
+           share * static_cast<double>(b);
+  };
+  EXPECT_GT(found.cutaway_rays, 0U);
+  EXPECT_TRUE(close(found.cutaway_rays, expected->statistics.cutaway_rays, 0.01))
+      << found.cutaway_rays << " " << expected->statistics.cutaway_rays;
+  // The CPU engine counts no cells that it sees to be empty only once it has sampled them.
+  EXPECT_GE(found.faded_cells, expected->statistics.faded_cells);
+  EXPECT_TRUE(close(found.faded_cells, expected->statistics.faded_cells, 1))
+      << found.faded_cells << " " << expected->statistics.faded_cells;
+  Scene whole = scene;
+  whole.cutaway.reset();
+  (void)draw(whole);
+  EXPECT_EQ(statistics().cutaway_rays, 0U);
+  EXPECT_EQ(statistics().faded_cells, 0U);
 }
 
 TEST_F(GlLiveTest, ThePictureIsInterpolatedFinely) {

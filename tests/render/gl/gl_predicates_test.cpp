@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GL engine by predicates against the reference and against itself.
 #include <cstring>
-#include <vtkOpenGLRenderWindow.h>
-#include <vtkRenderer.h>
 
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_offscreen.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {
@@ -36,17 +33,11 @@ VoxelGrid grid_of(int i) {
   return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
 }
 
-class GlPredicatesTest : public testing::Test {
+class GlPredicatesTest : public test::GlViewTest {
  protected:
   void SetUp() override {
-    auto window = OffscreenWindow::create(48, 36);
-    ASSERT_TRUE(test::has_value(window));
-    window_ = std::move(window).value();
-    view_ = std::make_unique<SceneView>(window_->window());
-  }
-  Result<void> try_to_draw(const Scene& scene) {
-    window_->window().SetSize(scene.width, scene.height);
-    return view_->draw(std::make_shared<const Scene>(scene));
+    test::GlViewTest::SetUp();
+    caster().set_settled_after(0);  // Each set by its own program.
   }
   /// Over the background, as engines give it.
   RenderedImage draw(const Scene& scene) {
@@ -64,7 +55,6 @@ class GlPredicatesTest : public testing::Test {
     const RenderedImage expected = test::draw(*reference_, scene);
     return test::difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
   }
-  GlRaycaster& caster() { return view_->raycaster(); }
 
   /// A volume with features, and a model of some predicates.
   Scene scene_with(PredicateModel model, int volume = 1) {
@@ -84,8 +74,6 @@ class GlPredicatesTest : public testing::Test {
   }
 
   std::unique_ptr<Engine> reference_ = make_reference_engine();
-  std::unique_ptr<OffscreenWindow> window_;
-  std::unique_ptr<SceneView> view_;
 };
 
 /// Scenes with everything that predicates may ask for. Few sets, as each is compiled, and of each
@@ -293,6 +281,84 @@ TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
   scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
   EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
+}
+
+/// The same numbers in another order of operations, nothing else.
+constexpr double kGenericAgreement255 = 0.02;
+
+TEST_F(GlPredicatesTest, TheGenericProgramDrawsTheSamePicture) {
+  std::vector<Scene> scenes = random_scenes(11, {0, 3});
+  scenes.push_back(scene_with(many(32, [](std::size_t j) { return 1.0 + double(j % 5); })));
+  scenes.push_back(scene_with(test::model_of(
+      {{E::all({E::kind("snr", {0.2, 0.9}), E::negation(E::kind("label", {1}))}), 3},
+       {E::kind("gradient_angle", {0.1, 1.2, 0.003}), 2},
+       {E::any({E::kind("needle_distance", {-1, 5}), E::kind("depth", {2, 9})}), 1}})));
+  caster().set_settled_after(1000);  // Never.
+  std::vector<RenderedImage> generic;
+  for (const Scene& scene : scenes) {
+    generic.push_back(draw(scene));
+    Scene brute = scene;
+    brute.quality.skip_empty_bricks = false;
+    EXPECT_TRUE(same_bytes(generic.back(), draw(brute)));
+  }
+  caster().set_settled_after(0);
+  double beyond = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const RenderedImage own = draw(scenes[i]);
+    const auto found = test::difference(generic[i].pixels, own.pixels, kGenericAgreement255);
+    EXPECT_LT(found.fraction_above, 0.02);
+    beyond += found.fraction_above;
+  }
+  EXPECT_LE(beyond, kShare * static_cast<double>(scenes.size()));
+}
+
+TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
+  caster().set_settled_after(GlRaycaster::kSettledAfter);
+  Scene scene = scene_with(
+      test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  const auto draw_moved = [&] {
+    scene.camera.eye_ct.mm.x() += 1;
+    draw(scene);
+    return caster().compiled();
+  };
+  EXPECT_EQ(draw_moved(), 1);
+  for (int i = 1; i < GlRaycaster::kSettledAfter; ++i) EXPECT_EQ(draw_moved(), 1) << i;
+  EXPECT_EQ(draw_moved(), 2) << "its own";
+  for (const double low : {0.1, 0.2, 0.3}) {
+    // Another kind of leaf each time, and so another program.
+    scene.predicates->model = test::model_of(
+        {{E::kind(low < 0.25 ? "snr" : "confidence", {low, 0.9}), 2},
+         {E::negation(E::kind(low < 0.15 ? "needle_distance" : "depth", {-1, 5})), 1}});
+    EXPECT_EQ(draw_moved(), 2) << low;
+    EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  }
+  scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.9}), 1}});
+  for (int i = 0; i < GlRaycaster::kSettledAfter; ++i) EXPECT_EQ(draw_moved(), 2) << i;
+  EXPECT_EQ(draw_moved(), 3);
+}
+
+TEST_F(GlPredicatesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
+  Scene scene = scene_with(
+      test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 0.5, {0, 0, 0});
+  draw(scene);
+  scene.plane->ct_from_image = {
+      scene.plane->ct_from_image.rotation(),
+      scene.plane->ct_from_image.translation_mm() + Eigen::Vector3d(0.5, 0, 0.25)};
+  const auto moved = test::GlViewTest::draw(scene);
+  EXPECT_GT(caster().statistics().rays, 0U);
+  EXPECT_LT(caster().statistics().rays, 48U * 36U / 2);
+  EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
+}
+
+TEST_F(GlPredicatesTest, AMovedNeedleThatPredicatesMeasureFromCastsAllRays) {
+  Scene scene = scene_with(test::model_of(
+      {{E::kind("needle_distance", {0, 6}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  draw(scene);
+  scene.needle->tip_ct.mm.x() += 1;
+  const auto moved = test::GlViewTest::draw(scene);
+  EXPECT_EQ(caster().statistics().rays, 48U * 36U);
+  EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
 }
 
 TEST_F(GlPredicatesTest, AVolumeThatTheDeviceDoesNotHoldIsRefused) {

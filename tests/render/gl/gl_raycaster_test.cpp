@@ -4,41 +4,28 @@
 #include <limits>
 #include <vtkActor.h>
 #include <vtkNew.h>
-#include <vtkOpenGLRenderWindow.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderer.h>
 #include <vtkSphereSource.h>
 
 #include "render/gl_volume_fit.hpp"
-#include "render/gl_volume_prop.hpp"
 #include "render/vtk_convert.hpp"
-#include "render/vtk_offscreen.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
-#include "tests/support/matchers.hpp"
+#include "tests/render/gl/gl_view.hpp"
 
 namespace nav::render {
 namespace {
 
-/// A window with a view of the phantom, drawn once by each call.
-class GlRaycasterTest : public testing::Test {
+/// With a scene of the phantom, drawn once by each call.
+class GlRaycasterTest : public test::GlViewTest {
  protected:
-  void SetUp() override {
-    auto window = OffscreenWindow::create(96, 72);
-    ASSERT_TRUE(test::has_value(window));
-    window_ = std::move(window).value();
-    view_ = std::make_unique<SceneView>(window_->window());
-  }
-  void draw() { ASSERT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene_)))); }
+  void draw() { ASSERT_TRUE(test::has_value(try_to_draw(scene_))); }
   Image2d<Rgba8> picture() {
     draw();
     return read_pixels(window_->window());
   }
-  GlRaycaster& caster() { return view_->raycaster(); }
 
-  std::unique_ptr<OffscreenWindow> window_;
-  std::unique_ptr<SceneView> view_;
   Scene scene_ = test::ball_scene(test::cube_grid(48, 1.0));
 };
 
@@ -134,6 +121,22 @@ TEST_F(GlRaycasterTest, SendsOnlyWhatChanged) {
   EXPECT_EQ(caster().uploads().volumes, 2);
 }
 
+TEST_F(GlRaycasterTest, ProjectionsSkipWhatCannotChangeThem) {
+  for (const bool flat : {false, true}) {
+    for (const auto projection : {Projection::kMaximum, Projection::kMinimum, Projection::kMean}) {
+      scene_ = test::ball_scene(flat ? test::cube_grid(48, 1.0) : test::oblique_grid());
+      scene_.projection = projection;
+      scene_.quality.skip_empty_bricks = false;
+      const auto all = test::GlViewTest::draw(scene_);
+      const std::uint64_t taken = caster().statistics().volume_samples;
+      scene_.quality.skip_empty_bricks = true;
+      EXPECT_TRUE(test::same_bits(test::GlViewTest::draw(scene_), all));
+      EXPECT_LT(caster().statistics().volume_samples, taken * 9 / 10);
+      EXPECT_EQ(caster().uploads().transfers, 0);
+    }
+  }
+}
+
 TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
   scene_ = test::ball_scene(test::oblique_grid());
   draw();
@@ -162,10 +165,41 @@ TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
   EXPECT_TRUE(test::agree(found, expected->pixels, 2));
 }
 
+TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
+  scene_.quality.opaque_at = 1;
+  scene_.background_rgb.setZero();
+  caster().set_memory(48 * 48 * 48 / 6);
+  draw();
+  // Half of the voxels three times: once along each axis.
+  EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
+      << caster().statistics().note;
+  EXPECT_EQ(caster().uploads().volumes, 1);
+  const Image2d<RgbaF> found(96, 72, caster().read());
+  const std::shared_ptr<const Volume> whole = scene_.ct;
+  scene_.ct = reduced(*whole, {2, 2, 2}).volume;
+  const auto expected = make_reference_engine()->render(scene_);
+  ASSERT_TRUE(test::has_value(expected));
+  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+  // What fits is drawn whole again, without a note.
+  scene_.ct = test::ball_phantom(test::cube_grid(24, 1.0));
+  draw();
+  EXPECT_EQ(caster().statistics().note, "");
+}
+
+TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRefusedByName) {
+  caster().set_memory(0);
+  EXPECT_TRUE(test::refuses(try_to_draw(scene_), ErrorCode::kUnsupportedData,
+                            {"ball phantom", "free memory of this OpenGL device"}));
+  caster().set_memory(1 << 30);
+  scene_.ct = test::ball_phantom(test::cube_grid(20, 1.0));
+  draw();
+  EXPECT_GT(caster().statistics().volume_samples, 0U);
+}
+
 TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   const Image2d<Rgba8> whole = picture();
-  ASSERT_TRUE(test::has_value(view_->draw(std::make_shared<const Scene>(scene_), 2)));
+  ASSERT_TRUE(test::has_value(try_to_draw(scene_, 2)));
   EXPECT_EQ(caster().statistics().rays, 48U * 36U);
   const Image2d<Rgba8> coarse = read_pixels(window_->window());
   // Edges blur; a picture that were moved by a pixel would differ in most of the ball.
