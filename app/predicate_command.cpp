@@ -65,9 +65,10 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("--opacity-length-mm", o.opacity_length_mm,
                   "of this much material intensity is the opacity");
   verb.add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
-  verb.add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
-      ->capture_default_str();
-  verb.add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")->capture_default_str();
+  verb.add_option("--smallest-radius", o.smallest_radius_mm,
+                  "of vessels, mm; none: as the set-up says");
+  verb.add_option("--largest-radius", o.largest_radius_mm,
+                  "of vessels, mm; none: as the set-up says");
   verb.add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
 }
 

@@ -32,8 +32,8 @@ Result<void> check_ranges(const PredicateOptions& o) {
       {"opacity_length_mm", o.opacity_length_mm.value_or(1), 1e-3, 1e4},
       {"face_radius_mm", o.face_radius_mm, 0, 1e4},
       {"smoothing_mm", o.smoothing_mm, 0, 100},
-      {"smallest_radius_mm", o.smallest_radius_mm, 1e-3, 100},
-      {"largest_radius_mm", o.largest_radius_mm, 1e-3, 100},
+      {"smallest_radius_mm", o.smallest_radius_mm.value_or(1), 1e-3, 100},
+      {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
   };
   for (const HistogramEdit& edit : o.histogram) {
     ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
@@ -83,8 +83,8 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
 Result<void> validate(const PredicateOptions& o) {
   if (const auto ok = check_ranges(o); !ok) return ok;
   if (!(o.black < o.white)) return refusal("white", "more than black", o.white);
-  if (o.smallest_radius_mm > o.largest_radius_mm) {
-    return refusal("smallest_radius_mm", "at most largest_radius_mm", o.smallest_radius_mm);
+  if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
+    return refusal("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
   }
   if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
   if (!finite(o.into_ct) || (o.into_ct && !(o.into_ct->norm() > 0))) {

@@ -44,9 +44,10 @@ struct PredicateOptions {
   std::optional<Eigen::Vector3d> apex_ct{};   ///< Of a fan, LPS mm; instead.
   double face_radius_mm = 0;                  ///< Of the fan's probe.
   double smoothing_mm = 0.4;                  ///< Of gradients.
-  double smallest_radius_mm = 0.8;            ///< Of vessels, for vesselness.
-  double largest_radius_mm = 3;
-  bool bright_vessels = false;  ///< Brighter than what surrounds them.
+  /// Of vessels, for vesselness; absent: what the set-up says.
+  std::optional<double> smallest_radius_mm{};
+  std::optional<double> largest_radius_mm{};
+  bool bright_vessels = false;  ///< Brighter than what surrounds them, whatever the set-up says.
   /// The eye as seen from the volume's middle, along its axes i, j, k.
   Eigen::Vector3d from{-0.5, -1, 0.45};
   std::optional<Eigen::Vector4d> target{};  ///< x y z, LPS mm, and radius: drawn, and a distance.

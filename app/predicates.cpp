@@ -26,15 +26,20 @@ using render::derived::Stroke;
 Result<PredicateFile> set_up(const PredicateOptions& options) {
   Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
     if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
-    auto model = render::preset_predicates(options.set_up);
-    if (!model) {
+    auto preset = preset_predicate_file(options.set_up);
+    if (!preset) {
       return Error{ErrorCode::kUsage,
-                   "--predicates: expected a file, or a " + model.error().message};
+                   "--predicates: expected a file, or a " + preset.error().message};
     }
-    return PredicateFile{options.set_up, *std::move(model)};
+    return preset;
   }();
   if (!file) return file;
   if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();
+  file->vessels.smallest_radius_mm =
+      options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
+  file->vessels.largest_radius_mm =
+      options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->vessels.bright |= options.bright_vessels;
   return file;
 }
 
@@ -110,7 +115,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
   return {};
 }
 
-Result<void> add_features(const PredicateOptions& options, int threads,
+Result<void> add_features(const PredicateOptions& options, const VesselScales& vessels, int threads,
                           bench::PredicateVolume& volume) {
   if (const auto ok = render::add_gradient_features(*volume.ultrasound, options.smoothing_mm,
                                                     volume.predicates, usable_threads(threads));
@@ -118,9 +123,9 @@ Result<void> add_features(const PredicateOptions& options, int threads,
     return ok;
   }
   render::DerivedFeatureOptions derive;
-  derive.vesselness.smallest_radius_mm = options.smallest_radius_mm;
-  derive.vesselness.largest_radius_mm = options.largest_radius_mm;
-  if (options.bright_vessels) derive.vesselness.polarity = render::derived::Polarity::kBright;
+  derive.vesselness.smallest_radius_mm = vessels.smallest_radius_mm;
+  derive.vesselness.largest_radius_mm = vessels.largest_radius_mm;
+  if (vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
   render::derived::DerivedLimits limits;
   limits.threads = usable_threads(threads);
   render::derived::DerivedVolumes service(limits);
@@ -243,7 +248,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   volume->predicates.model = file->model;
   volume->predicates.hue_mean = file->hue_mean;
   volume->predicates.cutaway_importance = file->cutaway_importance;
-  if (const auto ok = add_features(options, config.output.threads, *volume); !ok) return ok;
+  if (const auto ok = add_features(options, file->vessels, config.output.threads, *volume); !ok)
+    return ok;
   render::Scene scene = scene_of(config, *file, *volume);
   const auto panels = strokes->empty() ? compare(**engine, scene)
                                        : compare_scribbles(**engine, *strokes,

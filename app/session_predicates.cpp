@@ -115,8 +115,6 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
       {"white", o.white},
       {"face_radius_mm", o.face_radius_mm},
       {"smoothing_mm", o.smoothing_mm},
-      {"smallest_radius_mm", o.smallest_radius_mm},
-      {"largest_radius_mm", o.largest_radius_mm},
       {"bright_vessels", o.bright_vessels},
       {"from", array_of(o.from)}};
   for (const auto& [key, path] : {std::pair("volume", &o.volume),
@@ -132,6 +130,8 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
   }
   if (!o.histogram.empty()) table.insert("histogram", histogram_to_toml(o.histogram));
   if (o.opacity_length_mm) table.insert("opacity_length_mm", *o.opacity_length_mm);
+  if (o.smallest_radius_mm) table.insert("smallest_radius_mm", *o.smallest_radius_mm);
+  if (o.largest_radius_mm) table.insert("largest_radius_mm", *o.largest_radius_mm);
   if (o.into_ct) table.insert("into", array_of(*o.into_ct));
   if (o.apex_ct) table.insert("apex_mm", array_of(*o.apex_ct));
   if (o.target) table.insert("target_mm", array_of(*o.target));

@@ -26,27 +26,42 @@ struct Recipe {
 };
 
 const std::vector<Recipe>& recipes() {
-  static const std::vector<Recipe> all{
-      {"carotid",
-       "neck",
-       2,
-       0,
-       36,
-       40,
-       44,
-       {Tissue::kArtery, Tissue::kVesselWall},
-       {"carotid-context", "carotid-vessel"}},
-      {"carotid-2",
-       "neck",
-       5,
-       0,
-       36,
-       40,
-       44,
-       {Tissue::kArtery, Tissue::kVesselWall},
-       {"carotid-context", "carotid-vessel"}},
-      {"shoulder", "shoulder", 1, 0, 40, 40, 40, {Tissue::kBone}, {"shoulder-bone"}},
-      {"tendon", "tendon", 1, 0, 36, 30, 44, {Tissue::kTendon}, {"tendon"}}};
+  static const std::vector<Recipe> all{{"carotid",
+                                        "neck",
+                                        2,
+                                        0,
+                                        36,
+                                        40,
+                                        44,
+                                        {Tissue::kArtery, Tissue::kVesselWall},
+                                        {"carotid-context", "carotid-vessel"}},
+                                       {"carotid-2",
+                                        "neck",
+                                        5,
+                                        0,
+                                        36,
+                                        40,
+                                        44,
+                                        {Tissue::kArtery, Tissue::kVesselWall},
+                                        {"carotid-context", "carotid-vessel"}},
+                                       {"shoulder",
+                                        "shoulder",
+                                        1,
+                                        0,
+                                        40,
+                                        40,
+                                        40,
+                                        {Tissue::kBone},
+                                        {"shoulder-muscle", "shoulder-bone"}},
+                                       {"tendon",
+                                        "tendon",
+                                        1,
+                                        0,
+                                        36,
+                                        30,
+                                        44,
+                                        {Tissue::kTendon},
+                                        {"tendon-fibres", "tendon-context"}}};
   return all;
 }
 
@@ -109,8 +124,11 @@ Result<void> add_features(const render::PredicateModel& model, PredicateVolume& 
       !ok) {
     return ok;
   }
+  render::DerivedFeatureOptions derive;
+  derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
+  derive.vesselness.largest_radius_mm = 4.5;
   render::derived::DerivedVolumes service;
-  return render::add_derived_features(volume.ultrasound, {}, service, volume.predicates);
+  return render::add_derived_features(volume.ultrasound, derive, service, volume.predicates);
 }
 
 }  // namespace nav::bench

@@ -19,7 +19,7 @@ std::string simulated_ultrasound_names();
 /// Stored values 0 to 255. kUsage, naming the known ones, for other names.
 Result<PredicateVolume> simulated_ultrasound(const std::string& name, int side);
 
-/// Computes what a model asks for and a volume does not have yet, as the program does.
+/// Computes what a model asks for and a volume does not have yet; vessels of 2 to 4.5 mm radius.
 Result<void> add_features(const render::PredicateModel& model, PredicateVolume& volume);
 
 }  // namespace nav::bench
