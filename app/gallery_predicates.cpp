@@ -34,6 +34,11 @@ struct Part {
   std::optional<render::PredicateModel> model{};
 };
 
+/// A preset and what it shows.
+struct Step {
+  std::string title, preset;
+};
+
 /// From where a volume is seen, along its axes, and how near.
 struct View {
   Vec from{-0.5, -1, 0.45};
@@ -46,8 +51,7 @@ class PredicateGallery {
   PredicateGallery(const GalleryOptions& options, const OutputFolder& folder, Console& console)
       : options_(options), folder_(folder), console_(console) {}
 
-  Result<void> patient(const std::string& name, const std::string& surroundings,
-                       const std::string& target);
+  Result<void> patient(const std::string& name, const Step& b, const Step& c);
   Result<void> carried();
   Result<void> scribbles();
   Result<void> prostate();
@@ -120,15 +124,14 @@ Result<void> PredicateGallery::draw(const std::string& name, const std::vector<P
 }
 
 /// Figures 1 and 6 to 8: standard, surroundings, target with context.
-Result<void> PredicateGallery::patient(const std::string& name, const std::string& surroundings,
-                                       const std::string& target) {
+Result<void> PredicateGallery::patient(const std::string& name, const Step& b, const Step& c) {
   if (!wanted(name)) return {};
   auto volume = bench::simulated_ultrasound(name, kSide);
   if (!volume) return volume.error();
   return draw(name,
               {{"(a) standard transfer function"},
-               {"(b) surroundings", *render::preset_predicates(surroundings)},
-               {"(c) target with context", *render::preset_predicates(target)}},
+               {"(b) " + b.title, *render::preset_predicates(b.preset)},
+               {"(c) " + c.title, *render::preset_predicates(c.preset)}},
               {}, *volume);
 }
 
@@ -163,7 +166,8 @@ std::vector<Stroke> shoulder_strokes(const bench::PredicateVolume& volume) {
   constexpr int kStep = 6;
   for (int i = grid.size[0] / 5; i < grid.size[0] * 4 / 5; i += kStep) {
     int j = 0;
-    while (j < grid.size[1] && (labels[offset_of(grid, i, j, k)] & kBone) == 0) ++j;
+    while (j < grid.size[1] && (labels[render::derived::offset_of(grid, i, j, k)] & kBone) == 0)
+      ++j;
     if (j < grid.size[1]) show.points.push_back(grid.at(Vec(i, j, k)));
     hide.points.push_back(grid.at(Vec(i, grid.size[1] * 0.06, k)));
   }
@@ -260,9 +264,18 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputF
   PredicateGallery gallery(options, folder, console);
   console.begin("3D ultrasound");
   const std::vector<std::function<Result<void>()>> pictures{
-      [&] { return gallery.patient("carotid", "carotid-context", "carotid-vessel"); },
-      [&] { return gallery.patient("shoulder", "shoulder-muscle", "shoulder-bone"); },
-      [&] { return gallery.patient("tendon", "tendon-fibres", "tendon-context"); },
+      [&] {
+        return gallery.patient("carotid", {"surroundings", "carotid-context"},
+                               {"vessel with context", "carotid-vessel"});
+      },
+      [&] {
+        return gallery.patient("shoulder", {"fibrous muscle", "shoulder-muscle"},
+                               {"bone with context", "shoulder-bone"});
+      },
+      [&] {
+        return gallery.patient("tendon", {"tendon by angle and label", "tendon-fibres"},
+                               {"tendon among fibrous muscle", "tendon-context"});
+      },
       [&] { return gallery.carried(); },
       [&] { return gallery.scribbles(); },
       [&] { return gallery.prostate(); },

@@ -32,7 +32,7 @@ Preset carotid_context() {
           {{"skin", deep(-1e4, 7)}, {0, 20, 0.2}}};
 }
 Preset carotid_vessel() {
-  return {{{"vessel", E::all({E::kind("vesselness", {0.2, 1}), deep(5)})}, {0.7, 0, 0.85}},
+  return {{{"vessel", E::all({E::kind("vesselness", {0.3, 1}), deep(5)})}, {0.7, 0, 0.85}},
           {{"tissue", E::all({bright(0.3), deep(6)})}, {0.25, 35, 0.25}},
           {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
 }
