@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/gallery_predicates.hpp"
 
+#include <algorithm>
 #include <functional>
 
 #include "app/engines.hpp"
@@ -153,28 +154,31 @@ Result<void> PredicateGallery::carried() {
   return write("carried", panels);
 }
 
-/// Along the bone of the middle slice, and in the skin above it, as a hand would draw.
+/// Along the bone of the middle slice, and in skin and muscle above it, as a hand would draw.
 std::vector<Stroke> shoulder_strokes(const bench::PredicateVolume& volume) {
   const VoxelGrid& grid = volume.ultrasound->grid();
   const auto labels = volume.predicates.features.labels->bits();
   constexpr std::uint32_t kBone = 4;
   const int k = grid.size[2] / 2;
-  Stroke show, hide;
-  show.plane_normal = hide.plane_normal = {grid.directions.col(2)};
-  show.radius_mm = hide.radius_mm = 0.6;
-  hide.paint = render::derived::Paint::kHide;
+  Stroke show;
+  show.plane_normal = {grid.directions.col(2)};
+  show.radius_mm = 0.6;
+  Stroke skin = show;
+  skin.paint = render::derived::Paint::kHide;
+  Stroke muscle = skin;
   constexpr int kStep = 6;
   for (int i = grid.size[0] / 5; i < grid.size[0] * 4 / 5; i += kStep) {
     int j = 0;
     while (j < grid.size[1] && (labels[render::derived::offset_of(grid, i, j, k)] & kBone) == 0)
       ++j;
     if (j < grid.size[1]) show.points.push_back(grid.at(Vec(i, j, k)));
-    hide.points.push_back(grid.at(Vec(i, grid.size[1] * 0.06, k)));
+    skin.points.push_back(grid.at(Vec(i, grid.size[1] * 0.06, k)));
+    muscle.points.push_back(grid.at(Vec(i, grid.size[1] * 0.27, k)));
   }
-  return {show, hide};
+  return {show, skin, muscle};
 }
 
-/// Figure 5: strokes that show bone and hide skin, before and after.
+/// Figure 5: strokes that show bone and hide skin and muscle, before and after.
 Result<void> PredicateGallery::scribbles() {
   if (!wanted("scribbles")) return {};
   auto volume = bench::simulated_ultrasound("shoulder", kSide);
@@ -254,14 +258,17 @@ Result<void> PredicateGallery::spine() {
                 model_of({{"bone surface", E::all({E::kind("intensity", {0.4, 1e6}), deep})},
                           {"tissue", E::all({tissue, deep})}},
                          {{0.85, 50, 0.6}, {0.15, 5, 0.3}})}},
-              {{-0.5, -0.6, -1}, 1.6}, **volume);
+              {{-0.5, -0.6, -1}, 1.3}, **volume);
 }
 
 }  // namespace
 
 Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputFolder& folder,
                                     Console& console) {
-  PredicateGallery gallery(options, folder, console);
+  GalleryOptions part = options;  // Three stand side by side.
+  part.width = std::max(options.width * 7 / 10, 16);
+  part.height = std::max(options.height * 8 / 10, 16);
+  PredicateGallery gallery(part, folder, console);
   console.begin("3D ultrasound");
   const std::vector<std::function<Result<void>()>> pictures{
       [&] {
