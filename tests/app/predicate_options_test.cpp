@@ -55,7 +55,7 @@ TEST(PredicateOptionsTest, EditsOfTheHistogramKeepItsSum) {
   ASSERT_TRUE(test::has_value(paint));
   ASSERT_TRUE(test::has_value(apply_edits({*drag, *paint}, model)));
   const auto& bars = model.histogram.bars();
-  EXPECT_EQ(bars[0].importance, 0.9);
+  EXPECT_NEAR(bars[0].importance, 0.9, 1e-12);
   EXPECT_EQ(bars[0].hue_deg, 200);
   EXPECT_EQ(bars[0].saturation, 0.5);
   EXPECT_NEAR(bars[0].importance + bars[1].importance + bars[2].importance, 1, 1e-12);
