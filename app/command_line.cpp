@@ -19,6 +19,7 @@
 #include "app/gallery.hpp"
 #include "app/info.hpp"
 #include "app/look_options.hpp"
+#include "app/predicate_command.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
 #include "app/simulate.hpp"
@@ -177,7 +178,6 @@ class CommandLine {
   SlicesOptions slices_;
   DeriveOptions derive_;
   std::vector<double> target_;
-  PredicatesOptions by_predicates_;
   BenchRenderOptions bench_;
   BenchPredicatesOptions predicates_;
   BenchScalingOptions scaling_;
@@ -340,40 +340,16 @@ void CommandLine::add_slices() {
 void CommandLine::add_predicates() {
   CLI::App* verb = app_.add_subcommand(
       "predicates", "3D ultrasound by predicates beside a standard transfer function, one picture");
-  PredicatesOptions& o = by_predicates_;
-  verb->add_option("volume", o.volume, "3D ultrasound; absent: a neck phantom");
-  verb->add_option("--out", o.out, "PNG to write")->required();
-  verb->add_option("--predicates", o.predicates, "name of a preset, or a file")
-      ->capture_default_str();
-  verb->add_option("--black", o.black, "stored value of black")->capture_default_str();
-  verb->add_option("--white", o.white, "stored value of white")->capture_default_str();
-  verb->add_option("--opacity-length-mm", o.opacity_length_mm,
-                   "of this much material intensity is the opacity");
-  for (const auto& [name, text, point] :
-       {std::tuple("--into", "x y z, LPS: direction of parallel scan lines", &o.into_ct),
-        {"--apex", "x y z, LPS mm: of a fan of scan lines", &o.apex_ct}}) {
-    auto* const to = point;
-    verb->add_option_function<std::vector<double>>(
-            name, [to](const std::vector<double>& p) { *to = Eigen::Vector3d(p[0], p[1], p[2]); },
-            text)
-        ->expected(3);
-  }
-  verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
-      ->capture_default_str();
-  verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
-  verb->add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
-      ->capture_default_str();
-  verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
-      ->capture_default_str();
-  verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
-  verb->add_option("--width", o.width, "of each half, pixels")
-      ->check(CLI::Range(200, 4096))
-      ->capture_default_str();
-  verb->add_option("--height", o.height, "of each half, pixels")
-      ->check(CLI::Range(200, 4096))
-      ->capture_default_str();
+  add_predicate_options(*verb, config_);
+  verb->add_option("--session", session_, "session file (TOML); options here win over it");
+  verb->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   verb->callback([this] {
-    verb_ = [this](Console& console) { return run_predicates(by_predicates_, console); };
+    verb_ = [this](Console& console) -> Result<void> {
+      if (const auto ok = validate(config_); !ok) return ok;
+      if (!print_session_) return run_predicates(config_, console);
+      std::cout << to_toml(config_);
+      return {};
+    };
   });
 }
 

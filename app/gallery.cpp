@@ -7,6 +7,7 @@
 
 #include "app/engines.hpp"
 #include "app/gallery_looks.hpp"
+#include "app/gallery_predicates.hpp"
 #include "app/output_folder.hpp"
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
@@ -298,7 +299,7 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
     console.progress(++done / static_cast<double>(gallery.pictures().size()));
   }
   console.end();
-  return {};
+  return draw_predicate_gallery(options, *folder, console);
 }
 
 }  // namespace nav::app

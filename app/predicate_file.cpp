@@ -99,6 +99,23 @@ void read_hue_mean(JsonMember& member, PredicateFile& file) {
       how == "linear" ? render::spec::HueMean::kLinear : render::spec::HueMean::kCircular;
 }
 
+void read_vessels(JsonMember& member, const std::string& name, std::optional<Error>& error,
+                  VesselScales& vessels) {
+  const Json* json = member.any("vessels");
+  if (json == nullptr || error) return;
+  JsonMember scales(*json, name + ".vessels", error);
+  scales.number("smallest_radius_mm", vessels.smallest_radius_mm);
+  scales.number("largest_radius_mm", vessels.largest_radius_mm);
+  scales.flag("bright", vessels.bright);
+  scales.refuse_unknown();
+  if (!(vessels.smallest_radius_mm > 0)) {
+    scales.fail("smallest_radius_mm", "more than 0", vessels.smallest_radius_mm);
+  }
+  if (!(vessels.largest_radius_mm >= vessels.smallest_radius_mm)) {
+    scales.fail("largest_radius_mm", "at least smallest_radius_mm", vessels.largest_radius_mm);
+  }
+}
+
 Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   std::optional<Error> error;
   JsonMember member(root, name, error);
@@ -116,6 +133,7 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   member.number("opacity_length_mm", file.opacity_length_mm);
   member.number("cutaway_importance", file.cutaway_importance);
   read_hue_mean(member, file);
+  read_vessels(member, name, error, file.vessels);
   member.list("predicates", [&](const Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });
@@ -151,6 +169,14 @@ Json expression_json(const PredicateExpression& e) {
 
 }  // namespace
 
+Result<PredicateFile> preset_predicate_file(const std::string& name) {
+  auto model = render::preset_predicates(name);
+  if (!model) return model.error();
+  PredicateFile file{name, *std::move(model)};
+  if (name == "carotid-vessel") file.vessels = {2, 4.5, false};
+  return file;
+}
+
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
   const auto text = io::read_file(path, kMostBytes);
@@ -173,6 +199,9 @@ std::string to_json_text(const PredicateFile& file) {
   }
   root["opacity_length_mm"] = file.opacity_length_mm;
   root["cutaway_importance"] = file.cutaway_importance;
+  root["vessels"] = {{"smallest_radius_mm", file.vessels.smallest_radius_mm},
+                     {"largest_radius_mm", file.vessels.largest_radius_mm},
+                     {"bright", file.vessels.bright}};
   root["hue_mean"] = file.hue_mean == render::spec::HueMean::kLinear ? "linear" : "circular";
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

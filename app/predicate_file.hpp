@@ -11,6 +11,13 @@
 
 namespace nav::app {
 
+/// Which tubes vesselness looks for, where the set-up asks for it.
+struct VesselScales {
+  double smallest_radius_mm = 0.8;  ///< > 0.
+  double largest_radius_mm = 3;     ///< At least the smallest.
+  bool bright = false;              ///< Brighter than what surrounds them.
+};
+
 /// A predicate set-up that can be stored and carried to another data set: nothing in it belongs to
 /// a volume. What the file does not say keeps its default.
 struct PredicateFile {
@@ -19,14 +26,19 @@ struct PredicateFile {
   double opacity_length_mm = render::PredicateScene{}.opacity_length_mm;
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
+  VesselScales vessels{};
 };
+
+/// A built-in set-up by its name; kNotFound lists them.
+Result<PredicateFile> preset_predicate_file(const std::string& name);
 
 /// Reads Sonde's JSON of predicates, version 1:
 ///   {"sonde_predicates": 1, "name": "...",
 ///    "predicates": [{"name": "vessel", "importance": 0.7, "hue_deg": 0, "saturation": 0.8,
 ///                    "where": {"all": [{"vesselness": {"low": 0.15, "high": 1}},
 ///                                      {"not": {"entry": "skin"}}]}}, ..],
-///    "opacity_length_mm": 2, "cutaway_importance": 0.5, "hue_mean": "circular"}
+///    "opacity_length_mm": 2, "cutaway_importance": 0.5, "hue_mean": "circular",
+///    "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false}}
 /// An expression has one member: "not" with an expression, "all" or "any" with a list of them,
 /// "entry" with a name, or a predicate of the library with its parameters, angles in degrees;
 /// parameters left out keep their initial values. Importances are scaled to sum 1. Refuses files

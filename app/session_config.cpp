@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "app/session_look.hpp"
+#include "app/session_predicates.hpp"
 #include "app/session_section.hpp"
 
 namespace nav::app {
@@ -14,14 +15,17 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
                           std::optional<Error>& error) {
   SessionConfig config;
   config.file = file;
-  const std::set<std::string> sections = {"ct", "source", "placement", "look", "view", "output"};
+  const std::set<std::string> sections = {"ct",         "source", "placement", "look",
+                                          "predicates", "view",   "output"};
   for (const auto& [key, node] : root) {
     if (error) break;
     const std::string name(key.str());
     if (!sections.contains(name) || !node.is_table()) {
-      error = Error{ErrorCode::kMalformedData,
-                    file + ":" + std::to_string(node.source().begin.line) + ": unknown section '" +
-                        name + "', expected one of ct, look, output, placement, source, view"};
+      error =
+          Error{ErrorCode::kMalformedData, file + ":" + std::to_string(node.source().begin.line) +
+                                               ": unknown section '" + name +
+                                               "', expected one of ct, look, output, placement, "
+                                               "predicates, source, view"};
     }
   }
   const auto section = [&](const char* name) {
@@ -73,6 +77,9 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
 
   Section look = section("look");
   read_look(look, file, error, config.look);
+
+  Section predicates = section("predicates");
+  read_predicates(predicates, file, error, config.predicates);
 
   Section view = section("view");
   view.number("azimuth_deg", config.view.azimuth_deg);
@@ -164,6 +171,7 @@ Result<void> validate(const SessionConfig& config) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
   }
   if (const auto ok = validate(config.look); !ok) return ok;
+  if (const auto ok = validate(config.predicates); !ok) return ok;
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
     return refuse("source.temporal_offset_ms", "-10000 to 10000", config.source.temporal_offset_ms);
   }
@@ -214,6 +222,7 @@ std::string to_toml(const SessionConfig& config) {
   root.insert("source", std::move(source));
   root.insert("placement", std::move(placement));
   root.insert("look", look_to_toml(config.look));
+  root.insert("predicates", predicates_to_toml(config.predicates));
   root.insert("view", std::move(view));
   root.insert("output", std::move(output));
   std::ostringstream text;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/predicate_options.hpp"
 #include "nav/result.hpp"
 #include "render/transfer_function.hpp"
 #include "render/transfer_presets.hpp"
@@ -75,6 +76,9 @@ struct SessionConfig {
     double grey_level_hu = 200;            ///< Of projections other than composite.
     double grey_width_hu = 1200;
   } look;
+
+  /// Of 'sonde predicates' alone.
+  PredicateOptions predicates;
 
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
   /// patient's left; elevation from above (superior). Both absent: so that the plane is well seen.

@@ -80,6 +80,20 @@ class Section {
       return true;
     });
   }
+  void texts(const char* key, std::vector<std::string>& value) {
+    take<std::string>(key, "a list of texts", [&](const toml::node& node) {
+      const toml::array* array = node.as_array();
+      if (array == nullptr) return false;
+      std::vector<std::string> found;
+      for (const toml::node& element : *array) {
+        const auto one = element.value_exact<std::string>();
+        if (!one) return false;
+        found.push_back(*one);
+      }
+      value = std::move(found);
+      return true;
+    });
+  }
   void number_or_infinity(const char* key, std::optional<double>& value) {
     take<double>(key, "a number or inf", [&](const toml::node& node) {
       const auto found = node.is_number() ? node.value<double>() : std::nullopt;

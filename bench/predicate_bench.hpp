@@ -20,6 +20,7 @@ struct PredicateBenchOptions {
   int height = 600;
   int threads = 0;  ///< 0: all cores.
   Repeats repeats{5, 4};
+  bool patients = true;  ///< Also on simulated patients (bench/predicate_patient.hpp).
 };
 
 /// One scene on the CPU engine: predicates beside the standard transfer function of the same
@@ -30,6 +31,8 @@ struct PredicateBenchRow {
   double standard_cpu_ms = 0;
   double predicate_cpu_ms = 0;
   double brute_cpu_ms = 0;
+  double standard_wall_ms = 0;  ///< As long as it took, with whatever else ran beside it.
+  double predicate_wall_ms = 0;
   std::uint64_t standard_samples = 0;
   std::uint64_t predicate_samples = 0;
   std::uint64_t brute_samples = 0;

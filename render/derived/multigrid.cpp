@@ -46,14 +46,14 @@ struct Multigrid::Level {
   int axis;  ///< Of the lines that smoothing solves exactly.
   /// Of the factorisation of each line; 0 where there is nothing to solve.
   std::vector<float> pivot;
-  std::vector<float> x, b, t;
+  std::vector<float> x, b, smoothed;
   std::array<int, 3> factor{1, 1, 1};  ///< To the next level.
 
   Level(GridGraph g, int threads)
       : graph(std::move(g)), axis(line_axis(graph, threads)), pivot(graph.cells()) {
     x.resize(graph.cells());
     b.resize(graph.cells());
-    t.resize(graph.cells());
+    smoothed.resize(graph.cells());
     for_each_row(graph, threads,
                  [&](int j, int k, std::size_t first) { graph.degrees(j, k, &pivot[first]); });
     factorise(threads);
@@ -64,31 +64,46 @@ struct Multigrid::Level {
 
   /// One step from x = 0.
   void smooth_from_zero(int threads) {
-    for_each_row(graph, threads, [&](int, int, std::size_t first) {
-      std::copy_n(&b[first], graph.row_length(), &t[first]);
-    });
-    solve_lines(threads);
-    for_each_row(graph, threads, [&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + length(); ++i) x[i] = kDamping * t[i];
+    for_each_slab(threads, [&](const Slab& slab) {
+      LineScratch& t = scratch(slab);
+      for (int n = 0; n < slab.rows; ++n) std::copy_n(&b[slab.at(n)], length(), t.row(n));
+      solve_lines(slab, t);
+      for (int n = 0; n < slab.rows; ++n) {
+        float* out = &x[slab.at(n)];
+        const float* step = t.row(n);
+        for (std::size_t i = 0; i < length(); ++i) out[i] = kDamping * step[i];
+      }
     });
   }
   void smooth(int threads) {
-    residual(threads);
-    solve_lines(threads);
-    for_each_row(graph, threads, [&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + length(); ++i) x[i] += kDamping * t[i];
+    for_each_slab(threads, [&](const Slab& slab) {
+      LineScratch& t = scratch(slab);
+      for (int n = 0; n < slab.rows; ++n) {
+        residual(axis == 2 ? slab.number : n, axis == 2 ? n : slab.number, t.row(n));
+      }
+      solve_lines(slab, t);
+      for (int n = 0; n < slab.rows; ++n) {
+        const float* from = &x[slab.at(n)];
+        float* out = &smoothed[slab.at(n)];
+        const float* step = t.row(n);
+        for (std::size_t i = 0; i < length(); ++i) out[i] = from[i] + kDamping * step[i];
+      }
     });
+    x.swap(smoothed);
   }
   /// Sums the residual over the boxes of the next level.
   void restrict_to(Level& next, int threads) {
-    residual(threads);
-    for_each_row(next.graph, threads, [&](int bj, int bk, std::size_t box) {
-      std::fill_n(&next.b[box], next.graph.size()[0], 0.0F);
-      for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
-        for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
-          const float* from = &t[graph.at(0, j, k)];
-          const int shift = factor[0] / 2;  // Factors are 1 and 2.
-          for (int i = 0; i < graph.size()[0]; ++i) next.b[box + index(i >> shift)] += from[i];
+    for_each_index(next.graph.size()[2], threads, [&](int bk) {
+      std::vector<float> left(length());
+      for (int bj = 0; bj < next.graph.size()[1]; ++bj) {
+        float* box = &next.b[next.graph.at(0, bj, bk)];
+        std::fill_n(box, next.graph.size()[0], 0.0F);
+        for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
+          for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
+            residual(j, k, left.data());
+            const int shift = factor[0] / 2;  // Factors are 1 and 2.
+            for (int i = 0; i < graph.size()[0]; ++i) box[i >> shift] += left[index(i)];
+          }
         }
       }
     });
@@ -107,14 +122,47 @@ struct Multigrid::Level {
  private:
   [[nodiscard]] std::size_t length() const { return index(graph.row_length()); }
 
-  /// t = b - A x, 0 where there is nothing to solve.
-  void residual(int threads) {
-    for_each_row(graph, threads, [&](int j, int k, std::size_t first) {
-      kernels().laplacian(graph.row(j, k), &x[first], &t[first], graph.row_length());
-      for (std::size_t i = first; i < first + length(); ++i) {
-        t[i] = pivot[i] > 0 ? b[i] - t[i] : 0.0F;
-      }
+  /// The rows that lines connect: a plane, so that what one of the steps below leaves behind is
+  /// still near when the next one wants it. Memory is what a cycle waits for.
+  struct Slab {
+    int number, rows;
+    std::size_t first, step;
+    [[nodiscard]] std::size_t at(int n) const { return first + index(n) * step; }
+  };
+  /// Rows of a slab with a border of zeros.
+  struct LineScratch {
+    std::size_t stride = 0;
+    std::vector<float> values;
+    float* row(int n) { return &values[index(n + 1) * stride + kLanes]; }
+  };
+
+  template <class Work>
+  void for_each_slab(int threads, const Work& work) const {
+    const bool deep = axis == 2;
+    for_each_index(graph.size()[deep ? 1 : 2], threads, [&](int number) {
+      work(Slab{number, graph.size()[deep ? 2 : 1],
+                deep ? graph.at(0, number, 0) : graph.at(0, 0, number),
+                static_cast<std::size_t>(graph.offset(deep ? 2 : 1))});
     });
+  }
+  LineScratch& scratch(const Slab& slab) const {
+    thread_local LineScratch lines;
+    const std::size_t stride = length() + 2 * kLanes;
+    const std::size_t size = stride * index(slab.rows + 2);
+    if (lines.stride != stride || lines.values.size() != size) {
+      lines.stride = stride;
+      lines.values.assign(size, 0.0F);
+    }
+    return lines;
+  }
+
+  /// A row of b - A x, 0 where there is nothing to solve.
+  void residual(int j, int k, float* out) const {
+    const std::size_t first = graph.at(0, j, k);
+    kernels().laplacian(graph.row(j, k), &x[first], out, graph.row_length());
+    for (std::size_t i = 0; i < length(); ++i) {
+      out[i] = pivot[first + i] > 0 ? b[first + i] - out[i] : 0.0F;
+    }
   }
   /// Rows in the order of the lines; those that do not depend on each other in parallel.
   template <class Work>
@@ -141,22 +189,25 @@ struct Multigrid::Level {
     });
   }
   /// t = T^-1 t, T the degrees and the couplings along the lines.
-  void solve_lines(int threads) {
-    const float* w = graph.weights[index(axis)].data();
+  void solve_lines(const Slab& slab, LineScratch& t) const {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
-    along_lines(threads, true, [&](std::size_t first) {
-      float* v = t.data();
-      for (std::size_t i = first; i < first + length(); ++i) {
-        v[i] = (v[i] + w[i - back] * v[i - back]) * pivot[i];
+    const std::ptrdiff_t before = axis == 0 ? 1 : static_cast<std::ptrdiff_t>(t.stride);
+    for (int n = 0; n < slab.rows; ++n) {
+      const float* w = &graph.weights[index(axis)][slab.at(n) - back];
+      const float* p = &pivot[slab.at(n)];
+      float* v = t.row(n);
+      for (std::ptrdiff_t i = 0; i < graph.row_length(); ++i) {
+        v[i] = (v[i] + w[i] * v[i - before]) * p[i];
       }
-    });
-    along_lines(threads, false, [&](std::size_t first) {
-      float* v = t.data();
-      for (std::size_t n = length(); n > 0; --n) {
-        const std::size_t i = first + n - 1;
-        v[i] += pivot[i] * w[i] * v[i + back];
+    }
+    for (int n = slab.rows - 1; n >= 0; --n) {
+      const float* w = &graph.weights[index(axis)][slab.at(n)];
+      const float* p = &pivot[slab.at(n)];
+      float* v = t.row(n);
+      for (std::ptrdiff_t i = graph.row_length() - 1; i >= 0; --i) {
+        v[i] += p[i] * w[i] * v[i + before];
       }
-    });
+    }
   }
 };
 

@@ -96,30 +96,6 @@ class Checker {
   std::set<std::string> good_;
 };
 
-struct PresetEntry {
-  PredicateEntry entry;
-  PredicateHistogram::Bar bar;
-};
-
-Result<PredicateModel> assemble(std::vector<PresetEntry> entries) {
-  PredicateModel model;
-  std::vector<PredicateHistogram::Bar> bars;
-  for (PresetEntry& e : entries) {
-    model.entries.push_back(std::move(e.entry));
-    bars.push_back(e.bar);
-  }
-  auto histogram = PredicateHistogram::create(std::move(bars));
-  if (!histogram) return histogram.error();
-  model.histogram = *std::move(histogram);
-  return model;
-}
-
-using E = PredicateExpression;
-
-E bright(double low, double high = 1e6) { return E::kind("intensity", {low, high}); }
-E deep(double low_mm, double high_mm = 1e4) { return E::kind("depth", {low_mm, high_mm}); }
-E textured(double low, double high) { return E::kind("snr", {low, high}); }
-
 }  // namespace
 
 bool operator==(const PredicateExpression& a, const PredicateExpression& b) {
@@ -155,43 +131,6 @@ Result<void> validate(const PredicateModel& model) {
     if (const auto ok = checker.check(entry); !ok) return ok;
   }
   return {};
-}
-
-Result<PredicateModel> preset_predicates(const std::string& name) {
-  if (name == "carotid-context") {
-    return assemble({{{"tissue", E::all({bright(0.15), deep(3)})}, {0.35, 30, 0.3}},
-                     {{"interfaces", E::all({E::kind("gradient_magnitude", {0.08, 1e6}), deep(3)})},
-                      {0.55, 45, 0.5}},
-                     {{"skin", deep(-1e4, 3)}, {0.1, 20, 0.2}}});
-  }
-  if (name == "carotid-vessel") {
-    return assemble({{{"vessel", E::kind("vesselness", {0.15, 1})}, {0.7, 0, 0.8}},
-                     {{"tissue", E::all({bright(0.2), deep(3)})}, {0.25, 35, 0.25}},
-                     {{"skin", deep(-1e4, 3)}, {0.05, 20, 0.2}}});
-  }
-  if (name == "tendon") {
-    return assemble(
-        {{{"along the scan", E::kind("gradient_angle", {0, 0.6, 0.03})}, {0.55, 45, 0.7}},
-         {{"fibres", E::all({textured(1.5, 4), bright(0.25)})}, {0.3, 200, 0.4}},
-         {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}});
-  }
-  if (name == "shoulder-bone") {
-    return assemble(
-        {{{"bone surface", E::all({bright(0.6), E::kind("gradient_magnitude", {0.1, 1e6})})},
-          {0.65, 50, 0.5}},
-         {{"muscle", E::all({textured(1.5, 5), E::negation(E::entry("bone surface"))})},
-          {0.3, 5, 0.6}},
-         {{"tissue", bright(0.1)}, {0.05, 30, 0.1}}});
-  }
-  if (name == "layers") {
-    return assemble({{{"skin", E::kind("label", {1})}, {0.1, 25, 0.4}},
-                     {{"muscle", E::kind("label", {2})}, {0.3, 5, 0.6}},
-                     {{"target", E::kind("label", {4})}, {0.6, 50, 0.7}}});
-  }
-  return Error{ErrorCode::kNotFound,
-               "predicate preset: expected one of carotid-context, carotid-vessel, tendon, "
-               "shoulder-bone, layers, found \"" +
-                   name + "\""};
 }
 
 namespace {

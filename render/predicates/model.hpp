@@ -66,8 +66,9 @@ Result<void> validate(const PredicateModel& model);
 /// Names of the predicates of the library that a model asks.
 std::set<std::string> kinds_of(const PredicateModel& model);
 
-/// Built-in set-ups: "carotid-context", "carotid-vessel", "tendon", "shoulder-bone", "layers";
-/// kNotFound lists them.
+/// Names of the built-in set-ups, in the order of listings.
+std::vector<std::string> predicate_preset_names();
+/// A built-in set-up; kNotFound lists them.
 Result<PredicateModel> preset_predicates(const std::string& name);
 
 }  // namespace nav::render

@@ -176,31 +176,97 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
-TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandard) {
+/// A small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.
+std::string write_ultrasound(const std::filesystem::path& file) {
   VoxelGrid grid;
   grid.size = {20, 24, 18};
   std::vector<std::int16_t> voxels(grid.voxel_count());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    voxels[i] = static_cast<std::int16_t>(i * 37 % 256);
+    voxels[i] = static_cast<std::int16_t>(i % 20 < 10 ? i * 37 % 100 : 150 + i * 37 % 100);
   }
   const auto volume = Volume::create(grid, std::move(voxels), "ultrasound");
-  ASSERT_TRUE(test::has_value(volume));
-  const auto file = (folder_ / "us.mha").string();
-  ASSERT_TRUE(test::has_value(io::write_ct_mha(*volume, file)));
+  EXPECT_TRUE(test::has_value(io::write_ct_mha(*volume, file)));
+  return file.string();
+}
+
+TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   const auto out = (folder_ / "both.png").string();
-  const std::string arguments = "predicates " + file + " --width 200 --height 200 --out " + out;
-  const Outcome outcome = sonde(arguments + " --predicates carotid-context --apex 10 -20 9");
+  const std::string arguments = "predicates " + write_ultrasound(folder_ / "us.mha") +
+                                " --width 200 --height 200 --out " + out +
+                                " --predicates carotid-context";
+  for (const char* engine : {"cpu", "reference"}) {
+    const Outcome outcome = sonde(arguments + " --apex 10 -20 9 --engine " + engine);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(std::filesystem::remove(out)) << engine;
+  }
+  const Outcome moved = sonde(arguments + " --into 0 1 0 --importance skin=0.9 --save " +
+                              (folder_ / "mine.json").string());
+  EXPECT_EQ(moved.code, 0) << moved.errors;
+  EXPECT_NEAR(read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
+  expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
+}
+
+TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
+  std::ofstream(folder_ / "two.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "bright", "where": {"intensity": {"low": 0.5}}},
+      {"name": "dark", "where": {"intensity": {"high": 0.5}}}]})";
+  std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
+      {"paint": "hide", "points_mm": [[4, 2, 9], [4, 20, 9]], "normal": [0, 0, 1]}]})";
+  const std::string arguments = "predicates " + write_ultrasound(folder_ / "us.mha") +
+                                " --width 200 --height 200 --predicates " +
+                                (folder_ / "two.json").string() + " --out " +
+                                (folder_ / "strokes.png").string();
+  const Outcome outcome =
+      sonde(arguments + " --show '15,2,9 15,20,9 normal=0,0,1' --scribbles " +
+            (folder_ / "strokes.json").string() + " --save " + (folder_ / "after.json").string());
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
-  EXPECT_TRUE(std::filesystem::exists(out));
-  expect_refusal(arguments + " --predicates kidney", 3,
-                 {"--predicates", "carotid-context", "kidney"});
-  EXPECT_EQ(sonde(arguments + " --predicates carotid-vessel").code, 0);
-  expect_refusal(arguments + " --predicates layers", 3, {"skin", "label volume"});
-  expect_refusal(arguments + " --predicates carotid-vessel --largest-radius -1", 2,
-                 {"largest_radius_mm", "-1"});
-  expect_refusal(arguments + " --predicates carotid-context --white -1", 3,
-                 {"intensity.white", "-1"});
-  expect_refusal(arguments + " --predicates carotid-context --into 0 0 0", 3, {"scan.into_ct"});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "strokes.png"));
+  EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
+  expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
+  expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
+}
+
+TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
+  const std::string volume = write_ultrasound(folder_ / "us.mha");
+  const std::string arguments =
+      "predicates " + volume + " --out " + (folder_ / "x.png").string() + " --predicates ";
+  const auto file = [&](const std::string& where) {
+    std::ofstream(folder_ / "set.json")
+        << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" << where << "}]}";
+    return arguments + (folder_ / "set.json").string();
+  };
+  // What the command line asks for and cannot have.
+  expect_refusal("predicates " + volume, 2, {"--out"});
+  expect_refusal(arguments + "kidney", 2, {"--predicates", "carotid-context", "kidney"});
+  expect_refusal(arguments + "carotid-vessel", 2, {"depth", "scan-line directions", "--into"});
+  expect_refusal(file(R"({"confidence": {}})"), 2, {"confidence", "scan-line directions"});
+  expect_refusal(arguments + "layers", 2, {"label", "--labels"});
+  expect_refusal(file(R"({"needle_distance": {}})"), 2, {"needle_distance", "--needle"});
+  expect_refusal(file(R"({"target_distance": {}})"), 2, {"target_distance", "--target"});
+  expect_refusal(arguments + "layers --white -1", 2, {"predicates.white", "-1"});
+  expect_refusal(arguments + "layers --into 0 0 0", 2, {"predicates.into", "not all 0"});
+  expect_refusal(arguments + "layers --importance liver=1", 2, {"skin, muscle, target", "liver"});
+  expect_refusal(arguments + "layers --largest-radius -1", 2, {"largest_radius_mm", "-1"});
+  expect_refusal("predicates --phantom liver --out x.png", 2, {"--phantom", "carotid", "liver"});
+  // What a file holds.
+  expect_refusal(file(R"({"sharpness": {}})"), 3, {"where", "sharpness"});
+  expect_refusal(file(R"({"intensity": {"low": 0.8, "high": 0.2}})"), 3, {"low <= high"});
+  expect_refusal(file(R"({"entry": "a"})"), 3, {"cycle"});
+  std::string many = R"({"sonde_predicates": 1, "predicates": [)";
+  for (int n = 0; n < 33; ++n) {
+    many += (n > 0 ? ", " : "") + (R"({"name": ")" + std::to_string(n)) +
+            R"(", "where": {"intensity": {}}})";
+  }
+  std::ofstream(folder_ / "set.json") << many << "]}";
+  expect_refusal(arguments + (folder_ / "set.json").string(), 3, {"32", "33"});
+  std::ofstream(folder_ / "set.json") << R"({"sonde_predicates": 2})";
+  expect_refusal(arguments + (folder_ / "set.json").string(), 3, {"version 1", "newer"});
+  VoxelGrid grid;
+  grid.size = {20, 24, 17};
+  const auto labels = Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count()), "labels");
+  ASSERT_TRUE(test::has_value(io::write_ct_mha(*labels, folder_ / "labels.mha")));
+  expect_refusal(arguments + "layers --labels " + (folder_ / "labels.mha").string(), 3,
+                 {"labels.mha", "20 x 24 x 18", "20 x 24 x 17"});
 }
 
 TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {

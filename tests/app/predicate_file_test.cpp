@@ -32,17 +32,20 @@ class PredicateFileTest : public ::testing::Test {
 };
 
 TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
-  for (const char* name :
-       {"carotid-context", "carotid-vessel", "tendon", "shoulder-bone", "layers"}) {
+  for (const std::string& name : render::predicate_preset_names()) {
     PredicateFile file{name, *render::preset_predicates(name)};
     file.opacity_length_mm = 1.25;
     file.cutaway_importance = 0.75;
     file.hue_mean = render::spec::HueMean::kLinear;
+    file.vessels = {1.5, 2.5, true};
     const auto back = read(to_json_text(file));
     ASSERT_TRUE(test::has_value(back)) << name;
     EXPECT_EQ(back->name, name);
     EXPECT_EQ(back->opacity_length_mm, 1.25);
     EXPECT_EQ(back->cutaway_importance, 0.75);
+    EXPECT_EQ(back->vessels.smallest_radius_mm, 1.5);
+    EXPECT_EQ(back->vessels.largest_radius_mm, 2.5);
+    EXPECT_TRUE(back->vessels.bright);
     EXPECT_EQ(back->hue_mean, render::spec::HueMean::kLinear);
     ASSERT_EQ(back->model.entries.size(), file.model.entries.size());
     for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
@@ -86,6 +89,8 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
   EXPECT_TRUE(refuses(with(R"({"snr": {"lowest": 1}})"), {"where.snr.lowest", "no such member"}));
   EXPECT_TRUE(refuses(with(R"({"snr": {"low": 2, "high": 1}})"), {"low <= high"}));
   EXPECT_TRUE(refuses(with(R"({"all": [{"not": {}}]})"), {"where.all[0].not", "one of"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "vessels": {"largest_radius_mm": 0.1}})",
+                      {"vessels.largest_radius_mm", "at least", "0.1"}));
   EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
   EXPECT_TRUE(refuses(with("7"), {"where", "an object"}));
   EXPECT_TRUE(test::refuses(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,

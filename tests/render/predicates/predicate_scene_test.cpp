@@ -287,8 +287,7 @@ TEST_F(PredicateRefusalTest, NumbersOfTheScene) {
 }
 
 TEST_F(PredicateRefusalTest, PresetsAreSoundAndOthersAreListed) {
-  for (const char* name :
-       {"carotid-context", "carotid-vessel", "tendon", "shoulder-bone", "layers"}) {
+  for (const std::string& name : predicate_preset_names()) {
     const auto model = preset_predicates(name);
     ASSERT_TRUE(test::has_value(model)) << name;
     EXPECT_TRUE(test::has_value(validate(*model))) << name;

@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicate_scribbles.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "app/json_member.hpp"
+#include "io/atomic_file.hpp"
+#include "render/predicate_sampler.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::derived::Paint;
+using render::derived::ScribbleMask;
+using render::derived::Stroke;
+using Points = std::vector<Point<frames::Ct>>;
+
+constexpr int kVersion = 1;
+
+/// Of the plane that the points span best; absent for points on a line, which any plane holds.
+std::optional<Eigen::Vector3d> normal_of(const Points& points) {
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  double reach = 0;
+  for (const auto& p : points) {
+    reach = std::max(reach, (p.mm - points.front().mm).norm());
+    for (const auto& q : points) {
+      const Eigen::Vector3d cross = (p.mm - points.front().mm).cross(q.mm - points.front().mm);
+      if (cross.norm() > best.norm()) best = cross;
+    }
+  }
+  constexpr double kFlat = 1e-3;  // Of the length: what a hand-written file may round.
+  if (!(best.norm() > kFlat * reach * reach)) return {};
+  return best.normalized();
+}
+
+/// Without a plane of its own a stroke is as thick as it is wide: a tube.
+void complete(const std::optional<Eigen::Vector3d>& normal, Stroke& stroke) {
+  const auto found = normal ? normal : normal_of(stroke.points);
+  stroke.plane_normal = {found.value_or(Eigen::Vector3d::UnitZ())};
+  if (found) return;
+  double reach = stroke.radius_mm;
+  for (const auto& p : stroke.points) reach += (p.mm - stroke.points.front().mm).norm();
+  stroke.half_thickness_mm = std::clamp(reach, 1e-3, 1000.0);
+}
+
+Paint read_paint(JsonMember& member) {
+  std::string paint = "show";
+  member.text("paint", paint);
+  if (paint != "show" && paint != "hide" && paint != "erase") {
+    member.fail("paint", "show, hide or erase", paint);
+  }
+  return paint == "hide" ? Paint::kHide : paint == "erase" ? Paint::kErase : Paint::kShow;
+}
+
+Stroke read_stroke(const Json& json, const std::string& where, std::optional<Error>& error) {
+  JsonMember member(json, where, error);
+  Stroke stroke;
+  stroke.paint = read_paint(member);
+  member.list("points_mm", [&](const Json& one, const std::string& at) {
+    const bool good =
+        one.is_array() && one.size() == 3 &&
+        std::all_of(one.begin(), one.end(), [](const Json& x) { return x.is_number(); });
+    if (good) {
+      stroke.points.push_back({{one[0].get<double>(), one[1].get<double>(), one[2].get<double>()}});
+    } else {
+      JsonMember(Json::object(), at, error).fail("", "3 numbers", one);
+    }
+  });
+  if (stroke.points.empty()) member.fail("points_mm", "at least one point", nullptr);
+  std::vector<double> normal;
+  member.numbers("normal", 3, normal);
+  double thickness = 0;
+  member.number("radius_mm", stroke.radius_mm);
+  member.number("thickness_mm", thickness);
+  member.refuse_unknown();
+  stroke.half_thickness_mm = 0.5 * thickness;
+  complete(normal.empty() ? std::optional<Eigen::Vector3d>()
+                          : Eigen::Vector3d(normal[0], normal[1], normal[2]),
+           stroke);
+  return stroke;
+}
+
+/// "a,b,c"; absent for anything else.
+std::optional<Eigen::Vector3d> vector_of(const std::string& text) {
+  Eigen::Vector3d v;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto read = std::from_chars(at, end, v[axis]);
+    if (read.ec != std::errc() || !std::isfinite(v[axis])) return {};
+    at = read.ptr;
+    if (axis < 2 && (at == end || *at++ != ',')) return {};
+  }
+  if (at != end) return {};
+  return v;
+}
+
+}  // namespace
+
+Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path) {
+  constexpr std::uint64_t kMostBytes = 1 << 20;
+  const auto text = io::read_file(path, kMostBytes);
+  if (!text) return text.error();
+  const std::string name = path.string();
+  const auto root = parse_json(name, *text);
+  if (!root) return root.error();
+  std::optional<Error> error;
+  JsonMember member(*root, name, error);
+  double version = 0;
+  member.number("sonde_scribbles", version);
+  if (!error && version > kVersion) {
+    return Error{ErrorCode::kUnsupportedData, name + ": expected version 1, found " +
+                                                  (*root)["sonde_scribbles"].dump() +
+                                                  ", which a newer Sonde has written"};
+  }
+  if (version != kVersion) member.fail("sonde_scribbles", "1", version);
+  std::vector<Stroke> strokes;
+  member.list("strokes", [&](const Json& json, const std::string& at) {
+    strokes.push_back(read_stroke(json, at, error));
+  });
+  if (strokes.empty()) member.fail("strokes", "at least one", nullptr);
+  member.refuse_unknown();
+  if (error) return *error;
+  return strokes;
+}
+
+Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::string& text) {
+  const Error refuse{
+      ErrorCode::kUsage,
+      option + ": expected 'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', found '" + text + "'"};
+  Stroke stroke;
+  stroke.paint = paint;
+  std::optional<Eigen::Vector3d> normal;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (word.starts_with("radius=")) {
+      const char* const end = word.data() + word.size();
+      const auto read = std::from_chars(word.data() + 7, end, stroke.radius_mm);
+      if (read.ec != std::errc() || read.ptr != end) return refuse;
+    } else if (word.starts_with("normal=")) {
+      normal = vector_of(word.substr(7));
+      if (!normal) return refuse;
+    } else {
+      const auto point = vector_of(word);
+      if (!point) return refuse;
+      stroke.points.push_back({*point});
+    }
+  }
+  if (stroke.points.empty()) return refuse;
+  complete(normal, stroke);
+  return stroke;
+}
+
+Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<Stroke>& strokes,
+                                 double share) {
+  const render::PredicateScene& predicates = *scene.predicates;
+  const auto set = render::PredicateSet::create(predicates, scene.ct, render::place_of(scene));
+  if (!set) return set.error();
+  ScribbleMask mask(scene.ct->grid());
+  for (std::size_t n = 0; n < strokes.size(); ++n) {
+    const std::string name = "stroke " + std::to_string(n + 1);
+    const auto marked = mask.add(strokes[n]);
+    if (!marked) return Error{marked.error().code, name + ": " + marked.error().message};
+    if (*marked == 0 && strokes[n].paint != Paint::kErase) {
+      return Error{ErrorCode::kUsage,
+                   name + ": expected voxels of the volume under it, found none"};
+    }
+  }
+  std::vector<std::size_t> shown, hidden;
+  for (std::size_t voxel = 0; voxel < mask.bits().size(); ++voxel) {
+    if (mask.bits()[voxel] == ScribbleMask::kShowBit) shown.push_back(voxel);
+    if (mask.bits()[voxel] == ScribbleMask::kHideBit) hidden.push_back(voxel);
+  }
+  ScribbleOutcome outcome{predicates.model.histogram, shown.size(), hidden.size()};
+  const auto show = render::count_true(*set, shown);
+  const auto hide = render::count_true(*set, hidden);
+  outcome.decisive = show != hide;
+  outcome.histogram.scribble(show, hide, share);
+  return outcome;
+}
+
+}  // namespace nav::app

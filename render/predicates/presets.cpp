@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+
+#include "render/predicates/model.hpp"
+
+namespace nav::render {
+namespace {
+
+struct PresetEntry {
+  PredicateEntry entry;
+  PredicateHistogram::Bar bar;
+};
+using Preset = std::vector<PresetEntry>;
+using E = PredicateExpression;
+
+constexpr double kAll = 1e6;
+
+E bright(double low, double high = kAll) { return E::kind("intensity", {low, high}); }
+E deep(double low_mm, double high_mm = 1e4) { return E::kind("depth", {low_mm, high_mm}); }
+E textured(double low, double high) { return E::kind("snr", {low, high}); }
+E steep(double low_per_mm) { return E::kind("gradient_magnitude", {low_per_mm, kAll}); }
+E facing(double high_rad, double least_per_mm) {
+  return E::kind("gradient_angle", {0, high_rad, least_per_mm});
+}
+E label(double mask) { return E::kind("label", {mask}); }
+
+/// Figures 1 and 7 of the paper: (b) what surrounds the vessel, (c) the vessel through it.
+Preset carotid_context() {
+  return {{{"interfaces", E::all({steep(0.12), bright(0.3), deep(7)})}, {0.6, 45, 0.55}},
+          {{"tissue", E::all({bright(0.3), deep(7)})}, {0.4, 20, 0.35}},
+          {{"skin", deep(-1e4, 7)}, {0, 20, 0.2}}};
+}
+Preset carotid_vessel() {
+  return {{{"vessel", E::all({E::kind("vesselness", {0.3, 1}), deep(5)})}, {0.7, 0, 0.85}},
+          {{"tissue", E::all({bright(0.3), deep(6)})}, {0.25, 35, 0.25}},
+          {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
+}
+/// Figure 6: (b) fibrous muscle, (c) the surface of the bone below it.
+Preset shoulder_muscle() {
+  return {{{"fibres", E::all({textured(2, 6), bright(0.2), deep(6)})}, {0.6, 5, 0.6}},
+          {{"tissue", E::all({bright(0.15), deep(6)})}, {0.4, 30, 0.15}},
+          {{"skin", deep(-1e4, 6)}, {0, 20, 0.2}}};
+}
+Preset shoulder_bone() {
+  constexpr double kSixtyDeg = 1.0471975511965976;
+  return {
+      {{"bone surface", E::all({bright(0.65), facing(kSixtyDeg, 0.05), deep(14)})}, {0.7, 50, 0.6}},
+      {{"muscle", E::all({textured(2, 6), deep(6)})}, {0.25, 5, 0.6}},
+      {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
+}
+Preset tendon() {
+  return {{{"along the scan", facing(0.6, 0.03)}, {0.55, 45, 0.7}},
+          {{"fibres", E::all({textured(1.5, 4), bright(0.25)})}, {0.3, 200, 0.4}},
+          {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}};
+}
+/// Figure 8: (b) the tendon by gradient angle and label, (c) with fibrous muscle about it.
+Preset tendon_fibres() {
+  constexpr double kFortyFiveDeg = 0.7853981633974483;
+  return {{{"tendon", E::all({label(4), facing(kFortyFiveDeg, 0.03)})}, {0.8, 45, 0.7}},
+          {{"tissue", E::all({bright(0.2), deep(3)})}, {0.2, 30, 0.15}}};
+}
+Preset tendon_context() {
+  return {{{"tendon", label(4)}, {0.65, 45, 0.7}},
+          {{"muscle", E::all({textured(2, 5), bright(0.2), deep(3)})}, {0.3, 5, 0.5}},
+          {{"skin", deep(-1e4, 3)}, {0.05, 20, 0.2}}};
+}
+Preset layers() {
+  return {{{"skin", label(1)}, {0.1, 25, 0.4}},
+          {{"muscle", label(2)}, {0.3, 5, 0.6}},
+          {{"target", label(4)}, {0.6, 50, 0.7}}};
+}
+
+const std::vector<std::pair<std::string, Preset (*)()>>& presets() {
+  static const std::vector<std::pair<std::string, Preset (*)()>> all{
+      {"carotid-context", carotid_context},
+      {"carotid-vessel", carotid_vessel},
+      {"shoulder-muscle", shoulder_muscle},
+      {"shoulder-bone", shoulder_bone},
+      {"tendon", tendon},
+      {"tendon-fibres", tendon_fibres},
+      {"tendon-context", tendon_context},
+      {"layers", layers}};
+  return all;
+}
+
+Result<PredicateModel> assemble(Preset entries) {
+  PredicateModel model;
+  std::vector<PredicateHistogram::Bar> bars;
+  for (PresetEntry& e : entries) {
+    model.entries.push_back(std::move(e.entry));
+    bars.push_back(e.bar);
+  }
+  auto histogram = PredicateHistogram::create(std::move(bars));
+  if (!histogram) return histogram.error();
+  model.histogram = *std::move(histogram);
+  return model;
+}
+
+}  // namespace
+
+std::vector<std::string> predicate_preset_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, make] : presets()) names.push_back(name);
+  return names;
+}
+
+Result<PredicateModel> preset_predicates(const std::string& name) {
+  std::string known;
+  for (const auto& [key, make] : presets()) {
+    if (key == name) return assemble(make());
+    known += (known.empty() ? "" : ", ") + key;
+  }
+  return Error{ErrorCode::kNotFound,
+               "predicate preset: expected one of " + known + ", found \"" + name + "\""};
+}
+
+}  // namespace nav::render
