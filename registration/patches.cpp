@@ -256,7 +256,8 @@ void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions
   const std::size_t n = squares.size();
   if (n == 0) return;
   constexpr double kGolden = 0.6180339887498949;
-  auto step = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kGolden * n)));
+  const auto golden = std::lround(kGolden * static_cast<double>(n));
+  auto step = std::max<std::size_t>(1, static_cast<std::size_t>(golden));
   while (std::gcd(step, n) != 1) ++step;
   std::vector<float> values;
   for (std::size_t k = 0, at = 0; k < n; ++k, at = (at + step) % n) {
