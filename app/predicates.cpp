@@ -163,17 +163,20 @@ render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
   return scene;
 }
 
-Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene) {
+Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, Console& console) {
   const auto image = engine.render(scene);
   if (!image) return image.error();
+  const std::string& note = image->statistics.note;
+  if (!note.empty()) console.report(Severity::kWarning, "picture", note);
   return render::to_8bit(image->pixels);
 }
 
 /// Standard rendering beside the one by predicates.
-Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene) {
-  auto right = draw(engine, scene);  // Says what is wrong with the options.
+Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
+                                            Console& console) {
+  auto right = draw(engine, scene, console);  // Says what is wrong with the options.
   if (!right) return right.error();
-  auto left = draw(engine, bench::standard_scene(scene));
+  auto left = draw(engine, bench::standard_scene(scene), console);
   if (!left) return left.error();
   return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},
                                      {"predicates", *std::move(right), scene.predicates->model}};
@@ -204,12 +207,12 @@ Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
                                                       Console& console) {
   const auto outcome = scribble(scene, strokes, share);
   if (!outcome) return outcome.error();
-  auto before = draw(engine, scene);
+  auto before = draw(engine, scene, console);
   if (!before) return before.error();
   const render::PredicateModel model = scene.predicates->model;
   say_outcome(*outcome, model, console);
   scene.predicates->model.histogram = outcome->histogram;
-  auto after = draw(engine, scene);
+  auto after = draw(engine, scene, console);
   if (!after) return after.error();
   return std::vector<PredicatePanel>{
       {"strokes: show green, hide red",
@@ -251,7 +254,7 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   if (const auto ok = add_features(options, file->vessels, config.output.threads, *volume); !ok)
     return ok;
   render::Scene scene = scene_of(config, *file, *volume);
-  const auto panels = strokes->empty() ? compare(**engine, scene)
+  const auto panels = strokes->empty() ? compare(**engine, scene, console)
                                        : compare_scribbles(**engine, *strokes,
                                                            options.scribble_share, scene, console);
   if (!panels) return panels.error();

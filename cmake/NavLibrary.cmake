@@ -54,8 +54,9 @@ function(nav_precompile target from)
       nav_precompiled(${from} HEADERS <gmock/gmock.h> <gtest/gtest.h> USES Eigen3::Eigen
                       GTest::gmock)
     elseif(from STREQUAL "nav_app_headers")
-      nav_precompiled(${from} HEADERS <CLI/CLI.hpp> <nlohmann/json.hpp> USES Eigen3::Eigen
-                      CLI11::CLI11 nlohmann_json::nlohmann_json)
+      # Not CLI11: its classes come out whole in every file that has seen them.
+      nav_precompiled(${from} HEADERS <nlohmann/json.hpp> USES Eigen3::Eigen
+                      nlohmann_json::nlohmann_json)
     else()
       nav_precompiled(${from} USES Eigen3::Eigen)
     endif()
