@@ -8,6 +8,7 @@
 
 #include "bench/error_curve.hpp"
 #include "bench/moving_camera.hpp"
+#include "bench/scene_set.hpp"
 #include "render/engine.hpp"
 
 namespace nav::bench {
@@ -20,17 +21,6 @@ Result<render::TransferFunction> flat_tissues() {
                                                            {250, {0.9, 0.6, 0.5}, 0.008, 0.2},
                                                            {350, {1, 1, 0.9}, 0.3, 0.8},
                                                            {3000, {1, 1, 0.9}, 0.3, 0.8}});
-}
-
-render::Scene bare(const render::Scene& scene) {
-  render::Scene out = scene;
-  out.plane.reset();
-  out.needle.reset();
-  out.spheres.clear();
-  out.lines.clear();
-  out.cutaway.reset();
-  out.shading.enabled = false;
-  return out;
 }
 
 double rms_of(const render::RenderedImage& a, const render::RenderedImage& b) {

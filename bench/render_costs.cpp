@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "bench/moving_camera.hpp"
+#include "bench/scene_set.hpp"
 #include "render/engine.hpp"
 
 namespace nav::bench {
@@ -40,18 +41,6 @@ render::TransferFunction of_importance(const render::TransferFunction& transfer,
   auto made = render::TransferFunction::blend(transfer.name(), std::move(components));
   NAV_CHECK(made.has_value());
   return *made;
-}
-
-/// CT alone, unshaded.
-render::Scene bare(const render::Scene& scene) {
-  render::Scene out = scene;
-  out.plane.reset();
-  out.needle.reset();
-  out.spheres.clear();
-  out.lines.clear();
-  out.cutaway.reset();
-  out.shading.enabled = false;
-  return out;
 }
 
 const Change kNothing = [](render::Scene&) {};

@@ -302,4 +302,15 @@ std::vector<NamedScene> bench_scenes(const std::vector<BenchVolume>& volumes,
   return scenes;
 }
 
+render::Scene bare(const render::Scene& scene) {
+  render::Scene out = scene;
+  out.plane.reset();
+  out.needle.reset();
+  out.spheres.clear();
+  out.lines.clear();
+  out.cutaway.reset();
+  out.shading.enabled = false;
+  return out;
+}
+
 }  // namespace nav::bench

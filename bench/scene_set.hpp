@@ -52,6 +52,9 @@ std::vector<NamedScene> bench_scenes(const std::vector<BenchVolume>& volumes,
 /// The scene with its eye moved by frame micrometres: a picture that no engine can have kept.
 render::Scene nudged(render::Scene scene, int frame);
 
+/// CT alone, unshaded: the scene without plane, geometry, cutaway and shading.
+render::Scene bare(const render::Scene& scene);
+
 /// The simulated patient, 300 mm to a side in n voxels, n in [16, 768]: interpolated from one scan
 /// of 1.2 mm, with noise of 12 HU of its own in every voxel.
 Result<std::shared_ptr<const Volume>> cubic_patient(int n);

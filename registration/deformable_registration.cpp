@@ -10,6 +10,7 @@
 
 #include "nav/check.hpp"
 #include "registration/lc2_kernel.hpp"
+#include "registration/paired_gain.hpp"
 
 namespace nav::registration {
 namespace {
@@ -231,17 +232,13 @@ CtBox box_of_patches(const DeformedCost& cost) {
 }
 
 void weigh(const std::map<int, PictureCost>& pictures, DeformableResult& result) {
-  double gain = 0, square = 0;
+  PairedGain gain;
   for (const auto& [frame, p] : pictures) {
     result.held_out_rigid += p.rigid / p.weight / static_cast<double>(pictures.size());
     result.held_out_deformed += p.deformed / p.weight / static_cast<double>(pictures.size());
-    const double one = (p.rigid - p.deformed) / p.weight;
-    gain += one;
-    square += one * one;
+    gain.add((p.rigid - p.deformed) / p.weight);
   }
-  const auto n = static_cast<double>(pictures.size());
-  const double variance = std::max(square / n - gain * gain / (n * n), 1e-24) * n / (n - 1);
-  result.gain_sigmas = gain / n / std::sqrt(variance / n);
+  result.gain_sigmas = gain.sigmas();
 }
 
 }  // namespace

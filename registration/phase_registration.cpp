@@ -12,6 +12,7 @@
 
 #include "nav/check.hpp"
 #include "registration/cost_solver.hpp"
+#include "registration/paired_gain.hpp"
 #include "registration/pose_solver.hpp"
 
 namespace nav::registration {
@@ -191,8 +192,8 @@ double cost_at(const CtChannels& ct, const Picture& picture, const PhaseMotion& 
 
 /// Half of the pictures judge what the other half was fitted to.
 struct CrossCheck {
-  double rigid = 0, moving = 0, gain = 0, square = 0;
-  int count = 0;
+  double rigid = 0, moving = 0;
+  PairedGain gain;
   bool finite = true;
 
   void judge(const CtChannels& ct, const Chosen& judges, const Fit& still, const Fit& breathing,
@@ -203,15 +204,8 @@ struct CrossCheck {
       const double b = cost_at(ct, *picture, breathing.motion, options);
       rigid += a;
       moving += b;
-      gain += a - b;
-      square += (a - b) * (a - b);
-      ++count;
+      gain.add(a - b);
     }
-  }
-  [[nodiscard]] double sigmas() const {
-    const double n = count;
-    const double variance = std::max(square / n - gain * gain / (n * n), 1e-24) * n / (n - 1);
-    return gain / n / std::sqrt(variance / n);
   }
 };
 
@@ -329,15 +323,15 @@ Result<PhaseResult> refine_by_phase(const CtChannels& ct, const PatchSet& patche
                      "",
                      still.cost,
                      still.cost,
-                     check.rigid / check.count,
-                     check.moving / check.count,
-                     check.sigmas(),
+                     check.rigid / check.gain.count,
+                     check.moving / check.gain.count,
+                     check.gain.sigmas(),
                      static_cast<int>(pictures.size()),
                      still.iterations};
   if (!check.finite || !std::isfinite(check.rigid) || !std::isfinite(check.moving)) {
     return not_finite;
   }
-  const double share = check.gain / std::max(check.rigid, 1e-12);
+  const double share = check.gain.sum / std::max(check.rigid, 1e-12);
   result.supported =
       result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
   std::ostringstream text;
