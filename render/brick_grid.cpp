@@ -16,13 +16,13 @@ namespace {
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// Widens the ranges of a row of bricks, from first on, by a row of voxels.
-void add_row(const std::int16_t* row, int voxels, std::size_t first, BrickGrid& grid) {
+void add_row(const std::int16_t* row, int voxels, int edge, std::size_t first, BrickGrid& grid) {
   for (int bx = 0; bx < grid.count.x(); ++bx) {
     std::int16_t low = grid.low[first + size_of(bx)];
     std::int16_t high = grid.high[first + size_of(bx)];
     // Plain minima, which the compiler turns into vector instructions; minmax_element branches.
-    const int end = std::min((bx + 1) * kBrickVoxels + 1, voxels);
-    for (int i = bx * kBrickVoxels; i < end; ++i) {
+    const int end = std::min((bx + 1) * edge + 1, voxels);
+    for (int i = bx * edge; i < end; ++i) {
       low = std::min(low, row[i]);
       high = std::max(high, row[i]);
     }
@@ -133,26 +133,25 @@ void chebyshev(const Eigen::Vector3i& n, int threads, std::vector<std::uint8_t>&
   });
 }
 
-}  // namespace
-
-BrickGrid make_brick_grid(const Volume& volume, int threads) {
+/// Ranges of cubes of so many voxels along an edge.
+BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
   const auto& size = volume.grid().size;
   BrickGrid grid;
   for (int axis = 0; axis < 3; ++axis) {
-    grid.count(axis) = (size[size_of(axis)] - 1) / kBrickVoxels + 1;
+    grid.count(axis) = (size[size_of(axis)] - 1) / edge + 1;
   }
   const std::size_t total = size_of(grid.count.prod());
   grid.low.assign(total, std::numeric_limits<std::int16_t>::max());
   grid.high.assign(total, std::numeric_limits<std::int16_t>::min());
   for_each_index(grid.count.z(), threads, [&](int bz) {
-    const int k_end = std::min((bz + 1) * kBrickVoxels + 1, size[2]);
-    for (int k = bz * kBrickVoxels; k < k_end; ++k) {
+    const int k_end = std::min((bz + 1) * edge + 1, size[2]);
+    for (int k = bz * edge; k < k_end; ++k) {
       for (int by = 0; by < grid.count.y(); ++by) {
         const std::size_t first = size_of((bz * grid.count.y() + by) * grid.count.x());
-        const int j_end = std::min((by + 1) * kBrickVoxels + 1, size[1]);
-        for (int j = by * kBrickVoxels; j < j_end; ++j) {
+        const int j_end = std::min((by + 1) * edge + 1, size[1]);
+        for (int j = by * edge; j < j_end; ++j) {
           const std::size_t row = size_of(k) * size_of(size[1]) + size_of(j);
-          add_row(volume.hu().data() + row * size_of(size[0]), size[0], first, grid);
+          add_row(volume.hu().data() + row * size_of(size[0]), size[0], edge, first, grid);
         }
       }
     }
@@ -160,21 +159,93 @@ BrickGrid make_brick_grid(const Volume& volume, int threads) {
   return grid;
 }
 
+/// Whether ranges of HU may show something.
+class Visibility {
+ public:
+  explicit Visibility(const TransferTable& table)
+      : before_(visible_before(table)), entries_(table) {
+    const int count = before_.back();
+    const auto first = std::upper_bound(before_.begin(), before_.end(), 0) - before_.begin() - 1;
+    const auto last = std::lower_bound(before_.begin(), before_.end(), count) - before_.begin() - 1;
+    one_interval_ = count > 0 && last - first + 1 == count;
+    if (!one_interval_) return;
+    const int first_hu = static_cast<int>(table.first_hu());
+    least_high_ = clamped(first == 0 ? kLeast : static_cast<int>(first) + first_hu - 1);
+    const bool to_end = last == table.size() - 1;
+    greatest_low_ = clamped(to_end ? kGreatest : static_cast<int>(last) + first_hu + 1);
+  }
+
+  /// shows: for each of the ranges [from, to), 1 or 0, from its first on.
+  void of(const BrickGrid& ranges, std::size_t from, std::size_t to, std::uint8_t* shows) const {
+    const std::int16_t* low = ranges.low.data();
+    const std::int16_t* high = ranges.high.data();
+    if (one_interval_) {  // Most transfer functions; the compiler makes vector instructions of it.
+      for (std::size_t b = from; b < to; ++b) {
+        const bool visible = (high[b] >= least_high_) & (low[b] <= greatest_low_);
+        shows[b - from] = static_cast<std::uint8_t>(visible);
+      }
+      return;
+    }
+    for (std::size_t b = from; b < to; ++b) {
+      const bool visible =
+          before_[size_of(entries_.to(high[b]) + 1)] > before_[size_of(entries_.from(low[b]))];
+      shows[b - from] = static_cast<std::uint8_t>(visible);
+    }
+  }
+
+ private:
+  static constexpr int kLeast = std::numeric_limits<std::int16_t>::min();
+  static constexpr int kGreatest = std::numeric_limits<std::int16_t>::max();
+  static std::int16_t clamped(int hu) {
+    return static_cast<std::int16_t>(std::clamp(hu, kLeast, kGreatest));
+  }
+
+  std::vector<int> before_;
+  Entries entries_;
+  bool one_interval_ = false;      ///< All visible entries lie side by side.
+  std::int16_t least_high_ = 0;    ///< HU that a range must reach up to,
+  std::int16_t greatest_low_ = 0;  ///< and down to.
+};
+
+/// Bits of visible_parts() of one brick. shows: of all parts.
+std::uint8_t parts_of(const Eigen::Vector3i& count, int x, int y, int z,
+                      const std::vector<std::uint8_t>& shows) {
+  unsigned bits = 0;
+  for (int bit = 0; bit < 8; ++bit) {
+    const int i = 2 * x + (bit & 1);
+    const int j = 2 * y + (bit >> 1 & 1);
+    const int k = 2 * z + (bit >> 2);
+    if (i >= count.x() || j >= count.y() || k >= count.z()) continue;  // No sample lies there.
+    bits |= static_cast<unsigned>(shows[size_of((k * count.y() + j) * count.x() + i)]) << bit;
+  }
+  return static_cast<std::uint8_t>(bits);
+}
+
+}  // namespace
+
+BrickGrid make_brick_grid(const Volume& volume, int threads) {
+  return make_ranges(volume, kBrickVoxels, threads);
+}
+
+BrickGrid make_part_grid(const Volume& volume, int threads) {
+  return make_ranges(volume, kPartVoxels, threads);
+}
+
 BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table, int threads) {
   BrickDistances out;
   out.distance.resize(bricks.low.size());
-  const std::vector<int> before = visible_before(table);
-  const Entries entries(table);
+  const Visibility visibility(table);
   const int slice = bricks.count.x() * bricks.count.y();
   std::vector<std::size_t> occupied(size_of(bricks.count.z()));
   for_each_index(bricks.count.z(), threads, [&](int z) {
     const std::size_t end = size_of((z + 1) * slice);
+    visibility.of(bricks, size_of(z * slice), end, out.distance.data() + z * slice);
+    std::size_t count = 0;
     for (std::size_t b = size_of(z * slice); b < end; ++b) {
-      const bool visible = before[size_of(entries.to(bricks.high[b]) + 1)] >
-                           before[size_of(entries.from(bricks.low[b]))];
-      out.distance[b] = visible ? 0 : 255;
-      occupied[size_of(z)] += visible ? 1 : 0;
+      count += out.distance[b];
+      out.distance[b] = static_cast<std::uint8_t>(out.distance[b] - 1);  // 1 to 0, 0 to 255.
     }
+    occupied[size_of(z)] = count;
   });
   out.occupied = std::accumulate(occupied.begin(), occupied.end(), std::size_t{0});
   chebyshev(bricks.count, threads, out.distance);
@@ -190,6 +261,28 @@ std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks, const BrickDista
                  [](std::uint8_t d) { return static_cast<std::uint8_t>(d == 0 ? 255 : 0); });
   chebyshev(bricks.count, threads, depths);
   return depths;
+}
+
+std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid& bricks,
+                                        const BrickDistances& distances, const TransferTable& table,
+                                        int threads) {
+  std::vector<std::uint8_t> out(bricks.low.size());
+  std::vector<std::uint8_t> shows(parts.low.size());
+  const Visibility visibility(table);
+  const std::size_t slice = size_of(parts.count.x() * parts.count.y());
+  for_each_index(parts.count.z(), threads, [&](int k) {
+    visibility.of(parts, size_of(k) * slice, size_of(k + 1) * slice,
+                  shows.data() + size_of(k) * slice);
+  });
+  for_each_index(bricks.count.z(), threads, [&](int z) {
+    std::size_t b = size_of(z * bricks.count.x() * bricks.count.y());
+    for (int y = 0; y < bricks.count.y(); ++y) {
+      for (int x = 0; x < bricks.count.x(); ++x, ++b) {
+        out[b] = distances.distance[b] == 0 ? parts_of(parts.count, x, y, z, shows) : 0xFF;
+      }
+    }
+  });
+  return out;
 }
 
 std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const TransferTable& table,

@@ -15,9 +15,13 @@ namespace nav::render {
 /// Voxels along one edge of a brick; what a leap cannot see inside of.
 inline constexpr int kBrickVoxels = 8;
 
+/// Voxels along one edge of a part, an eighth of a brick.
+inline constexpr int kPartVoxels = kBrickVoxels / 2;
+
 /// Least and greatest HU of every brick of a volume. Brick b holds the trilinear samples whose
 /// lower voxel is in [8b, 8b + 8) along each axis, so its range includes one voxel beyond (the
-/// apron). Order: i fastest. Shared by the engines that leap over empty bricks.
+/// apron). Order: i fastest. Shared by the engines that leap over empty bricks. The same for parts,
+/// with 4 for 8.
 struct BrickGrid {
   Eigen::Vector3i count = Eigen::Vector3i::Zero();  ///< Bricks along i, j, k: (n - 1) / 8 + 1.
   std::vector<std::int16_t> low;
@@ -25,6 +29,8 @@ struct BrickGrid {
 };
 /// Uses at most threads threads; 0: all cores.
 BrickGrid make_brick_grid(const Volume& volume, int threads);
+/// The same of parts.
+BrickGrid make_part_grid(const Volume& volume, int threads);
 
 /// For every brick the Chebyshev distance, in bricks, to the nearest one where something may be
 /// visible: 0 there, at most 255. Order as in BrickGrid.
@@ -40,6 +46,12 @@ BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& tab
 /// that are not, at most 255: how far all is occupied around.
 std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks, const BrickDistances& distances,
                                        int threads = 0);
+
+/// Which of the eight parts of every occupied brick may show something, bit (i + 2 j + 4 k) for
+/// the part i, j, k of it, each 0 or 1; all bits of the others. Parts: of the same volume.
+std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid& bricks,
+                                        const BrickDistances& distances, const TransferTable& table,
+                                        int threads = 0);
 
 /// For every brick the greatest importance of what may be visible in it, in parts of 254 and
 /// rounded up; 255: 1. Order as in BrickGrid.

@@ -44,11 +44,19 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
 
 void CpuCache::make_leaps(int threads) {
   distances_ = brick_distances(*bricks_, *table_, threads);
-  const std::vector<std::uint8_t> depths = brick_depths(*bricks_, *distances_, threads);
+  if (!part_ranges_) part_ranges_ = make_part_grid(*ct_, threads);
+  parts_ = visible_parts(*part_ranges_, *bricks_, *distances_, *table_, threads);
+  // How far all bricks around are occupied in all their parts.
+  BrickDistances whole = *distances_;
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    if (parts_[b] != 0xFF) whole.distance[b] = 1;
+  }
+  parts_.resize(parts_.size() + kTail);
+  const std::vector<std::uint8_t> depths = brick_depths(*bricks_, whole, threads);
   leaps_.resize(depths.size() + kTail);
   for (std::size_t b = 0; b < depths.size(); ++b) {
     const int distance = std::min<int>(distances_->distance[b], 127);
-    const int depth = std::min<int>(depths[b], 127);
+    const int depth = std::clamp<int>(depths[b], 1, 127);
     leaps_[b] = static_cast<std::int8_t>(distance > 0 ? distance : 1 - depth);
   }
 }
@@ -65,6 +73,7 @@ void CpuCache::take_volume(const Scene& scene, int threads) {
   volume_.emplace(*scene.ct, threads);
   ct_ = scene.ct;
   bricks_.reset();
+  part_ranges_.reset();
   cells_of_.reset();
   distances_.reset();
   importance_.clear();

@@ -33,6 +33,8 @@ class CpuCache {
   [[nodiscard]] const std::optional<BrickDistances>& distances() const { return distances_; }
   /// As MarchInputs::brick_leap, like distances().
   [[nodiscard]] const std::vector<std::int8_t>& leaps() const { return leaps_; }
+  /// As MarchInputs::brick_parts, like distances().
+  [[nodiscard]] const std::vector<std::uint8_t>& parts() const { return parts_; }
   /// Empty until a scene with a cutaway asked for skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
   /// As MarchInputs::brick_cells; of the last scene with an adaptive step.
@@ -53,8 +55,10 @@ class CpuCache {
   std::vector<TableEntry> entries_;
   MarchIntegrals integrals_;
   std::optional<BrickGrid> bricks_;
+  std::optional<BrickGrid> part_ranges_;
   std::optional<BrickDistances> distances_;
   std::vector<std::int8_t> leaps_;
+  std::vector<std::uint8_t> parts_;
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
   std::vector<std::uint8_t> cells_;

@@ -20,6 +20,11 @@ constexpr double kShadingBudget = 1.0 / 512;
 /// Ends of pre-integrated cells up to this long lie in the same brick or in neighbours, whose
 /// ranges overlap: nothing between two empty ones is visible. 8 voxels, less what rounding takes.
 constexpr double kLongestLeapableCell = 7.5;
+/// The same for parts of bricks.
+constexpr double kLongestCellOverParts = 3.5;
+
+/// Voxels that are marched before bricks are looked at again: measured, of 1 to 4.
+constexpr double kVoxelsPerLook = 2;
 
 /// Stands for infinity where infinity · 0 must not become NaN.
 constexpr double kFar = 1e30;
@@ -54,6 +59,9 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
     return;
   }
   in.brick_leap = cache.leaps().data();
+  if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
+  const double cells = std::round(kVoxelsPerLook / scene.quality.step_voxels);
+  in.cells_per_look = static_cast<int>(std::clamp(cells, 1.0, 16.0));
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 

@@ -48,11 +48,16 @@ class Marcher {
     Segments<V> segments(sampler_, cell);
     const bool skipping = in_.brick_leap != nullptr;
     M fresh = active;  // Lanes whose value at the begin of their cell is not known.
-    while (true) {
-      if (skipping && leaper.leap(cell, end_, active, fresh)) {
-        active = V::both(active, V::less(cell, end_));
+    // Lanes enter bricks one after the other: a look for each would cost more than to march on a
+    // little through what is empty, which changes nothing.
+    for (int until_look = 0; true; --until_look) {
+      if (skipping && until_look == 0) {
+        if (leaper.leap(cell, end_, active, fresh)) {
+          active = V::both(active, V::less(cell, end_));
+          if (!V::any(active)) break;
+        }
+        until_look = in_.cells_per_look;
       }
-      if (!V::any(active)) break;
       if constexpr (kAdaptive) {
         const M single = kFade ? V::less(cell, fading_.t2) : V::none();
         cells_ = segments.cells(cell, begin_, end_, active, single);

@@ -33,30 +33,47 @@ struct Bricks {
   }
 
   struct Brick {
-    I index[3];
-    I at;  ///< Position in the arrays.
+    I voxel[3];  ///< Of a sample in it.
+    I at;        ///< Position in the arrays.
   };
 
   /// The brick that holds a sample.
   Brick find(F sample) const {
     Brick b;
+    I index[3];
     for (int axis = 0; axis < 3; ++axis) {
-      b.index[axis] = V::shift_right_3(V::truncate(sampler.coordinate(axis, sample)));
+      b.voxel[axis] = V::truncate(sampler.coordinate(axis, sample));
+      index[axis] = V::shift_right_3(b.voxel[axis]);
     }
     const MarchInputs& in = sampler.in;
-    b.at = V::add(V::mul(V::add(V::mul(b.index[2], V::set_int(in.bricks[1])), b.index[1]),
+    b.at = V::add(V::mul(V::add(V::mul(index[2], V::set_int(in.bricks[1])), index[1]),
                          V::set_int(in.bricks[0])),
-                  b.index[0]);
+                  index[0]);
     return b;
   }
 
-  /// The first sample after one that may lie outside the cube of reach bricks around its own.
-  F leave(const Brick& brick, I reach, F sample) const {
+  /// Whether the part that holds the brick's sample has its bit among these.
+  static M among(const Brick& brick, I parts) {
+    const auto half = [&](int axis) { return V::bits(brick.voxel[axis], 4); };
+    const I bit = V::add(
+        V::add(V::shift_right(half(0), V::set_int(2)), V::shift_right(half(1), V::set_int(1))),
+        half(2));
+    return V::less(V::set(0.0F), V::to_float(V::bits(V::shift_right(parts, bit), 1)));
+  }
+
+  /// The first sample after one that may lie outside the cube of reach bricks around its own;
+  /// where halved, for which reach is 0, outside its part of the brick.
+  F leave(const Brick& brick, I reach, F sample, M halved = V::none()) const {
     F out = V::set(1e9F);
+    const I around = V::shift_left_3(reach);
+    const I edge = V::subtract(V::add(V::set_int(8), V::add(around, around)),
+                               V::mask_int(halved, V::set_int(4)));
     for (int axis = 0; axis < 3; ++axis) {
-      const F low = V::to_float(V::shift_left_3(V::subtract(brick.index[axis], reach)));
-      const F high =
-          V::to_float(V::shift_left_3(V::add(V::add(brick.index[axis], reach), V::set_int(1))));
+      const I voxel = brick.voxel[axis];
+      const I half = V::mask_int(halved, V::bits(voxel, 4));
+      const I least = V::subtract(V::add(V::bits(voxel, ~7), half), around);
+      const F low = V::to_float(least);
+      const F high = V::to_float(V::add(least, edge));
       const M forward = V::less(V::set(0.0F), sampler.step[axis]);
       const F face =
           V::select(forward, V::sub(high, V::set(kLeapMargin)), V::add(low, V::set(kLeapMargin)));
@@ -116,13 +133,19 @@ struct Leaper {
     const MarchInputs& in = bricks.sampler.in;
     const auto brick = bricks.find(sample);
     const F range = V::to_float(V::load_signed_byte(in.brick_leap, brick.at));
-    const M empty = V::less(V::set(0.0F), range);
+    M empty = V::less(V::set(0.0F), range);
     F reach = V::max(V::sub(range, V::set(1.0F)), V::sub(V::set(0.0F), range));
     // What the cutaway hides is looked for brick by brick.
     if constexpr (kFade) {
       reach = V::select(V::either(empty, V::not_less(sample, hiding.t2)), reach, V::set(0.0F));
     }
-    leave = bricks.leave(brick, V::truncate(reach), sample);
+    M halved = V::none();
+    if (in.brick_parts != nullptr) {
+      const I parts = V::load_byte(in.brick_parts, brick.at);
+      halved = V::less(V::to_float(parts), V::set(255.0F));
+      empty = V::either(empty, V::both(halved, V::negate(Bricks<V>::among(brick, parts))));
+    }
+    leave = bricks.leave(brick, V::truncate(reach), sample, halved);
     if constexpr (!kFade) return V::select(empty, leave, sample);
     const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
     // Samples up to here end cells that are hidden; the next cell is as well.

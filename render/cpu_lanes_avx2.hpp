@@ -41,6 +41,9 @@ struct Avx2 {
   static I max_int(I a, I b) { return {_mm256_max_epi32(a.v, b.v)}; }
   static I shift_right_3(I a) { return {_mm256_srai_epi32(a.v, 3)}; }
   static I shift_left_3(I a) { return {_mm256_slli_epi32(a.v, 3)}; }
+  static I shift_right(I a, I by) { return {_mm256_srlv_epi32(a.v, by.v)}; }
+  static I bits(I a, int kept) { return {_mm256_and_si256(a.v, _mm256_set1_epi32(kept))}; }
+  static I mask_int(M m, I a) { return {_mm256_and_si256(_mm256_castps_si256(m.v), a.v)}; }
   static I truncate(F a) { return {_mm256_cvttps_epi32(a)}; }
   static F to_float(I a) { return _mm256_cvtepi32_ps(a.v); }
   static M less(F a, F b) { return {_mm256_cmp_ps(a, b, _CMP_LT_OQ)}; }

@@ -37,6 +37,9 @@ struct Scalar {
   static I max_int(I a, I b) { return a > b ? a : b; }
   static I shift_right_3(I a) { return a >> 3; }
   static I shift_left_3(I a) { return a * 8; }
+  static I shift_right(I a, I by) { return a >> by; }
+  static I bits(I a, int kept) { return a & kept; }
+  static I mask_int(M m, I a) { return m ? a : 0; }
   static I truncate(F a) { return static_cast<int>(a); }
   static F to_float(I a) { return static_cast<float>(a); }
   static M less(F a, F b) { return a < b; }

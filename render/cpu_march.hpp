@@ -39,6 +39,9 @@ struct MarchInputs {
   /// occupied brick: minus how many occupied bricks lie all around it, <= 0. Null: no skipping.
   /// Readable 3 bytes past the end.
   const std::int8_t* brick_leap;
+  /// visible_parts() of bricks. Null: parts are not looked at. Readable 3 bytes past the end.
+  const std::uint8_t* brick_parts;
+  int cells_per_look;  ///< Cells that are marched before bricks are looked at again, >= 1.
   /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
   /// Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;

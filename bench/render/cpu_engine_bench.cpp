@@ -96,12 +96,16 @@ void projection(benchmark::State& state, Projection kind) {
   run(state, *engine, scene);
 }
 
-/// A transfer function edit at 384³: visibility and importance of 48³ bricks, distances, depths.
+/// A transfer function edit at 384³: visibility and importance of 48³ bricks, distances, depths,
+/// visibility of parts.
 void reclassify(benchmark::State& state, const char* preset) {
-  static const BrickGrid grid = make_brick_grid(*test::SyntheticAbdomen::volume(384), 0);
+  static const auto ct = test::SyntheticAbdomen::volume(384);
+  static const BrickGrid grid = make_brick_grid(*ct, 0);
+  static const BrickGrid parts = make_part_grid(*ct, 0);
   const TransferTable table(*preset_transfer_function(preset));
   for (auto _ : state) {
     const BrickDistances distances = brick_distances(grid, table);
+    benchmark::DoNotOptimize(visible_parts(parts, grid, distances, table));
     benchmark::DoNotOptimize(brick_depths(grid, distances));
     benchmark::DoNotOptimize(brick_importance(grid, table));
   }

@@ -185,6 +185,42 @@ TEST(BrickDepthsTest, AreThoseToTheNearestEmptyBrick) {
   }
 }
 
+TEST(VisiblePartsTest, AreThoseWithABrightVoxelThatASampleInsideTouches) {
+  std::mt19937 random(12);
+  std::bernoulli_distribution bone(0.004);
+  for (const std::array<int, 3> size :
+       {std::array{24, 17, 32}, {9, 5, 13}, {20, 12, 1}, {1, 1, 1}, {33, 4, 8}}) {
+    const VoxelGrid voxels = grid_of(size);
+    const auto volume =
+        test::make_volume(voxels, [&](int, int, int) { return bone(random) ? kBone : kAir; });
+    const BrickGrid bricks = make_brick_grid(*volume, 2);
+    const auto parts = visible_parts(make_part_grid(*volume, 2), bricks,
+                                     brick_distances(bricks, bone_table()), bone_table(), 2);
+    std::vector<std::uint8_t> expected(bricks.high.size(), 0);
+    for (int k = 0; k < size[2]; ++k) {
+      for (int j = 0; j < size[1]; ++j) {
+        for (int i = 0; i < size[0]; ++i) {
+          // A sample whose lower voxel this is touches those up to one further on.
+          bool bright = false;
+          for (int corner = 0; corner < 8; ++corner) {
+            const auto next = [&](int axis, int at) {
+              return std::min(at + (corner >> axis & 1), size[static_cast<std::size_t>(axis)] - 1);
+            };
+            bright = bright || volume->at(next(0, i), next(1, j), next(2, k)) == kBone;
+          }
+          const unsigned bit = static_cast<unsigned>(i / 4 % 2 + j / 4 % 2 * 2 + k / 4 % 2 * 4);
+          auto& bits = expected[index_of(bricks.count, {i / 8, j / 8, k / 8})];
+          if (bright) bits = static_cast<std::uint8_t>(bits | 1U << bit);
+        }
+      }
+    }
+    for (std::size_t b = 0; b < expected.size(); ++b) {
+      const bool empty = bricks.high[b] != kBone;
+      EXPECT_EQ(parts[b], empty ? 0xFF : expected[b]) << b;
+    }
+  }
+}
+
 /// A few nodes anywhere, some invisible; sometimes within a window of gradients.
 TransferTable random_table(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
