@@ -2,10 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/window.hpp"
 
+#include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <gtest/gtest.h>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
 
 #include "render/engine.hpp"
+#include "render/gl_volume_prop.hpp"
+#include "render/vtk_convert.hpp"
 #include "render/window_refinement.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
@@ -35,6 +42,28 @@ TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
   constexpr int kTwoRoundings = 1;
   const auto found = test::difference(*window, to_8bit(headless->pixels), kTwoRoundings);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
+}
+
+TEST(WindowTest, DrawsTheSameAfterItsContextIsGone) {
+  SONDE_REQUIRE_DISPLAY();
+  auto scene = std::make_shared<Scene>(test::ball_scene(test::cube_grid(24, 1.0), 96, 64));
+  scene->plane = test::test_plane(scene->ct->grid(), SafetyState::kValid);
+  vtkNew<vtkRenderWindow> window;
+  window->SetMultiSamples(0);
+  window->SetSize(scene->width, scene->height);
+  SceneView view(*window);
+  ASSERT_TRUE(test::has_value(view.draw(scene)));
+  const Image2d<Rgba8> before = read_pixels(*window);
+  // The window's context, and all textures and programs in it, end here.
+  window->Finalize();
+  ASSERT_TRUE(test::has_value(view.draw(scene)));
+  const Image2d<Rgba8> after = read_pixels(*window);
+  ASSERT_EQ(after.pixels().size(), before.pixels().size());
+  EXPECT_EQ(
+      std::memcmp(after.pixels().data(), before.pixels().data(), before.pixels().size_bytes()), 0);
+  const auto background = after.pixels().front();
+  EXPECT_TRUE(std::any_of(after.pixels().begin(), after.pixels().end(),
+                          [&](const Rgba8& p) { return p.r != background.r; }));
 }
 
 TEST(WindowTest, AsksForScenesAndClosesByItself) {
