@@ -396,8 +396,11 @@ void CommandLine::add_simulate() {
   verb->add_option("--length-mm", o.length_mm, "of the slide")->capture_default_str();
   verb->add_option("--angle-deg", o.angle_deg, "of the swing")->capture_default_str();
   verb->add_option("--probe", o.probe,
-                   "standard (the family's own, in its usual view), convex or linear")
+                   "standard (the family's own, in its usual view), convex, linear or sector")
       ->capture_default_str();
+  verb->add_option("--model", o.model, "how echoes are computed: rays or scatterers")
+      ->capture_default_str();
+  verb->add_flag("--mirrored", o.mirrored, "the probe's marker is on the other side");
   verb->add_option("--tracker", o.tracker, "ideal, optical, electromagnetic or arm")
       ->capture_default_str();
   verb->add_option("--breathing", o.breathing, "none, rigid, affine or smooth")
@@ -405,7 +408,17 @@ void CommandLine::add_simulate() {
   verb->add_option("--breathing-mm", o.breathing_mm, "mean way towards the feet")
       ->capture_default_str();
   verb->add_option("--breathing-period-s", o.breathing_period_s)->capture_default_str();
-  verb->add_option("--faults", o.faults, "chance of each fault at each sample, 0 to 1")
+  verb->add_option("--faults", o.faults,
+                   "chance of each fault at each sample, or of some: drop=0.02,nan=0.001")
+      ->capture_default_str();
+  verb->add_option("--tracker-rate-hz", o.tracker_rate_hz)->capture_default_str();
+  verb->add_option("--latency-ms", o.latency_ms, "of poses")->capture_default_str();
+  verb->add_option("--jitter-ms", o.jitter_ms, "of poses, at most")->capture_default_str();
+  verb->add_option("--clock-offset-ms", o.clock_offset_ms, "of the tracker")->capture_default_str();
+  verb->add_option("--clock-drift-ppm", o.clock_drift_ppm, "of the tracker")->capture_default_str();
+  verb->add_option("--loss", o.loss, "chance that a burst of lost poses begins at one")
+      ->capture_default_str();
+  verb->add_option("--picture-offset-ms", o.picture_offset_ms, "of the pictures' stamps")
       ->capture_default_str();
   verb->add_option("--duration-s", o.duration_s)->capture_default_str();
   verb->add_option("--frame-rate-hz", o.frame_rate_hz)->capture_default_str();

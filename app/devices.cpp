@@ -6,8 +6,32 @@
 
 #include "app/report.hpp"
 #include "devices/inventory.hpp"
+#include "sim/session/simulated_devices.hpp"
 
 namespace nav::app {
+
+namespace {
+
+/// How a simulated device is started from a shell.
+std::string start_of(const sim::SimulatedDevice& device) {
+  return "sonde simulate --out FILE --" + device.kind + " " + device.name;
+}
+
+Json simulated(bool print) {
+  Json list = Json::array();
+  for (const auto& device : sim::simulated_devices()) {
+    list.push_back({{"name", device.name},
+                    {"kind", device.kind},
+                    {"description", device.description},
+                    {"start", start_of(device)}});
+    if (!print) continue;
+    std::cout << "simulated " << device.kind << ' ' << device.name << ": " << device.description
+              << "\n  " << start_of(device) << '\n';
+  }
+  return list;
+}
+
+}  // namespace
 
 Result<void> run_devices(const std::optional<std::string>& json, Console& console) {
   Json report;
@@ -38,9 +62,11 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   } else {
     console.report(Severity::kWarning, "devices", can.error().message);
   }
+  const bool none = report["usb"].empty() && report["can"].empty();
+  if (!json && none) std::cout << "no devices on USB or CAN\n";
+  report["simulated"] = simulated(!json);
   report["diagnostics"] = json_of(console.entries());
   if (json) return write_json(report, *json);
-  if (report["usb"].empty() && report["can"].empty()) std::cout << "no devices\n";
   return {};
 }
 

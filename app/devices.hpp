@@ -10,7 +10,8 @@
 
 namespace nav::app {
 
-/// Lists the USB devices and CAN interfaces that the kernel shows.
+/// Lists the USB devices and CAN interfaces that the kernel shows, and the simulated trackers and
+/// probes with the command that starts each.
 Result<void> run_devices(const std::optional<std::string>& json, Console& console);
 
 }  // namespace nav::app

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/simulate.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 #include "app/simulated_truth.hpp"
@@ -14,23 +15,32 @@ namespace {
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 
-Result<sim::ProbeModel> probe_of(const SimulateOptions& options) {
-  sim::ProbeModel probe;
-  if (options.probe == "standard") {
-    const auto patient = sim::make_patient(options.family, {options.seed, sim::Contrast::kPortal});
-    if (!patient) return patient.error();
-    probe = patient->views.front().probe;
-  } else if (options.probe == "convex") {
-    probe = sim::convex_abdominal();
-  } else if (options.probe == "linear") {
-    probe = sim::linear_l14();
-  } else {
-    return Error{ErrorCode::kUsage,
-                 "--probe: expected standard, convex or linear, found " + options.probe};
-  }
-  if (options.columns != 0) probe.columns = options.columns;
-  if (options.rows != 0) probe.rows = options.rows;
+Result<sim::ProbeModel> probe_of(const SimulateOptions& options, const sim::Patient& patient) {
+  Result<sim::ProbeModel> probe = options.probe == "standard"
+                                      ? Result<sim::ProbeModel>(patient.views.front().probe)
+                                      : sim::probe_model_from(options.probe);
+  if (!probe) return Error{probe.error().code, probe.error().message + ", or standard"};
+  const auto model = sim::acoustic_model_from(options.model);
+  if (!model) return model.error();
+  probe->model = *model;
+  probe->marker_on_other_side = options.mirrored;
+  if (options.columns != 0) probe->columns = options.columns;
+  if (options.rows != 0) probe->rows = options.rows;
   return probe;
+}
+
+Duration milliseconds_of(double ms) { return from_seconds(1e-3 * ms); }
+
+/// A picture that is stamped late arrives no earlier than its stamp.
+void set_timing(const SimulateOptions& options, sim::SimulatedSessionOptions& out) {
+  out.timing.rate_hz = options.tracker_rate_hz;
+  out.timing.latency = milliseconds_of(options.latency_ms);
+  out.timing.jitter = milliseconds_of(options.jitter_ms);
+  out.timing.clock_offset = milliseconds_of(options.clock_offset_ms);
+  out.timing.drift_ppm = options.clock_drift_ppm;
+  out.timing.loss_begins = options.loss;
+  out.image_timing.stamp_offset = milliseconds_of(options.picture_offset_ms);
+  out.image_timing.latency = std::max(out.image_timing.latency, out.image_timing.stamp_offset);
 }
 
 /// Scales the usual direction of the motion to the amplitude that was asked for.
@@ -45,9 +55,10 @@ Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
   return breathing;
 }
 
-Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& options) {
+Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& options,
+                                                     const sim::Patient& patient) {
   sim::SimulatedSessionOptions out;
-  const auto probe = probe_of(options);
+  const auto probe = probe_of(options, patient);
   if (!probe) return probe.error();
   const auto path = sim::hand_path_kind_from(options.path);
   if (!path) return path.error();
@@ -66,8 +77,10 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.standard_view = options.probe == "standard";
   out.tracker = *tracker;
   out.breathing = *breathing;
-  out.pose_faults = sim::FaultPlan::everything(options.faults, options.seed);
-  out.frame_faults = out.pose_faults;
+  set_timing(options, out);
+  const auto faults = sim::FaultPlan::from(options.faults, options.seed);
+  if (!faults) return Error{faults.error().code, "--" + faults.error().message};
+  out.pose_faults = out.frame_faults = *faults;
   return out;
 }
 
@@ -83,10 +96,12 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
 }  // namespace
 
 Result<void> run_simulate(const SimulateOptions& options, Console& console) {
-  const auto session_settings = session_options(options);
-  if (!session_settings) return session_settings.error();
   console.begin("simulated patient");
-  const auto session = sim::SimulatedSession::create(*session_settings);
+  const auto patient = sim::make_patient(options.family, {options.seed, sim::Contrast::kPortal});
+  if (!patient) return patient.error();
+  const auto session_settings = session_options(options, *patient);
+  if (!session_settings) return session_settings.error();
+  const auto session = sim::SimulatedSession::create(*session_settings, *patient);
   if (!session) return session.error();
   console.begin("pictures");
   const auto recording =

@@ -19,13 +19,23 @@ struct SimulateOptions {
   std::string path = "sweep";  ///< sweep, fan, rock or tilt.
   double length_mm = 60;       ///< Of a slide.
   double angle_deg = 50;       ///< Of a swing.
-  /// The family's own in its standard view; convex or linear, held where the way is free.
+  /// The family's own in its standard view; convex, linear or sector, held where the way is free.
   std::string probe = "standard";
+  std::string model = "rays";       ///< How echoes are computed: rays or scatterers.
   std::string tracker = "optical";  ///< ideal, optical, electromagnetic or arm.
   std::string breathing = "none";   ///< none, rigid, affine or smooth.
   double breathing_mm = 12;         ///< Towards the feet, mean.
   double breathing_period_s = 4;
-  double faults = 0;  ///< Chance of each fault at each sample.
+  /// Chance of each fault at each sample: one for all, or "drop=0.02,nan=0.001".
+  std::string faults = "0";
+  double tracker_rate_hz = 50;
+  double latency_ms = 15;        ///< Of the tracker's samples.
+  double jitter_ms = 2;          ///< Added latency, at most.
+  double clock_offset_ms = 0;    ///< Of the tracker's stamps.
+  double clock_drift_ppm = 0;    ///< Of the tracker's clock.
+  double loss = 0;               ///< Chance that a burst of lost samples begins at one.
+  double picture_offset_ms = 0;  ///< Of the pictures' stamps.
+  bool mirrored = false;         ///< The probe's marker is on the other side.
   double duration_s = 4;
   double frame_rate_hz = 15;
   int columns = 0, rows = 0;  ///< Of the pictures; 0: the probe's own.

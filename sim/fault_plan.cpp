@@ -5,7 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <numbers>
+#include <optional>
+#include <ranges>
 
 #include "nav/check.hpp"
 #include "sim/random.hpp"
@@ -15,9 +18,29 @@ namespace {
 
 constexpr std::uint64_t kFaultStream = 0x6661756c74;
 
-std::array<double, 11> chances(const FaultPlan& p) {
-  return {p.drop,  p.duplicate, p.reorder, p.future_stamp, p.clock_step,  p.stall,
-          p.empty, p.nan,       p.flip,    p.mirror,       p.denormalised};
+/// In the order of FaultKind.
+constexpr std::array<double FaultPlan::*, 11> kChances = {
+    &FaultPlan::drop,         &FaultPlan::duplicate,   &FaultPlan::reorder,
+    &FaultPlan::future_stamp, &FaultPlan::clock_step,  &FaultPlan::stall,
+    &FaultPlan::empty,        &FaultPlan::nan,         &FaultPlan::flip,
+    &FaultPlan::mirror,       &FaultPlan::denormalised};
+
+std::optional<double> chance_from(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 1)) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+Error bad_faults(std::string_view found) {
+  std::string names;
+  for (std::size_t k = 0; k < kChances.size(); ++k) {
+    names += (k == 0 ? "" : ", ") + std::string(to_string(static_cast<FaultKind>(k)));
+  }
+  return {ErrorCode::kUsage, "faults: expected a chance in [0, 1] or NAME=CHANCE,... of " + names +
+                                 "; found '" + std::string(found) + "'"};
 }
 
 const FaultPlan& checked(const FaultPlan& plan) {
@@ -56,24 +79,40 @@ const char* to_string(FaultKind kind) {
 FaultPlan FaultPlan::everything(double chance, std::uint64_t seed) {
   FaultPlan plan;
   plan.seed = seed;
-  for (double* p :
-       {&plan.drop, &plan.duplicate, &plan.reorder, &plan.future_stamp, &plan.clock_step,
-        &plan.stall, &plan.empty, &plan.nan, &plan.flip, &plan.mirror, &plan.denormalised}) {
-    *p = chance;
+  for (const auto of : kChances) plan.*of = chance;
+  return plan;
+}
+
+Result<FaultPlan> FaultPlan::from(std::string_view text, std::uint64_t seed) {
+  if (const auto chance = chance_from(text)) return everything(*chance, seed);
+  FaultPlan plan;
+  plan.seed = seed;
+  for (const auto part : std::views::split(text, ',')) {
+    const std::string_view item(part.begin(), part.end());
+    const std::size_t sign = item.find('=');
+    if (sign == std::string_view::npos) return bad_faults(item);
+    const auto chance = chance_from(item.substr(sign + 1));
+    std::size_t kind = 0;
+    while (kind < kChances.size() &&
+           item.substr(0, sign) != to_string(static_cast<FaultKind>(kind))) {
+      ++kind;
+    }
+    if (!chance || kind == kChances.size()) return bad_faults(item);
+    plan.*kChances[kind] = *chance;
   }
   return plan;
 }
 
 bool FaultPlan::empty_plan() const {
-  return std::ranges::all_of(chances(*this), [](double p) { return p == 0; });
+  return std::ranges::all_of(kChances, [this](auto of) { return this->*of == 0; });
 }
 
 Result<void> validate(const FaultPlan& plan) {
   const auto refuse = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("fault plan: expected ") + what};
   };
-  const auto chance = [](double p) { return p >= 0 && p <= 1; };
-  if (!std::ranges::all_of(chances(plan), chance)) return refuse("chances in [0, 1]");
+  const auto chance = [&](auto of) { return plan.*of >= 0 && plan.*of <= 1; };
+  if (!std::ranges::all_of(kChances, chance)) return refuse("chances in [0, 1]");
   if (plan.drop_samples < 1) return refuse("drop_samples >= 1");
   if (plan.step_samples < 1) return refuse("step_samples >= 1");
   if (plan.future <= Duration::zero()) return refuse("future > 0");

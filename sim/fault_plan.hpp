@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nav/source.hpp"
@@ -43,6 +44,9 @@ struct FaultPlan {
 
   /// Every fault with the same chance.
   static FaultPlan everything(double chance, std::uint64_t seed);
+  /// From a command line: one chance for all ("0.01"), or each by name ("drop=0.02,nan=0.001").
+  /// Refuses what is neither, with the names, and chances outside [0, 1].
+  static Result<FaultPlan> from(std::string_view text, std::uint64_t seed);
   [[nodiscard]] bool empty_plan() const;
 };
 

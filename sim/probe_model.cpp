@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <sstream>
+#include <string>
 
 namespace nav::sim {
 
@@ -39,6 +40,21 @@ ProbeModel sector_cranial() {
   probe.lateral_fwhm_mm = 1.4;
   probe.elevation_fwhm_mm = 2.2;
   return probe;
+}
+
+Result<ProbeModel> probe_model_from(std::string_view name) {
+  if (name == "convex") return convex_abdominal();
+  if (name == "linear") return linear_l14();
+  if (name == "sector") return sector_cranial();
+  return Error{ErrorCode::kUsage,
+               "probe: expected convex, linear or sector, found " + std::string(name)};
+}
+
+Result<AcousticModel> acoustic_model_from(std::string_view name) {
+  if (name == "rays") return AcousticModel::kRays;
+  if (name == "scatterers") return AcousticModel::kScatterers;
+  return Error{ErrorCode::kUsage,
+               "acoustic model: expected rays or scatterers, found " + std::string(name)};
 }
 
 Result<void> validate(const ProbeModel& probe) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
+
 #include "nav/result.hpp"
 
 namespace nav::sim {
@@ -52,6 +54,12 @@ ProbeModel linear_l14();
 
 /// Phased array of 5 MHz, 80 degrees, 100 mm deep: intraoperative, through a craniotomy.
 ProbeModel sector_cranial();
+
+/// One of these by name (convex, linear, sector); refuses others with the list.
+Result<ProbeModel> probe_model_from(std::string_view name);
+
+/// By name (rays, scatterers); refuses others with the list.
+Result<AcousticModel> acoustic_model_from(std::string_view name);
 
 /// A refusal that names the first setting that cannot be.
 Result<void> validate(const ProbeModel& probe);

@@ -64,17 +64,6 @@ double ScanGeometry::line_spacing_mm(double along_mm) const {
   return std::max(spacing, kLeastMm);
 }
 
-Eigen::Vector2d ScanGeometry::beam_of(const Eigen::Vector2d& p) const {
-  double share = 2 * p.x() / probe_.width_mm;
-  double along = p.y();
-  if (probe_.kind != ProbeKind::kLinear) {
-    const Eigen::Vector2d q = p - outline_->apex_mm;
-    share = std::atan2(q.x(), q.y()) / probe_.half_angle_rad;
-    along = q.norm() - outline_->radius_min_mm;
-  }
-  return {0.5 * (share + 1) * (probe_.lines - 1), along / sample_mm_};
-}
-
 void ScanGeometry::place_taps() {
   taps_.resize(static_cast<std::size_t>(probe_.columns) * static_cast<std::size_t>(probe_.rows));
   constexpr double kRounding = 1e-6;

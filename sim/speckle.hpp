@@ -60,18 +60,22 @@ class SmoothField {
     const Eigen::Vector3d t = q - low;
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {
-      std::uint64_t bits = seed_;
+      const Eigen::Vector3i side(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
       double weight = 1;
-      for (int axis = 0; axis < 3; ++axis) {
-        const int side = (corner >> axis) & 1;
-        bits = hash_bits(bits ^
-                         static_cast<std::uint64_t>(static_cast<std::int64_t>(low[axis]) + side));
-        weight *= side == 1 ? t[axis] : 1 - t[axis];
-      }
-      sum += weight * (2 * unit_from_bits(bits) - 1);
+      for (int axis = 0; axis < 3; ++axis) weight *= side[axis] == 1 ? t[axis] : 1 - t[axis];
+      sum += weight * static_cast<double>(node(low.cast<int>() + side));
     }
     return static_cast<float>(sum);
   }
+  /// Value at index * cell_mm(), in [-1, 1].
+  [[nodiscard]] float node(const Eigen::Vector3i& index) const {
+    std::uint64_t bits = seed_;
+    for (const int i : index) {
+      bits = hash_bits(bits ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(i)));
+    }
+    return static_cast<float>(2 * unit_from_bits(bits) - 1);
+  }
+  [[nodiscard]] double cell_mm() const { return cell_mm_; }
 
  private:
   std::uint64_t seed_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <tbb/parallel_for.h>
 
 #include "sim/beam.hpp"
@@ -187,7 +188,7 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
       signal += kInterfaceGain * std::min(0.5F, slope * step / (a.impedance + b.impedance)) *
                 directed * std::max(0.2F, roughness);
     }
-    out[i] = signal * passed * amplitude_from_db(-2 * loss_db);
+    out[i] = signal * passed * std::exp(static_cast<float>(-2 * std::numbers::ln10 / 20 * loss_db));
     loss_db += step * (a.loss_db_per_mm + share * (b.loss_db_per_mm - a.loss_db_per_mm));
     passed *= 1 - reflection * reflection;
   }

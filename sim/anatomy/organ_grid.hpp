@@ -17,7 +17,8 @@ struct OrgansNear {
 };
 
 /// Which organs can matter where: cells, each with the organs whose surface comes near, on top of
-/// the last organ that fills the whole cell. Private to sim/. Thread-safe to read.
+/// the last organ that fills the whole cell. Cells with few surfaces are split in eight. Private to
+/// sim/. Thread-safe to read.
 class OrganGrid {
  public:
   /// organs must outlive the grid; their surfaces lie within the box.
@@ -26,11 +27,29 @@ class OrganGrid {
   [[nodiscard]] OrgansNear organs_at(const Eigen::Vector3d& p) const;
 
  private:
+  struct Cell {
+    std::uint32_t start = 0;  ///< Of its list; of its eight children if it is split.
+    std::uint16_t count = 0;
+    bool filled = false;
+    bool split = false;
+  };
+  /// A cell under construction.
+  struct Found {
+    std::vector<std::uint16_t> organs;
+    bool filled = false;
+    void add(std::uint16_t organ, double distance_mm, double reach_mm);
+  };
+  [[nodiscard]] std::vector<Found> fill(const std::vector<Organ>& organs) const;
+  /// Its eight children, x fastest.
+  [[nodiscard]] std::vector<Found> split(const std::vector<Organ>& organs, const Found& cell,
+                                         const Eigen::Vector3d& corner) const;
+  Cell keep(const Found& found);
+
   Eigen::AlignedBox3d box_;
   double cell_mm_;
   Eigen::Array3i size_;
-  std::vector<std::uint32_t> start_;
-  std::vector<std::uint8_t> filled_;
+  std::vector<Cell> cells_;
+  std::vector<Cell> children_;  ///< x fastest within eight.
   std::vector<std::uint16_t> lists_;
   std::vector<std::uint16_t> all_;
 };

@@ -16,6 +16,8 @@ S coverage(const S& distance_mm, double blend_mm) {
 
 bool is_none(double share) { return !(share > 0); }
 bool is_none(const Dual& share) { return !(share.value > 0); }
+bool is_whole(double share) { return share >= 1; }
+bool is_whole(const Dual& share) { return share.value >= 1; }
 
 /// The organ's values cover what was by a share.
 void mix(Acoustics& value, const Acoustics& own, float share) {
@@ -55,16 +57,30 @@ Tissue OrganStack::tissue_exhaustive(const Vec3d& p) const {
   return topmost({all, false}, p);
 }
 
-/// Calls mix(organ, share) from the lowest organ up: each covers what was by its share. q: p, as
-/// double or Dual.
+/// Calls mix(organ, share) from the lowest organ up: each covers what was by its share. What a
+/// higher one covers altogether is not asked. q: p, as double or Dual.
 template <class S, class Mix>
 void OrganStack::cover(const Vec3d& p, const Vec3<S>& q, double blend_mm, const Mix& mix) const {
   const OrgansNear near = grid_.organs_at(p);
-  for (std::size_t i = 0; i < near.indices.size(); ++i) {
-    const Organ& organ = organs_[near.indices[i]];
-    const S share =
-        i == 0 && near.first_fills ? S(1.0) : coverage<S>(organ.distance_mm(q), blend_mm);
-    if (!is_none(share)) mix(organ, share);
+  constexpr std::size_t kMost = 32;  // Of shares kept; below, organs are asked on the way up.
+  std::array<S, kMost> shares;
+  const std::size_t count = near.indices.size();
+  const std::size_t kept = count - std::min(count, kMost);
+  const auto share_of = [&](std::size_t i) {
+    return i == 0 && near.first_fills
+               ? S(1.0)
+               : coverage<S>(organs_[near.indices[i]].distance_mm(q), blend_mm);
+  };
+  std::size_t lowest = count;
+  while (lowest > kept) {
+    --lowest;
+    shares[lowest - kept] = share_of(lowest);
+    if (is_whole(shares[lowest - kept])) break;
+  }
+  if (lowest == kept && !(lowest < count && is_whole(shares[0]))) lowest = 0;
+  for (std::size_t i = lowest; i < count; ++i) {
+    const S share = i < kept ? share_of(i) : shares[i - kept];
+    if (!is_none(share)) mix(organs_[near.indices[i]], share);
   }
 }
 

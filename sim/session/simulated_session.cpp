@@ -127,10 +127,9 @@ class SessionFrames final : public FrameSource {
       return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
     }
     const bool still = session_.breathing().options().kind == BreathingKind::kNone;
-    const auto warp = still ? nullptr : session_.breathing().warp(truth.physical);
-    UltrasoundFrame frame =
-        simulator_.simulate(truth.ct_from_image, truth.physical + timing.stamp_offset,
-                            static_cast<std::uint64_t>(index_), {}, warp.get());
+    UltrasoundFrame frame = simulator_.simulate(
+        truth.ct_from_image, truth.physical + timing.stamp_offset,
+        static_cast<std::uint64_t>(index_), {}, still ? nullptr : truth.warp.get());
     frame.received = received;
     ++index_;
     return frame;
@@ -192,14 +191,20 @@ Result<void> validate(const SimulatedSessionOptions& o) {
 
 Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  auto patient = make_patient(options.family, {options.seed, options.contrast});
+  const auto patient = make_patient(options.family, {options.seed, options.contrast});
   if (!patient) return patient.error();
+  return create(options, *patient);
+}
+
+Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options,
+                                                  const Patient& patient) {
+  if (const auto ok = validate(options); !ok) return ok.error();
   if (options.standard_view) {
-    return SimulatedSession(options, patient->anatomy, patient->views.front().ct_from_image);
+    return SimulatedSession(options, patient.anatomy, patient.views.front().ct_from_image);
   }
-  const auto middle = free_view(*patient->anatomy, press_of(options.probe));
+  const auto middle = free_view(*patient.anatomy, press_of(options.probe));
   if (!middle) return middle.error();
-  return SimulatedSession(options, patient->anatomy, *middle);
+  return SimulatedSession(options, patient.anatomy, *middle);
 }
 
 SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
@@ -237,10 +242,10 @@ Timestamp SimulatedSession::frame_time(int index) const {
 FrameTruth SimulatedSession::truth(int index) const {
   const Timestamp time = frame_time(index);
   const auto pose = path_.at(time);
-  const auto warp = breathing_.warp(time);
-  return {time, pose,
-          rest_view(*warp, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows),
-          breathing_.state(time)};
+  std::shared_ptr<const Warp> warp = breathing_.warp(time);
+  const RestView rest =
+      rest_view(*warp, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
+  return {time, pose, rest, breathing_.state(time), std::move(warp)};
 }
 
 SensorStream SimulatedSession::stream(std::uint64_t body) const {

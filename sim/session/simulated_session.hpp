@@ -52,6 +52,7 @@ struct FrameTruth {
   Transform<frames::Ct, frames::Image> ct_from_image;
   RestView rest;  ///< The same in the patient at rest, which is what the CT shows.
   BreathingState breathing;
+  std::shared_ptr<const Warp> warp;  ///< Of the patient at that moment. Never null.
 };
 
 /// A patient who breathes, a hand that leads a probe, a tracker that errs: ordinary sources on the
@@ -62,6 +63,9 @@ class SimulatedSession {
   /// Errors: those of validate(); kUsage for a family that does not exist, or a patient in whom no
   /// free view was found.
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options);
+  /// Of a patient that is already there; options.family and contrast are only names then.
+  static Result<SimulatedSession> create(const SimulatedSessionOptions& options,
+                                         const Patient& patient);
 
   [[nodiscard]] const SimulatedSessionOptions& options() const { return options_; }
   [[nodiscard]] const Anatomy& patient() const { return *patient_; }

@@ -104,7 +104,7 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   SimulateOptions options = small(folder);
   options.tracker = "ideal";
   options.duration_s = 6;
-  options.faults = 0.02;
+  options.faults = "0.02";
   ASSERT_TRUE(run_simulate(options, console));
   const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   ASSERT_FALSE(truth.at("faults").empty());
@@ -123,7 +123,8 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   Console console(false);
   for (std::string SimulateOptions::*option :
        {&SimulateOptions::family, &SimulateOptions::path, &SimulateOptions::probe,
-        &SimulateOptions::tracker, &SimulateOptions::breathing}) {
+        &SimulateOptions::tracker, &SimulateOptions::breathing, &SimulateOptions::model,
+        &SimulateOptions::faults}) {
     SimulateOptions options = small(folder);
     options.*option = "nonsense";
     const auto refused = run_simulate(options, console);
@@ -132,7 +133,7 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
     EXPECT_FALSE(std::filesystem::exists(options.out));
   }
   SimulateOptions options = small(folder);
-  options.faults = 2;
+  options.faults = "2";
   EXPECT_FALSE(run_simulate(options, console));
 }
 

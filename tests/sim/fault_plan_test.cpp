@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <set>
+#include <string>
 
 namespace nav::sim {
 namespace {
@@ -44,6 +45,41 @@ TEST(FaultPlanTest, AnEmptyPlanChangesNothing) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     EXPECT_EQ(poses[i].tracker_from_body(0, 3), static_cast<double>(i));
     EXPECT_EQ(poses[i].received - poses[i].acquired, milliseconds(5));
+  }
+}
+
+TEST(FaultPlanTest, IsReadFromACommandLineByName) {
+  const auto all = FaultPlan::from("0.25", 3);
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->drop, 0.25);
+  EXPECT_EQ(all->denormalised, 0.25);
+  EXPECT_EQ(all->seed, 3u);
+  const auto one = [](const std::string& name) {
+    const auto plan = FaultPlan::from(name + "=0.5", 1);
+    EXPECT_TRUE(plan) << name;
+    std::vector<FaultRecord> faults;
+    if (plan) run(*plan, &faults);
+    std::set<std::string> kinds;
+    for (const auto& fault : faults) kinds.insert(to_string(fault.kind));
+    return kinds;
+  };
+  for (int k = 0; k <= static_cast<int>(FaultKind::kDenormalised); ++k) {
+    const std::string name = to_string(static_cast<FaultKind>(k));
+    EXPECT_EQ(one(name), std::set<std::string>{name});
+  }
+  const auto two = FaultPlan::from("drop=0.1,nan=1", 1);
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->drop, 0.1);
+  EXPECT_EQ(two->nan, 1);
+  EXPECT_EQ(two->flip, 0);
+}
+
+TEST(FaultPlanTest, RefusesWhatItCannotRead) {
+  for (const char* text : {"", "nonsense", "drop", "drop=", "drop=2", "drop=-0.1", "drop=0.1,",
+                           "drop=0.1x", "dropp=0.1", "nan", "2", "drop=nan"}) {
+    const auto refused = FaultPlan::from(text, 1);
+    ASSERT_FALSE(refused) << text;
+    EXPECT_NE(refused.error().message.find("denormalised"), std::string::npos) << text;
   }
 }
 

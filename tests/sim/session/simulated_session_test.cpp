@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "sim/session/paced_source.hpp"
+#include "sim/session/simulated_devices.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::sim {
@@ -122,6 +123,32 @@ TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
   }
   EXPECT_EQ(count, session.frame_count());
   EXPECT_GT(sum / (80 * 60 * count), 15) << "the probe touches the patient";
+}
+
+TEST(SimulatedSessionTest, EveryListedDeviceCanBeStartedAndDelivers) {
+  for (const SimulatedDevice& device : simulated_devices()) {
+    SimulatedSessionOptions options = small();
+    options.duration_s = 0.2;
+    if (device.kind == "tracker") {
+      const auto kind = tracker_kind_from(device.name);
+      ASSERT_TRUE(kind) << device.name;
+      options.tracker = *kind;
+    } else {
+      ASSERT_EQ(device.kind, "probe") << device.name;
+      const auto probe = probe_model_from(device.name);
+      ASSERT_TRUE(probe) << device.name;
+      options.probe = *probe;
+      options.probe.lines = 32;
+    }
+    const auto session = make(options);
+    const auto pose = session.probe_poses()->next(Timestamp::max());
+    const auto picture = session.frames()->next(Timestamp::max());
+    ASSERT_TRUE(pose && picture) << device.name;
+    EXPECT_EQ(pose->status, TrackingStatus::kOk) << device.name;
+    EXPECT_GE(picture->received, picture->acquired) << device.name;
+    EXPECT_FALSE(picture->pixels.empty()) << device.name;
+  }
+  EXPECT_FALSE(probe_model_from("banana"));
 }
 
 TEST(SimulatedSessionTest, SameSeedSameBytes) {

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <vector>
+
+#include "sim/speckle.hpp"
+
+namespace nav::sim {
+
+/// The nodes of a SmoothField in a box, drawn once: a picture asks the same few nodes a hundred
+/// thousand times. Private to sim/. The field must outlive it. Thread-safe to read.
+class SmoothPatch {
+ public:
+  SmoothPatch(const SmoothField& field, const Eigen::AlignedBox3d& box_mm);
+  /// field.at(mm) to float rounding; outside the box it asks the field.
+  [[nodiscard]] float at(const Eigen::Vector3d& mm) const {
+    const Eigen::Vector3d q = mm * cells_per_mm_;
+    const Eigen::Array3i low = q.array().floor().cast<int>();
+    const Eigen::Array3i i = low - first_;
+    if ((i < 0).any() || (i + 1 >= size_).any()) return field_->at(mm);
+    const Eigen::Vector3f t = (q - low.matrix().cast<double>()).cast<float>();
+    const auto row = static_cast<std::size_t>(size_.x());
+    const auto slice = row * static_cast<std::size_t>(size_.y());
+    const float* v = nodes_.data() + static_cast<std::size_t>(i.x()) +
+                     static_cast<std::size_t>(i.y()) * row +
+                     static_cast<std::size_t>(i.z()) * slice;
+    const auto along_x = [&](const float* p) { return p[0] + t.x() * (p[1] - p[0]); };
+    const auto across = [&](const float* p) {
+      const float near = along_x(p);
+      return near + t.y() * (along_x(p + row) - near);
+    };
+    const float near = across(v);
+    return near + t.z() * (across(v + slice) - near);
+  }
+
+ private:
+  const SmoothField* field_;
+  double cells_per_mm_;
+  Eigen::Array3i first_, size_;
+  std::vector<float> nodes_;
+};
+
+}  // namespace nav::sim
