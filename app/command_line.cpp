@@ -545,7 +545,8 @@ void CommandLine::add_gallery() {
 }
 
 void CommandLine::add_devices() {
-  CLI::App* list = app_.add_subcommand("devices", "List USB devices and CAN interfaces");
+  CLI::App* list =
+      app_.add_subcommand("devices", "List USB devices, CAN interfaces and simulated devices");
   add_json(*list);
   list->callback(
       [this] { verb_ = [this](Console& console) { return run_devices(json(), console); }; });

@@ -8,6 +8,8 @@
 #include "app/engines.hpp"
 #include "app/gallery_looks.hpp"
 #include "app/gallery_predicates.hpp"
+#include "app/gallery_registration.hpp"
+#include "app/gallery_simulator.hpp"
 #include "app/output_folder.hpp"
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
@@ -299,6 +301,8 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
     console.progress(++done / static_cast<double>(gallery.pictures().size()));
   }
   console.end();
+  if (auto ok = draw_registration_gallery(options, *folder, console); !ok) return ok;
+  if (auto ok = draw_simulator_gallery(options, *folder, console); !ok) return ok;
   return draw_predicate_gallery(options, *folder, console);
 }
 

@@ -20,7 +20,7 @@ struct GalleryOptions {
 
 /// Draws the pictures of docs/gallery.md: Figures 2, 3, 5, 6, 7 and 8 of Burns et al. 2007
 /// re-created on simulated patients and, where SONDE_DATA_DIR has it, a public CT angiography; then
-/// draw_predicate_gallery().
+/// draw_registration_gallery(), draw_simulator_gallery() and draw_predicate_gallery().
 Result<void> run_gallery(const GalleryOptions& options, Console& console);
 
 }  // namespace nav::app
