@@ -3,7 +3,9 @@
 #include "app/gallery_registration.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "app/registration_picture.hpp"
 #include "app/report.hpp"
@@ -18,13 +20,14 @@ namespace {
 
 constexpr std::uint64_t kSeed = 1;
 constexpr double kStartMm = 40;
-constexpr int kPictures = 4;      // Along the sweep.
-constexpr int kSlice = 520;       // Pixels of a side.
-constexpr double kSliceMm = 0.6;  // Of a pixel.
+constexpr int kPictures = 4;       // Along the sweep.
+constexpr int kEmpty = 56;         // Rows of a registration picture below its fans.
+constexpr int kSlice = 520;        // Pixels of a side.
+constexpr double kSliceMm = 0.65;  // Of a pixel.
 constexpr double kMapStepMm = 10;
-constexpr double kMostMm = 2;  // Of the colours: the limit of acceptance.
-constexpr double kOpacity = 0.45;
-constexpr std::array<double, 4> kContoursMm = {0.25, 0.5, 1, 2};
+constexpr double kMostMm = 1;  // Of the colours.
+constexpr double kOpacity = 0.35;
+constexpr std::array<double, 4> kContoursMm = {0.25, 0.5, 0.75, 1};
 
 /// A registration and what is known about it because the patient is simulated.
 struct Run {
@@ -66,8 +69,8 @@ Result<void> draw_checkerboards(const Run& run, OutputFolder& folder) {
     rows.push_back(registration_picture(*run.patient.ct, frames[index], run.start,
                                         run.result.ct_from_reference, {}));
   }
-  const int height = rows.front().height();
-  render::Canvas canvas(rows.front().width(), kPictures * height, render::rgb8(0x101418));
+  const int height = rows.front().height() - kEmpty;
+  render::Canvas canvas(rows.front().width(), kPictures * height + kEmpty, render::rgb8(0x101418));
   for (int i = 0; i < kPictures; ++i) canvas.copy(rows[static_cast<std::size_t>(i)], 0, i * height);
   return folder.write_picture("registration-sweep.png", canvas.picture());
 }
@@ -143,10 +146,12 @@ Result<void> draw_tre_map(const Run& run, OutputFolder& folder) {
   const Rgba8 ink = render::rgb8(0xd8dee4);
   canvas.text(8, 20, 15, "Axial, through the middle of the targets", ink);
   canvas.text(kSlice + 8, 20, 15, "Coronal", ink);
-  if (auto ok = draw_map(run, render::axial_slice(run.target), 0, kTop, canvas); !ok) return ok;
-  if (auto ok = draw_map(run, render::coronal_slice(run.target), kSlice, kTop, canvas); !ok) {
-    return ok;
-  }
+  // Through the targets, with the whole CT in the middle of the picture.
+  const Eigen::Vector3d ct = run.patient.ct->grid().centre().mm, target = run.target.mm;
+  const Point<frames::Ct> axial{{ct.x(), ct.y(), target.z()}};
+  const Point<frames::Ct> coronal{{ct.x(), target.y(), ct.z()}};
+  if (auto ok = draw_map(run, render::axial_slice(axial), 0, kTop, canvas); !ok) return ok;
+  if (auto ok = draw_map(run, render::coronal_slice(coronal), kSlice, kTop, canvas); !ok) return ok;
   draw_legend(canvas, 12, kTop + kSlice + 8);
   return folder.write_picture("registration-tre-map.png", canvas.picture());
 }
@@ -174,8 +179,8 @@ void say_numbers(const Run& run, Console& console) {
 
 Result<void> draw_registration_gallery(const GalleryOptions& options, OutputFolder& folder,
                                        Console& console) {
-  const auto wanted = [&](const std::string& name) {
-    return name.find(options.only) != std::string::npos;
+  const auto wanted = [&](std::string_view name) {
+    return name.find(options.only) != std::string_view::npos;
   };
   if (!wanted("registration-sweep") && !wanted("registration-tre-map")) return {};
   const auto run = run_registration(console);

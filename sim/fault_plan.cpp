@@ -85,6 +85,7 @@ FaultPlan FaultPlan::everything(double chance, std::uint64_t seed) {
 
 Result<FaultPlan> FaultPlan::from(std::string_view text, std::uint64_t seed) {
   if (const auto chance = chance_from(text)) return everything(*chance, seed);
+  if (text.empty()) return bad_faults(text);
   FaultPlan plan;
   plan.seed = seed;
   for (const auto part : std::views::split(text, ',')) {

@@ -201,7 +201,7 @@ class Model {
     for (int c = cells_.index(middle[slab_.thin] - reach);
          c <= cells_.index(middle[slab_.thin] + reach); ++c) {
       index[slab_.thin] = c;
-      add_scatterer(index, out);
+      add_scatterer(index, static_cast<float>(kSlab * sigma), out);
     }
   }
 
@@ -213,11 +213,12 @@ class Model {
     return geometry_.beam_of<float>(q.head<2>());
   }
 
-  /// The scatterer of a cell, if the picture shows it.
-  void add_scatterer(const Eigen::Vector3i& index, std::vector<Spike>& out) const {
+  /// The scatterer of a cell, if the picture shows it. half_mm: of the slab's thickness hereabouts.
+  void add_scatterer(const Eigen::Vector3i& index, float half_mm, std::vector<Spike>& out) const {
     const std::uint64_t bits = cells_.bits(index);
     const Vec3d p = cells_.cell_mm() * (index.cast<double>() + ScattererCells::place(bits));
     const Eigen::Vector3f q = image_of(p);
+    if (std::abs(q.z()) > half_mm) return;
     const Eigen::Vector2f beam = beam_of(q);
     if (!(beam.x() >= 0 && beam.x() < static_cast<float>(lines_ - 1) && beam.y() >= 0 &&
           beam.y() < static_cast<float>(n_ - 1))) {

@@ -25,6 +25,7 @@ constexpr int kSlices = 3;  // Across the slice thickness.
 constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
 constexpr double kNeedleLengthMm = 150;
+constexpr double kRingMmTimesMhz = 3.15;  // Until the ringing has fallen to 1/e.
 constexpr std::uint64_t kNoiseStream = 0x7573;
 constexpr std::uint64_t kClutterStream = 0x636c75;
 
@@ -266,8 +267,9 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
     const Complex electronic =
         noise_level * noise.at({static_cast<double>(line) + 0.5, static_cast<double>(i) + 0.5, 0});
     const double along = static_cast<double>(i) * geometry.sample_mm();
-    // The transducer rings after the pulse: a bright band at the face.
-    const auto ring = static_cast<float>(0.6 * std::exp(-along / 0.9));
+    // The transducer rings for some periods after the pulse: a bright band at the face.
+    const auto ring =
+        static_cast<float>(0.6 * std::exp(-along * probe.frequency_mhz / kRingMmTimesMhz));
     out[i] = std::sqrt(std::norm(sum[i] + electronic)) * gain[i] + ring;
   }
   if (probe.clutter_level_db > -299) {

@@ -14,9 +14,7 @@ namespace {
 /// of the blended boundary.
 double reach_mm(double cell_mm) { return 1.4 * 0.8660254 * cell_mm + 1.0; }
 
-constexpr std::size_t kMostToSplit =
-    1;  // Surfaces; where there are more, it gains less than it costs.
-
+constexpr std::size_t kMostToSplit = 1;
 }  // namespace
 
 void OrganGrid::Found::add(std::uint16_t organ, double distance_mm, double reach_mm) {
