@@ -24,8 +24,8 @@ constexpr double kCellMmTimesMhz = 2.4;  // One scatterer in each cell of this s
 constexpr double kSoundMmPerUs = 1.54;
 constexpr double kRoughMm = 0.05;  // Of interfaces, standard deviation.
 constexpr float kMirror = 1.1F;    // Echo of a full reflection, 1 is white.
-// Half thickness in standard deviations of the beam: what lies beyond has 0.5 % of the power.
-constexpr double kSlab = 2.0;
+// Half thickness in standard deviations of the beam: what lies beyond has 1 % of the power.
+constexpr double kSlab = 1.8;
 constexpr int kPlanePieces = 8;  // Of a line, to find how moved tissue lies at rest.
 constexpr double kSpreadPadMm = 2;
 // Scatterers whose echo stays 20 dB below the electronic noise are not looked up.
