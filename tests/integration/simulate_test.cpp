@@ -7,6 +7,7 @@
 
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
+#include "sim/fault_plan.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -116,6 +117,31 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   ASSERT_TRUE(played);
   session->navigator().finish();
   EXPECT_TRUE(session->navigator().ledger().balanced());
+}
+
+TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
+  for (int k = 0; k <= static_cast<int>(sim::FaultKind::kDenormalised); ++k) {
+    const std::string name = to_string(static_cast<sim::FaultKind>(k));
+    const test::TemporaryFolder folder;
+    Console console(false);
+    SimulateOptions options = small(folder);
+    options.family = "tendon";
+    options.tracker = "ideal";
+    options.duration_s = 1.5;
+    options.faults = name + "=0.1";
+    ASSERT_TRUE(run_simulate(options, console)) << name;
+    const Json truth =
+        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    ASSERT_FALSE(truth.at("faults").empty()) << name;
+    for (const Json& fault : truth.at("faults")) EXPECT_EQ(fault.at("kind"), name);
+    SessionConfig config = config_of(options);
+    config.source.skip_bad_frames = true;
+    auto session = RecordedSession::open(config, console);
+    ASSERT_TRUE(session) << name << ": " << session.error().message;
+    ASSERT_TRUE(session->play([](const auto&) {})) << name;
+    session->navigator().finish();
+    EXPECT_TRUE(session->navigator().ledger().balanced()) << name;
+  }
 }
 
 TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
