@@ -21,14 +21,13 @@ class AskToGoOn final : public ceres::IterationCallback {
   const std::function<bool()>& keep_going_;
 };
 
-ceres::Solver::Options solver_options(int max_iterations) {
+ceres::Solver::Options solver_options(const SolveLimits& limits) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
+  options.max_num_iterations = limits.max_iterations;
   options.num_threads = 1;  // The one residual block is parallel inside.
   options.logging_type = ceres::SILENT;
-  // A change of this share moves the pose by some 10 µm at most.
-  options.function_tolerance = 3e-6;
+  options.function_tolerance = limits.cost_tolerance;
   options.gradient_tolerance = 1e-10;
   options.parameter_tolerance = 1e-5;
   // Too long steps are refused by the cost; each halves the trust region faster.
@@ -45,11 +44,11 @@ Termination termination_of(ceres::TerminationType type) {
 }  // namespace
 
 CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd> delta,
-                      int max_iterations, const std::function<bool()>& keep_going) {
+                      const SolveLimits& limits, const std::function<bool()>& keep_going) {
   delta.setZero();
   ceres::Problem problem;
   problem.AddResidualBlock(residuals, nullptr, delta.data());
-  ceres::Solver::Options options = solver_options(max_iterations);
+  ceres::Solver::Options options = solver_options(limits);
   AskToGoOn callback(keep_going);
   options.callbacks.push_back(&callback);
   ceres::Solver::Summary summary;

@@ -44,6 +44,12 @@ void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessia
 }
 
 /// How a minimum was found.
+/// When a solve is done. A change of the cost by a share t moves a pose by some 6 mm·sqrt(t).
+struct SolveLimits {
+  int max_iterations;            ///< >= 1.
+  double cost_tolerance = 3e-6;  ///< Done when a step lowers the cost by less than this share, > 0.
+};
+
 struct CostSolution {
   double initial_cost;
   double final_cost;  ///< 1 when the cost was never finite.
@@ -57,6 +63,6 @@ struct CostSolution {
 /// nothing usable was found. Takes the residuals; their sum of squares is the cost. keep_going:
 /// asked once per iteration; false stops with cancelled set.
 CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd> delta,
-                      int max_iterations, const std::function<bool()>& keep_going);
+                      const SolveLimits& limits, const std::function<bool()>& keep_going);
 
 }  // namespace nav::registration

@@ -26,6 +26,8 @@ constexpr std::size_t kSolvedPerRound = 8;
 constexpr double kShrink = 0.4;
 constexpr std::size_t kFinished = 4;
 constexpr double kSameMm = 4;
+// Found poses are refined on other levels: a few tenths of a millimetre are near enough.
+constexpr double kTolerance = 3e-4;
 
 struct Ranked {
   double cost;
@@ -80,7 +82,8 @@ class Search {
   }
 
   PoseSolution solve(const Lc2Cost& cost, const Pose& pose, int iterations) {
-    PoseSolution solution = solve_pose(cost, pose, points_.centroid, iterations, keep_going_);
+    PoseSolution solution =
+        solve_pose(cost, pose, points_.centroid, {iterations, kTolerance}, keep_going_);
     non_finite_ = std::max(non_finite_, solution.non_finite);
     stopped_ = stopped_ || solution.cancelled;
     return solution;

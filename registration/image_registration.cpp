@@ -29,6 +29,12 @@ constexpr double kLostRatio = 1.4;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
+// Shares of the cost at which a solve is done: some 0.1 mm on the way, 0.03 mm in the end.
+constexpr double kCoarseTolerance = 3e-4;
+constexpr double kFineTolerance = 2e-5;
+// The finest level starts with every so many-th patch, where that leaves enough.
+constexpr std::size_t kFirstStride = 4;
+constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
 constexpr double kSolveProgress = 0.9;
 // A pose of the finest level is judged by this share of its patches, those of highest contrast:
@@ -100,9 +106,12 @@ class Registrar {
   void solve_starts(const Level& level);
   void solve_candidates(const Level& level, std::size_t keep);
   PoseSolution solve(const Level& level, const Pose& start);
+  PoseSolution solve_on(const Level& level, const PatchSet& patches, const Pose& start,
+                        double tolerance);
   PoseSolution solve_where_structured(const Level& level, const Pose& start);
   [[nodiscard]] bool finest(const Level& level) const { return &level == &levels_.back(); }
-  [[nodiscard]] PatchSet structured(const Level& level, const Pose& pose) const;
+  [[nodiscard]] PatchSet structured(const Level& level, const Pose& pose,
+                                    const PatchSet& patches) const;
   void drop_duplicates(std::size_t keep);
   bool lost(const Candidate& best, const Candidate& other);
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
@@ -152,23 +161,37 @@ void Registrar::solve_starts(const Level& level) {
   drop_duplicates(kKeptCandidates);
 }
 
-/// Patches of a level that can tell poses nearby apart. Mutual information is of all samples.
-PatchSet Registrar::structured(const Level& level, const Pose& pose) const {
-  if (options_.similarity == Similarity::kMutualInformation) return level.patches();
-  return with_ct_structure(level.channels, level.patches(), pose, options_.min_ct_contrast_hu);
+/// Patches that can tell poses nearby apart. Mutual information is of all samples.
+PatchSet Registrar::structured(const Level& level, const Pose& pose,
+                               const PatchSet& patches) const {
+  if (options_.similarity == Similarity::kMutualInformation) return patches;
+  return with_ct_structure(level.channels, patches, pose, options_.min_ct_contrast_hu);
 }
 
 PoseSolution Registrar::solve(const Level& level, const Pose& start) {
   if (finest(level) && levels_.size() > 1) return solve_where_structured(level, start);
-  return solve_pose(level.cost, start, points_.centroid, options_.max_iterations,
-                    [this] { return keep_going(); });
+  return solve_on(level, level.patches(), start, kCoarseTolerance);
+}
+
+PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, const Pose& start,
+                                 double tolerance) {
+  return solve_pose(level.cost.on(patches), start, points_.centroid,
+                    {options_.max_iterations, tolerance}, [this] { return keep_going(); });
 }
 
 /// Solved where the CT has structure, judged where the ultrasound has contrast.
 PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& start) {
-  const PatchSet patches = structured(level, start);
-  PoseSolution solution = solve_pose(level.cost.on(patches), start, points_.centroid,
-                                     options_.max_iterations, [this] { return keep_going(); });
+  // Most of the way with a part of the patches: the rest is a step or two with all.
+  std::size_t index = 0;
+  const PatchSet some = structured(level, start, subset(level.patches(), [&](const Patch&) {
+                                     return index++ % kFirstStride == 0;
+                                   }));
+  std::optional<PoseSolution> near;
+  if (some.patches.size() >= kLeastFirst) near = solve_on(level, some, start, kCoarseTolerance);
+  const Pose& from = near ? near->pose : start;
+  PoseSolution solution =
+      solve_on(level, structured(level, from, level.patches()), from, kFineTolerance);
+  if (near) solution.iterations += near->iterations;
   const Lc2Cost judge = level.cost.on(judging_);
   const CostTerms before = judge.cost(start);
   const CostTerms after = judge.cost(solution.pose);
@@ -243,7 +266,7 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
 void Registrar::stretch(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
-  const PatchSet patches = structured(level, best.solution.pose);
+  const PatchSet patches = structured(level, best.solution.pose, level.patches());
   StretchSolution found =
       solve_stretch(level.cost.on(patches), best.solution.pose, points_.centroid, options_.stretch,
                     options_.max_iterations, [this] { return keep_going(); });
@@ -260,7 +283,7 @@ void Registrar::stretch(Candidate& best) {
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
-  const PatchSet patches = stretched(structured(finest, pose), stretch_);
+  const PatchSet patches = stretched(structured(finest, pose, finest.patches()), stretch_);
   const LocalShape shape = local_shape(finest.cost.on(patches), pose, pose * points_.centroid,
                                        0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =

@@ -156,6 +156,9 @@ class Histogram {
       grey_[static_cast<std::size_t>(sample.grey_bin)] += sample.weight;
     }
     for (const double p : grey_) grey_entropy_ -= p > 0 ? p * std::log(p) : 0;
+    // One grey has none, but for the rounding of the weights' sum.
+    constexpr double kLeastEntropy = 1e-9;
+    if (grey_entropy_ < kLeastEntropy) grey_entropy_ = 0;
   }
 
   const PatchSet& patches_;

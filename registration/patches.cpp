@@ -37,38 +37,77 @@ struct SmoothPicture {
   }
 };
 
+/// What smoothing needs besides its result: one memory for all pictures.
+struct SmoothBuffers {
+  cv::Mat value, weight;
+};
+
+/// Adds a row of pixels to the sums of blocks of so many columns, masked pixels not counted.
+void add_row(const std::uint8_t* grey, const std::uint8_t* usable, int columns, int block,
+             float* value, float* weight) {
+  if (block == 1) {  // Most often, and the compiler makes one loop of vectors of it.
+    for (int column = 0; column < columns; ++column) {
+      value[column] += static_cast<float>(grey[column] * usable[column]);
+      weight[column] += static_cast<float>(usable[column]);
+    }
+    return;
+  }
+  for (int column = 0; column < columns; ++column) {
+    int sum = 0;
+    int count = 0;
+    for (int x = column * block; x < (column + 1) * block; ++x) {
+      sum += grey[x] * usable[x];
+      count += usable[x];
+    }
+    value[column] += static_cast<float>(sum);
+    weight[column] += static_cast<float>(count);
+  }
+}
+
+/// Sums of grey and of pixels over blocks.
+void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask, int fx, int fy,
+                SmoothBuffers& out) {
+  const int columns = frame.pixels.width() / fx;
+  const int rows = frame.pixels.height() / fy;
+  const auto width = static_cast<std::size_t>(frame.pixels.width());
+  out.value.create(rows, columns, CV_32F);
+  out.weight.create(rows, columns, CV_32F);
+  out.value.setTo(0);
+  out.weight.setTo(0);
+  for (int y = 0; y < rows * fy; ++y) {
+    const std::size_t first = static_cast<std::size_t>(y) * width;
+    add_row(frame.pixels.pixels().data() + first, mask.pixels().data() + first, columns, fx,
+            out.value.ptr<float>(y / fy), out.weight.ptr<float>(y / fy));
+  }
+}
+
 SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
-                     double sigma_mm) {
+                     double sigma_mm, SmoothBuffers& buffers) {
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
-  // const_cast: cv::Mat has no read-only view; neither matrix is written.
-  const cv::Mat grey(height, width, CV_8U,
-                     const_cast<std::uint8_t*>(frame.pixels.pixels().data()));  // NOLINT
-  const cv::Mat usable(height, width, CV_8U,
-                       const_cast<std::uint8_t*>(mask.pixels().data()));  // NOLINT
-  cv::Mat weight, value;
-  usable.convertTo(weight, CV_32F);
-  grey.convertTo(value, CV_32F);
-  value = value.mul(weight);
-  // Averaging three pixels per sigma first changes nothing that the Gaussian would keep.
+  // Averaging pixels nearly a sigma wide first changes little that the Gaussian would keep.
+  constexpr double kPerSigma = 0.85;
   const double px = frame.grid.mm_per_pixel.col(0).norm();
   const double py = frame.grid.mm_per_pixel.col(1).norm();
-  const int fx = std::clamp(static_cast<int>(0.35 * sigma_mm / px), 1, width);
-  const int fy = std::clamp(static_cast<int>(0.35 * sigma_mm / py), 1, height);
-  if (fx > 1 || fy > 1) {
-    const cv::Rect whole(0, 0, width / fx * fx, height / fy * fy);
-    const cv::Size size(width / fx, height / fy);
-    cv::resize(value(whole), value, size, 0, 0, cv::INTER_AREA);
-    cv::resize(weight(whole), weight, size, 0, 0, cv::INTER_AREA);
-  }
-  const double sx = std::max(sigma_mm / (px * fx), 1e-3);
-  const double sy = std::max(sigma_mm / (py * fy), 1e-3);
+  const int fx = std::clamp(static_cast<int>(kPerSigma * sigma_mm / px), 1, width);
+  const int fy = std::clamp(static_cast<int>(kPerSigma * sigma_mm / py), 1, height);
+  add_blocks(frame, mask, fx, fy, buffers);
+  // A mean of b pixels already has the variance (b² − 1)/12.
+  const auto left = [&](double pixel_mm, int block) {
+    const double all = sigma_mm * sigma_mm / (pixel_mm * pixel_mm);
+    return std::max(std::sqrt(std::max(all - (block * block - 1) / 12.0, 0.0)) / block, 1e-3);
+  };
+  const double sx = left(px, fx);
+  const double sy = left(py, fy);
   const cv::Size kernel(2 * static_cast<int>(std::ceil(3 * sx)) + 1,
                         2 * static_cast<int>(std::ceil(3 * sy)) + 1);
-  cv::GaussianBlur(value, value, kernel, sx, sy, cv::BORDER_REPLICATE);
-  cv::GaussianBlur(weight, weight, kernel, sx, sy, cv::BORDER_REPLICATE);
+  SmoothPicture out{{}, static_cast<double>(fx), static_cast<double>(fy)};
+  cv::GaussianBlur(buffers.value, out.grey, kernel, sx, sy, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(buffers.weight, buffers.weight, kernel, sx, sy, cv::BORDER_REPLICATE);
   constexpr double kNoWeight = 1e-6;
-  return {value / cv::max(weight, kNoWeight), static_cast<double>(fx), static_cast<double>(fy)};
+  cv::max(buffers.weight, kNoWeight, buffers.weight);
+  cv::divide(out.grey, buffers.weight, out.grey);
+  return out;
 }
 
 /// A patch before the selection.
@@ -95,6 +134,15 @@ struct LevelPicture {
   SmoothPicture smooth;
 };
 
+/// Whether the nearest pixel is one of the mask.
+bool inside(const Eigen::Vector2d& pixel, const Image2d<std::uint8_t>& mask) {
+  // Where both are positive, truncation rounds down.
+  const double x = pixel.x() + 0.5;
+  const double y = pixel.y() + 0.5;
+  if (!(x >= 0 && y >= 0 && x < mask.width() && y < mask.height())) return false;
+  return mask.at(static_cast<int>(x), static_cast<int>(y)) != 0;
+}
+
 /// Samples (i, j) of a square about a centre, each stride-th from −half to half; false: one lies
 /// outside the mask. values: all samples.
 bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
@@ -108,12 +156,7 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {
       const Eigen::Vector2d pixel = middle + i * a + j * b;
-      const auto column = static_cast<int>(std::lround(pixel.x()));
-      const auto row = static_cast<int>(std::lround(pixel.y()));
-      if (column < 0 || row < 0 || column >= picture.mask.width() || row >= picture.mask.height() ||
-          picture.mask.at(column, row) == 0) {
-        return false;
-      }
+      if (!inside(pixel, picture.mask)) return false;
       values.push_back(picture.smooth.at(pixel));
     }
   }
@@ -242,6 +285,42 @@ void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOp
   }
 }
 
+/// Key by which points of one cube follow one another, and cubes that touch are seldom far apart
+/// (Morton 1966): bits of the three cells in turn.
+std::uint64_t place_key(const Eigen::Vector3d& cell) {
+  constexpr double kMiddle = 1 << 20;
+  constexpr int kBits = 21;
+  std::uint64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double held = std::clamp(cell[axis] + kMiddle, 0.0, 2 * kMiddle - 1);
+    const auto index = static_cast<std::uint64_t>(held);
+    for (int bit = 0; bit < kBits; ++bit) key |= (index >> bit & 1) << (3 * bit + axis);
+  }
+  return key;
+}
+
+/// Patches of one place one after the other: the CT that they look at is in the cache then.
+void order_by_place(PatchSet& set) {
+  constexpr double kCellMm = 8;
+  if (set.patches.empty()) return;
+  const Eigen::Vector3d first = set.patches.front().centre_mm;
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
+  for (std::size_t i = 0; i < set.patches.size(); ++i) {
+    const Eigen::Vector3d cell = ((set.patches[i].centre_mm - first) / kCellMm).array().floor();
+    order.emplace_back(place_key(cell), i);
+  }
+  std::sort(order.begin(), order.end());
+  PatchSet out{set.side, {}, {}, set.frames};
+  out.patches.reserve(set.patches.size());
+  out.samples.reserve(set.samples.size());
+  for (const auto& [key, i] : order) {
+    out.patches.push_back(set.patches[i]);
+    const auto u = set.u(i);
+    out.samples.insert(out.samples.end(), u.begin(), u.end());
+  }
+  set = std::move(out);
+}
+
 /// Takes squares in an order that is spread evenly however soon it ends: steps of the golden ratio
 /// through all squares of all pictures (Weyl's sequence). Squares that are not needed are not even
 /// looked at.
@@ -271,10 +350,12 @@ void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm) {
   std::vector<LevelPicture> pictures;
+  SmoothBuffers buffers;
   for (const int index : thin_frames(sweep, level.frame_step_mm)) {
     const auto i = static_cast<std::size_t>(index);
     const TrackedFrame& tracked = sweep.frames()[i];
-    pictures.push_back({index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm)});
+    pictures.push_back(
+        {index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm, buffers)});
   }
   PatchSet out;
   out.side = level.patch_side;
@@ -284,6 +365,7 @@ PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t
   } else {
     choose_by_contrast(pictures, level, out);
   }
+  order_by_place(out);
   double total = 0;
   for (const Patch& patch : out.patches) total += patch.weight;
   for (Patch& patch : out.patches) patch.weight /= total;

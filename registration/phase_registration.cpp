@@ -85,13 +85,11 @@ class PhaseCost final : public ceres::CostFunction {
  public:
   PhaseCost(const CtChannels& ct, const Chosen& pictures, const Pose& start, const Vec& centre,
             Eigen::Index columns, const PhaseOptions& options)
-      : ct_(ct),
-        pictures_(pictures),
-        start_(start),
-        centre_(centre),
-        columns_(columns),
-        options_(options) {
-    for (const Picture* p : pictures) total_ += p->weight;
+      : pictures_(pictures), start_(start), centre_(centre), columns_(columns), options_(options) {
+    for (const Picture* p : pictures) {
+      total_ += p->weight;
+      costs_.emplace_back(ct, p->patches, options.ridge, options.threads);
+    }
     set_num_residuals(static_cast<int>(6 * columns) + 1);
     mutable_parameter_block_sizes()->push_back(static_cast<int>(6 * columns));
   }
@@ -105,8 +103,8 @@ class PhaseCost final : public ceres::CostFunction {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
     Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
     double cost = add_stiffness(series, gradient, hessian);
-    for (const Picture* picture : pictures_) {
-      cost += add(*picture, series, slopes, gradient, hessian);
+    for (std::size_t i = 0; i < pictures_.size(); ++i) {
+      cost += add(*pictures_[i], costs_[i], series, slopes, gradient, hessian);
     }
     if (!std::isfinite(cost) || !hessian.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd> r(residuals, n + 1);
@@ -133,11 +131,10 @@ class PhaseCost final : public ceres::CostFunction {
     return cost;
   }
 
-  double add(const Picture& picture, const Eigen::MatrixXd& series, bool slopes,
-             Eigen::VectorXd& gradient, Eigen::MatrixXd& hessian) const {
+  double add(const Picture& picture, const Lc2Cost& cost, const Eigen::MatrixXd& series,
+             bool slopes, Eigen::VectorXd& gradient, Eigen::MatrixXd& hessian) const {
     const Basis b = basis(picture.phase, columns_);
     const Vector6d twist = twist_of(series, b);
-    const Lc2Cost cost(ct_, picture.patches, options_.ridge, options_.threads);
     const Pose pose = moved(start_, centre_, twist);
     const double weight = picture.weight / total_;
     if (!slopes) return weight * cost.cost(pose).cost;
@@ -155,8 +152,8 @@ class PhaseCost final : public ceres::CostFunction {
     return weight * terms.cost;
   }
 
-  const CtChannels& ct_;
   Chosen pictures_;
+  std::vector<Lc2Cost> costs_;  // Of the pictures.
   Pose start_;
   Vec centre_;
   Eigen::Index columns_;
@@ -176,7 +173,7 @@ Fit fit(const CtChannels& ct, const Chosen& pictures, const Pose& start, const V
         Eigen::Index columns, const PhaseOptions& options) {
   Eigen::VectorXd delta(6 * columns);
   auto* cost = new PhaseCost(ct, pictures, start, centre, columns, options);  // Ceres takes it.
-  const CostSolution found = minimise(cost, delta, options.max_iterations, {});
+  const CostSolution found = minimise(cost, delta, {options.max_iterations}, {});
   const Eigen::MatrixXd series = Eigen::Map<const Eigen::MatrixXd>(delta.data(), 6, columns);
   return {PhaseMotion(start, centre, series), found.final_cost, found.iterations,
           found.termination != Termination::kFailed};

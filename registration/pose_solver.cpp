@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <ceres/ceres.h>
 #include <cmath>
+#include <optional>
 
 #include "nav/matrices.hpp"
 #include "registration/cost_solver.hpp"
@@ -85,14 +86,18 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
     const Pose pose = moved(start_, centre_, twist);
     Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);
     r.setZero();
+    const bool again = tried_ && *tried_ == delta;
+    if (!again) {
+      // Most steps that are tried are taken, and then asked for with derivatives.
+      terms_ = cost_.terms(pose, centre_ + twist.tail<3>());
+      tried_ = delta;
+    }
+    const CostTerms& terms = terms_;
+    non_finite_ = std::max(non_finite_, terms.non_finite);
     if (jacobians == nullptr || jacobians[0] == nullptr) {
-      const CostTerms terms = cost_.cost(pose);
-      non_finite_ = std::max(non_finite_, terms.non_finite);
       r[6] = std::sqrt(terms.cost);
       return std::isfinite(terms.cost);
     }
-    const CostTerms terms = cost_.terms(pose, centre_ + twist.tail<3>());
-    non_finite_ = std::max(non_finite_, terms.non_finite);
     if (!std::isfinite(terms.cost) || !terms.hessian.allFinite()) return false;
     fill(terms, delta, r, Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>(jacobians[0]));
     return true;
@@ -115,19 +120,21 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
   Pose start_;
   Eigen::Vector3d centre_;
   int& non_finite_;
+  mutable std::optional<Vector6d> tried_;
+  mutable CostTerms terms_;      // At tried_.
   mutable Curvature curvature_;  // Ceres asks one thread for Jacobians, once for each step taken.
 };
 
 }  // namespace
 
 PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
-                        const Point<frames::Reference>& centroid, int max_iterations,
+                        const Point<frames::Reference>& centroid, const SolveLimits& limits,
                         const std::function<bool()>& keep_going) {
   const Eigen::Vector3d centre = (start * centroid).mm;
   int non_finite = 0;
   Eigen::VectorXd delta(6);
   auto* residuals = new TwistCost(cost, start, centre, non_finite);  // Ceres takes it.
-  const CostSolution found = minimise(residuals, delta, max_iterations, keep_going);
+  const CostSolution found = minimise(residuals, delta, limits, keep_going);
   return {moved(start, centre, TwistCost::twist_of(delta.data())),
           found.initial_cost,
           found.final_cost,

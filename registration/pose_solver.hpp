@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "registration/cost_solver.hpp"
 #include "registration/image_registration.hpp"
 #include "registration/lc2_cost.hpp"
 
@@ -32,7 +33,7 @@ struct PoseSolution {
 /// gradient of E/2, [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)] and Jacobian [Λ^{½}Qᵀ; 0] have the normal equations
 /// of all samples together. keep_going: asked once per iteration; false stops with cancelled set.
 PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
-                        const Point<frames::Reference>& centroid, int max_iterations,
+                        const Point<frames::Reference>& centroid, const SolveLimits& limits,
                         const std::function<bool()>& keep_going);
 
 }  // namespace nav::registration

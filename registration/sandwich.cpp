@@ -25,7 +25,7 @@ constexpr int kMinBlocks = 12;
 // A well-conditioned sweep has 0.1; below this a direction rests on noise.
 constexpr double kMinCurvatureRatio = 1e-3;
 
-constexpr std::size_t kHessianPatches = 1000;
+constexpr std::size_t kHessianPatches = 600;
 
 /// Rotations in mm: twist = scale · parameter.
 Matrix6d twist_from_scaled() {

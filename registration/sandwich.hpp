@@ -19,7 +19,7 @@ struct LocalShape {
 };
 
 /// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by
-/// symmetric differences over step_mm, of at most 1000 patches evenly chosen.
+/// symmetric differences over step_mm, of at most 600 patches evenly chosen.
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm);
 

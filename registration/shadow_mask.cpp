@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <sstream>
@@ -26,7 +27,12 @@ struct ScanGeometry {
   int lines = 0;
   int depths = 0;
   double bin_mm = 1;
-  std::vector<int> line_of, depth_of;  ///< By pixel, row-major; kOutside outside the outline.
+  /// By pixel, row-major: line * depths + depth; lines * depths outside the outline.
+  std::vector<int> cell_of;
+  std::vector<int> pixels;  ///< Of each cell.
+  [[nodiscard]] std::size_t cells() const {
+    return static_cast<std::size_t>(lines) * static_cast<std::size_t>(depths);
+  }
 };
 
 /// Beam coordinates of a point: angle or lateral distance in mm at mid depth, and depth in mm.
@@ -61,20 +67,24 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
     }
   }
   ScanGeometry geometry;
-  geometry.line_of.assign(points.size(), kOutside);
-  geometry.depth_of.assign(points.size(), kOutside);
+  geometry.cell_of.assign(points.size(), 0);
   if (low.across_mm > high.across_mm) return geometry;
   // Bins no finer than a pixel, so that none stays empty along a line.
   geometry.bin_mm =
       std::max({1.0, frame.grid.mm_per_pixel.col(0).norm(), frame.grid.mm_per_pixel.col(1).norm()});
   const double line_mm = std::max(line_spacing_mm, frame.grid.mm_per_pixel.col(0).norm());
   const double first_depth = frame.outline ? 0.0 : low.depth_mm;
+  const auto bin = [](double mm, double size_mm) { return static_cast<int>(mm / size_mm); };
+  geometry.lines = bin(high.across_mm - low.across_mm, line_mm) + 1;
+  geometry.depths = bin(high.depth_mm - first_depth, geometry.bin_mm) + 1;
+  geometry.pixels.assign(geometry.cells(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
+    geometry.cell_of[i] = geometry.lines * geometry.depths;
     if (!points[i]) continue;
-    geometry.line_of[i] = static_cast<int>((points[i]->across_mm - low.across_mm) / line_mm);
-    geometry.depth_of[i] = static_cast<int>((points[i]->depth_mm - first_depth) / geometry.bin_mm);
-    geometry.lines = std::max(geometry.lines, geometry.line_of[i] + 1);
-    geometry.depths = std::max(geometry.depths, geometry.depth_of[i] + 1);
+    const int line = bin(points[i]->across_mm - low.across_mm, line_mm);
+    geometry.cell_of[i] =
+        line * geometry.depths + bin(points[i]->depth_mm - first_depth, geometry.bin_mm);
+    ++geometry.pixels[static_cast<std::size_t>(geometry.cell_of[i])];
   }
   return geometry;
 }
@@ -93,43 +103,46 @@ bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
 /// Mean grey of each (line, depth) cell; kOutside where the picture has no pixel there. Averaging
 /// over the cell tames speckle and the noise floor, whose single pixels can be bright.
 std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
-  const auto cells =
-      static_cast<std::size_t>(geometry.lines) * static_cast<std::size_t>(geometry.depths);
-  std::vector<float> sums(cells, 0);
-  std::vector<int> counts(cells, 0);
+  // Two sums of each: neighbouring pixels, mostly of one cell, need not wait for each other.
+  std::vector<int> sums(2 * (geometry.cells() + 1), 0);
   const auto pixels = frame.pixels.pixels();
+  const int* cell_of = geometry.cell_of.data();
+  int* sum = sums.data();
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (geometry.line_of[i] == kOutside) continue;
-    const auto cell =
-        static_cast<std::size_t>(geometry.line_of[i] * geometry.depths + geometry.depth_of[i]);
-    sums[cell] += static_cast<float>(pixels[i]);
-    ++counts[cell];
+    sum[2 * static_cast<std::size_t>(cell_of[i]) + i % 2] += pixels[i];
   }
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    sums[cell] = counts[cell] > 0 ? sums[cell] / static_cast<float>(counts[cell]) : -1.0f;
+  std::vector<float> means(geometry.cells());
+  for (std::size_t cell = 0; cell < means.size(); ++cell) {
+    const int count = geometry.pixels[cell];
+    means[cell] = count > 0 ? static_cast<float>(sums[2 * cell] + sums[2 * cell + 1]) /
+                                  static_cast<float>(count)
+                            : static_cast<float>(kOutside);
   }
-  return sums;
+  return means;
 }
 
 /// 75th percentile over all lines and pictures, by depth.
 std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
-  std::vector<int> usual(static_cast<std::size_t>(depths), 0);
-  for (int depth = 0; depth < depths; ++depth) {
-    std::array<std::size_t, 256> histogram{};
-    std::size_t total = 0;
-    for (const auto& cells : means) {
-      for (int line = 0; line < lines; ++line) {
-        const float grey = cells[static_cast<std::size_t>(line * depths + depth)];
-        if (grey < 0) continue;
-        ++histogram[static_cast<std::size_t>(std::min(grey, 255.0f))];
-        ++total;
+  using Histogram = std::array<int, 256>;
+  const auto count = static_cast<std::size_t>(depths);
+  std::vector<Histogram> histograms(count, Histogram{});
+  for (const auto& cells : means) {
+    for (std::size_t line = 0; line < static_cast<std::size_t>(lines); ++line) {
+      for (std::size_t depth = 0; depth < count; ++depth) {
+        const float grey = cells[line * count + depth];
+        if (grey >= 0) ++histograms[depth][static_cast<std::size_t>(std::min(grey, 255.0f))];
       }
     }
-    std::size_t seen = 0;
-    for (int grey = 0; grey < 256; ++grey) {
-      seen += histogram[static_cast<std::size_t>(grey)];
+  }
+  std::vector<int> usual(count, 0);
+  for (std::size_t depth = 0; depth < count; ++depth) {
+    const Histogram& histogram = histograms[depth];
+    const auto total = std::accumulate(histogram.begin(), histogram.end(), std::int64_t{0});
+    std::int64_t seen = 0;
+    for (std::size_t grey = 0; grey < histogram.size(); ++grey) {
+      seen += histogram[grey];
       if (4 * seen >= 3 * total) {
-        usual[static_cast<std::size_t>(depth)] = grey;
+        usual[depth] = static_cast<int>(grey);
         break;
       }
     }
@@ -257,17 +270,24 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
 
   const std::vector<std::uint8_t> outside =
-      first.outline ? std::vector<std::uint8_t>(geometry.line_of.size(), 0) : never_lit(sweep);
+      first.outline ? std::vector<std::uint8_t>() : never_lit(sweep);
   std::vector<Image2d<std::uint8_t>> masks;
   masks.reserve(frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const std::vector<int> ends =
         line_ends(means[f], usual, geometry.lines, geometry.depths, options);
-    std::vector<std::uint8_t> mask(geometry.line_of.size(), 0);
-    for (std::size_t i = 0; i < mask.size(); ++i) {
-      if (geometry.line_of[i] == kOutside || outside[i] != 0) continue;
-      const int end = ends[static_cast<std::size_t>(geometry.line_of[i])];
-      mask[i] = geometry.depth_of[i] >= near && geometry.depth_of[i] < end ? 1 : 0;
+    std::vector<std::uint8_t> usable(geometry.cells() + 1, 0);
+    for (std::size_t line = 0; line < ends.size(); ++line) {
+      for (int depth = near; depth < ends[line]; ++depth) {
+        usable[line * static_cast<std::size_t>(geometry.depths) + static_cast<std::size_t>(depth)] =
+            1;
+      }
+    }
+    std::vector<std::uint8_t> mask(geometry.cell_of.size());
+    std::transform(geometry.cell_of.begin(), geometry.cell_of.end(), mask.begin(),
+                   [table = usable.data()](int cell) { return table[cell]; });
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+      if (outside[i] != 0) mask[i] = 0;
     }
     masks.emplace_back(first.pixels.width(), first.pixels.height(), std::move(mask));
   }

@@ -95,33 +95,12 @@ struct Case {
   explicit Case(double mm) {
     const auto grid = test::cubic_grid(75);
     ct = *make_ct_channels(test::blob_ct(patient, grid), box_of(grid), 1.2);
-    std::vector<TrackedFrame> frames;
-    std::mt19937 random(5);
-    const auto from_ct = test::true_pose().inverse();
-    for (int f = 0; f < 24; ++f) {
-      const Transform<frames::Ct, frames::Image> pose(
-          Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Vec::UnitX())),
-          Vec(0, -45, 4.0 * (f - 11.5)));
-      UltrasoundFrame frame;
-      frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
-      frame.grid = PixelGrid::centred(90, 1, 1);
-      const Vec beam = pose.rotation() * Vec::UnitY();
-      std::vector<std::uint8_t> grey;
-      for (int row = 0; row < 90; ++row) {
-        for (int column = 0; column < 90; ++column) {
-          const Vec now = (pose * frame.grid.at(column, row)).mm;
-          const Vec rest = now + bump(now, mm);
-          const double value = 60 + 0.7 * patient.hu(rest) +
-                               4 * std::abs(patient.slope(rest, beam)) +
-                               4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
-          grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
-          if (row % 20 == 10 && column % 20 == 10) targets.push_back(now);
-        }
-      }
-      frame.pixels = Image2d<std::uint8_t>(90, 90, std::move(grey));
-      frames.push_back({std::move(frame), from_ct * pose, Duration{0}});
-    }
-    const Sweep sweep = *Sweep::create(std::move(frames), "synthetic");
+    auto pictures = test::moved_pictures(patient, 24, 4,
+                                         [&](int, const Vec& now, const Vec& beam) -> test::AtRest {
+                                           return {now + bump(now, mm), beam};
+                                         });
+    targets = std::move(pictures.places_ct_mm);
+    const Sweep& sweep = pictures.sweep;
     patches = make_patches(sweep, *shadow_masks(sweep, {}), {1.6, 9, 1500, 1}, 1.2);
   }
   [[nodiscard]] double error_mm(const SplineField& field, double mm) const {

@@ -102,7 +102,7 @@ TEST(Lc2CostTest, NonFiniteChannelsCountAsNoMatch) {
 TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
   const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
   const Point<frames::Reference> centroid = scene().sweep.centroid();
-  const PoseSolution solution = solve_pose(cost, off_pose(), centroid, 30, {});
+  const PoseSolution solution = solve_pose(cost, off_pose(), centroid, {30}, {});
   EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
   EXPECT_LT(solution.final_cost, 0.5 * solution.initial_cost);
   constexpr double kToleranceMm = 0.6;  // 3 mm samples, 200 patches of 10 pictures.
@@ -114,7 +114,7 @@ TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
 TEST(Lc2CostTest, TheSolverStopsWhenAsked) {
   const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
   const auto solution =
-      solve_pose(cost, off_pose(), scene().sweep.centroid(), 30, [] { return false; });
+      solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, [] { return false; });
   EXPECT_TRUE(solution.cancelled);
 }
 
@@ -135,7 +135,7 @@ TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
 
 TEST(SandwichTest, RespectsTheBiasFloor) {
   const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
-  const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), 30, {});
+  const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, {});
   const Point<frames::Ct> centre = solution.pose * scene().sweep.centroid();
   const auto shape = local_shape(cost, solution.pose, centre, 0.5);
   const auto small = sandwich_covariance(shape, scene().patches, solution.pose, 0.0);

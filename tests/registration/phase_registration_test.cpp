@@ -37,35 +37,16 @@ struct Breathing {
   explicit Breathing(double mm) {
     const auto grid = test::cubic_grid(75);
     ct = *make_ct_channels(test::blob_ct(patient, grid), box_of(grid), 1.2);
-    std::vector<TrackedFrame> frames;
-    std::mt19937 random(5);
-    const auto from_ct = test::true_pose().inverse();
-    for (int f = 0; f < 36; ++f) {
-      phases.push_back(std::fmod(0.17 * f, 1.0));
-      const Transform<frames::Ct, frames::Image> pose(
-          Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Vec::UnitX())),
-          Vec(0, -45, 2.6 * (f - 17.5)));
-      const auto rest = motion(phases.back(), mm).inverse() * pose;
-      UltrasoundFrame frame;
-      frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
-      frame.grid = PixelGrid::centred(90, 1, 1);
-      const Vec beam = rest.rotation() * Vec::UnitY();
-      std::vector<std::uint8_t> grey;
-      for (int row = 0; row < 90; ++row) {
-        for (int column = 0; column < 90; ++column) {
-          const Vec p = (rest * frame.grid.at(column, row)).mm;
-          const double value = 60 + 0.7 * patient.hu(p) + 4 * std::abs(patient.slope(p, beam)) +
-                               4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
-          grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
-          if (row % 20 == 10 && column % 20 == 10) {
-            places.push_back((from_ct * pose * frame.grid.at(column, row)).mm);
-          }
-        }
-      }
-      frame.pixels = Image2d<std::uint8_t>(90, 90, std::move(grey));
-      frames.push_back({std::move(frame), from_ct * pose, Duration{0}});
+    for (int f = 0; f < 36; ++f) phases.push_back(std::fmod(0.17 * f, 1.0));
+    const auto pictures = test::moved_pictures(
+        patient, 36, 2.6, [&](int f, const Vec& now, const Vec& beam) -> test::AtRest {
+          const auto back = motion(phases[static_cast<std::size_t>(f)], mm).inverse();
+          return {(back * Point<frames::Ct>{now}).mm, back.rotation() * beam};
+        });
+    for (const Vec& p : pictures.places_ct_mm) {
+      places.push_back((test::true_pose().inverse() * Point<frames::Ct>{p}).mm);
     }
-    const Sweep sweep = *Sweep::create(std::move(frames), "synthetic");
+    const Sweep& sweep = pictures.sweep;
     patches = make_patches(sweep, *shadow_masks(sweep, {}), {1.6, 9, 1500, 1}, 1.2);
   }
 

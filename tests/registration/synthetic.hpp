@@ -165,6 +165,52 @@ Sweep blob_sweep(const Patient& patient, const SweepSpec& spec,
   return *Sweep::create(std::move(frames), "synthetic");
 }
 
+/// Where a point of the CT and the beam through it lay when the CT was made.
+struct AtRest {
+  Eigen::Vector3d p, beam;
+};
+
+/// Pictures of a patient whose tissue has moved since the CT.
+struct MovedPictures {
+  Sweep sweep;
+  std::vector<Eigen::Vector3d> places_ct_mm;  ///< Now; spread over the pictures.
+};
+
+/// Pictures of 90 mm, 100 ms and step_mm apart, each turned a little. rest: (picture, point of the
+/// CT now, beam) -> AtRest.
+template <class Rest>
+MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_mm,
+                             const Rest& rest) {
+  constexpr int kSide = 90;
+  std::vector<TrackedFrame> frames;
+  std::vector<Eigen::Vector3d> places;
+  std::mt19937 random(5);
+  for (int f = 0; f < count; ++f) {
+    const Transform<frames::Ct, frames::Image> pose(
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Eigen::Vector3d::UnitX())),
+        Eigen::Vector3d(0, -45, step_mm * (f - 0.5 * (count - 1))));
+    UltrasoundFrame frame;
+    frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
+    frame.grid = PixelGrid::centred(kSide, 1, 1);
+    const Eigen::Vector3d beam = pose.rotation() * Eigen::Vector3d::UnitY();
+    std::vector<std::uint8_t> grey;
+    for (int row = 0; row < kSide; ++row) {
+      for (int column = 0; column < kSide; ++column) {
+        const Eigen::Vector3d now = (pose * frame.grid.at(column, row)).mm;
+        const AtRest was = rest(f, now, beam);
+        const double value = 60 + 0.7 * patient.hu(was.p) +
+                             4 * std::abs(patient.slope(was.p, was.beam)) +
+                             4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
+        grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
+        if (row % 20 == 10 && column % 20 == 10) places.push_back(now);
+      }
+    }
+    frame.pixels = Image2d<std::uint8_t>(kSide, kSide, std::move(grey));
+    frames.push_back({std::move(frame), true_pose().inverse() * pose, Duration{0}});
+  }
+  return {*Sweep::create(std::move(frames), "synthetic"), std::move(places)};
+}
+
 /// RMS distance of the corners of a 100 mm cube about the CT's patient between two maps.
 inline double cube_error_mm(const Transform<frames::Ct, frames::Reference>& found,
                             const Transform<frames::Ct, frames::Reference>& truth,
