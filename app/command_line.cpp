@@ -272,6 +272,11 @@ void CommandLine::add_register() {
   verb->add_option("--stretch", register_.stretch,
                    "refined beside the pose: none, sound-speed or affine")
       ->capture_default_str();
+  verb->add_option(
+      "--breath-period", register_.motion.breath_period_s,
+      "s, 1 to 20: a pose for each phase of the breath, where the pictures support it");
+  verb->add_flag("--deformable", register_.motion.deformable,
+                 "a smooth displacement of the tissue, where the pictures support it");
   verb->add_option("--points", register_.shape.points,
                    "tracked points on a surface or along vessels, three numbers in each line");
   verb->add_option("--surface", register_.shape.surface,

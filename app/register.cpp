@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <iomanip>
 #include <map>
+#include <sstream>
 
 #include "app/engines.hpp"
 #include "app/landmark_outcome.hpp"
@@ -101,6 +104,29 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
                "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
 }
 
+/// What landmarks say of a pose by shape: an offset that all points share (of the pointer, or of
+/// the segmentation) goes into that pose unseen, and landmarks are what can show it. Adds a reason
+/// where the two poses are farther apart at the target than their predicted errors explain.
+Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
+                    const Point<frames::Ct>& target, registration::Decision& decision) {
+  constexpr double kSigmas = 3;
+  if (!ground.landmarks) return nullptr;
+  const auto& fit = ground.landmarks->fit;
+  const Point<frames::Ct> there =
+      fit.ct_from_reference * (result.ct_from_reference.inverse() * target);
+  const double apart_mm = (there - target).v.norm();
+  const double limit_mm = kSigmas * std::hypot(result.tre_rms_mm(target),
+                                               registration::predicted_tre_rms_mm(fit, target));
+  if (!(apart_mm <= limit_mm)) {
+    std::ostringstream text;
+    text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
+         << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
+    decision.reasons.push_back(text.str());
+    decision.accepted = false;
+  }
+  return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
+}
+
 Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
                                const Ground& ground, const std::optional<std::string>& json_file) {
   const auto start = shape_start(config, ground);
@@ -109,7 +135,8 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   if (!result) return result.error();
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
-  const auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  const Json opinion = second_opinion(ground, *result, target, decision);
   Json json;
   json["verb"] = "register";
   json["version"] = SONDE_VERSION;
@@ -125,6 +152,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   json["reference_frame"] =
       config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
   json["registration"] = app::json_of(*result, decision, target);
+  json["registration"]["landmarks"] = opinion;
   if (auto written = deliver(json, config, json_file); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
@@ -185,12 +213,17 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                  "--surface, --centre-lines: expected --points and no sweep, found otherwise"};
   }
   if (config.source.recording.empty()) {
+    if (options.motion.breath_period_s || options.motion.deformable) {
+      return Error{ErrorCode::kUsage,
+                   "--breath-period, --deformable: expected a sweep, found none"};
+    }
     if (!ground->landmarks) {
       return Error{ErrorCode::kUsage, "register: expected a sweep or --landmarks, found neither"};
     }
     return register_by_landmarks(config, options, *ground, json_file);
   }
   if (!ground->ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
+  if (const auto ok = validate(options.motion); !ok) return ok;
   registration::ImageRegistrationOptions solver;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   if (const auto ok = choose_similarity(options, solver); !ok) return ok;
@@ -224,6 +257,11 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                                        : result->ct_from_reference * sweep->centroid();
   const auto decision = registration::decide(*result, {}, target);
   console.end(decision.accepted ? "accepted" : "refused");
+  // A motion about a refused pose would be as wrong, and look better: nothing is refined then.
+  const auto motion =
+      refine_motion(*ground->ct, *sweep, result->ct_from_reference, target,
+                    decision.accepted ? options.motion : MotionOptions{}, solver, console);
+  if (!motion) return motion.error();
 
   Json json;
   json["verb"] = "register";
@@ -239,6 +277,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["similarity"] = options.similarity;
   json["registration"] = app::json_of(*result, decision, target);
   json["stretch"] = json_of(result->stretch, options.stretch);
+  json.update(*motion);
   json["ledger"] = app::json_of(session->navigator().ledger());
   json["diagnostics"] = app::json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;

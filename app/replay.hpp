@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/console.hpp"
+#include "app/register_motion.hpp"
 #include "app/register_shape.hpp"
 #include "app/session_config.hpp"
 #include "nav/result.hpp"
@@ -22,6 +23,7 @@ struct RegisterOptions {
   std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string stretch = "none";              ///< none, sound-speed or affine.
+  MotionOptions motion;                      ///< Refined after the common pose.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
   std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre
                                              ///< of the sweep or of the landmarks.

@@ -534,11 +534,35 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal("register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail, 5,
                  {"does not determine"});
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
+  // What all points share goes into the pose by the surface; landmarks show it.
+  const auto landmarks = [&](double shared_mm) {
+    const auto path = folder_ / "second.csv";
+    std::ofstream file(path);
+    file << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm\n";
+    for (int i = 0; i < 6; ++i) {
+      const double x = 25.0 * (i % 3) - 25;
+      const double y = 30.0 * (i / 3) - 15;
+      const double z = 4.0 * i;
+      file << i << ',' << x + 5 << ',' << y << ',' << z + shared_mm << ',' << x << ',' << y << ','
+           << z << '\n';
+    }
+    return path.string();
+  };
+  const std::string by_both =
+      "register --surface " + (folder_ / "roof.vtk").string() + " --points " + points.string();
+  const Outcome agreed = sonde(by_both + " --landmarks " + landmarks(0) + " --json -");
+  ASSERT_EQ(agreed.code, 0) << agreed.errors;
+  const Json said = Json::parse(agreed.output)["registration"]["landmarks"];
+  EXPECT_LT(said["apart_mm"].get<double>(), 0.5);
+  EXPECT_LT(said["apart_mm"].get<double>(), said["limit_mm"].get<double>());
+  expect_refusal(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
   expect_refusal("register --surface x.vtk", 2, {"--points"});
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
   expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
   expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
   expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
+  expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
+  expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
 }
 
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {
