@@ -72,7 +72,7 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": confidence";
-  constexpr double kBytesPerVoxel = 120;
+  constexpr double kBytesPerVoxel = 130;
   if (auto ok = check_memory(name, grid.voxel_count(), kBytesPerVoxel, run.memory_limit); !ok) {
     return ok.error();
   }

@@ -35,7 +35,7 @@ struct Confidence {
   SolveReport report;
 };
 
-/// Holds about 120 bytes per voxel. A known voxel without a scan line counts as unknown.
+/// Holds about 130 bytes per voxel. A known voxel without a scan line counts as unknown.
 /// Refuses volumes where no voxel is left then. kNumerical when it did not converge within its
 /// iterations.
 Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,

@@ -71,12 +71,19 @@ class Assembly {
   void fix_ends() {
     std::vector<std::vector<std::pair<std::size_t, Kind>>> planes(index(grid_.size[2]));
     const auto common = lines_.common();
+    const Eigen::Vector3d common_step = common ? step_along(*common) : Eigen::Vector3d::Zero();
+    const std::ptrdiff_t neighbour = common ? neighbour_along(common_step) : 0;
     for_each_index(grid_.size[2], threads_, [&](int k) {
       for (int j = 0; j < grid_.size[1]; ++j) {
         for (int i = 0; i < grid_.size[0]; ++i) {
           const std::size_t node = graph_.at(i, j, k);
           if (kind_[node] == kNothing) continue;
-          const Eigen::Vector3d step = step_along(common ? *common : lines_.away(grid_, i, j, k));
+          if (neighbour != 0 && kind_[node + static_cast<std::size_t>(neighbour)] != kNothing &&
+              kind_[node - static_cast<std::size_t>(neighbour)] != kNothing) {
+            continue;
+          }
+          const Eigen::Vector3d step =
+              common ? common_step : step_along(lines_.away(grid_, i, j, k));
           if (leads_out(i, j, k, -step)) {
             planes[index(k)].emplace_back(node, kSource);
           } else if (leads_out(i, j, k, step)) {
@@ -225,6 +232,13 @@ class Assembly {
     const Eigen::Vector3d step =
         (grid_.directions.transpose() * away).cwiseQuotient(grid_.spacing_mm);
     return step / step.cwiseAbs().maxCoeff();
+  }
+  /// To the next voxel of leads_out(); 0 where that depends on the place, since halves are rounded
+  /// away from 0. The border of the graph is not known, so that it may be asked about.
+  [[nodiscard]] std::ptrdiff_t neighbour_along(const Eigen::Vector3d& step) const {
+    if ((step.array().abs() == 0.5).any()) return 0;
+    return std::lround(step.x()) + std::lround(step.y()) * graph_.offset(1) +
+           std::lround(step.z()) * graph_.offset(2);
   }
   /// No known voxel lies on the way out of the volume.
   bool leads_out(int i, int j, int k, const Eigen::Vector3d& step) const {

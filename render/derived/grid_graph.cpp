@@ -71,17 +71,6 @@ double GridGraph::degree(std::size_t node) const {
   return sum;
 }
 
-void GridGraph::degrees(int j, int k, float* out) const {
-  const std::size_t first = at(0, j, k);
-  const auto count = index(row_length());
-  std::copy_n(&leak[first], count, out);
-  for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
-    const float* after = &weights[e][first];
-    const float* before = &weights[e][first - static_cast<std::size_t>(offsets_[e])];
-    for (std::size_t i = 0; i < count; ++i) out[i] += after[i] + before[i];
-  }
-}
-
 GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const {
   std::array<int, 3> boxes{};
   for (std::size_t a = 0; a < 3; ++a) boxes[a] = (size_[a] - 1) / factor[a] + 1;

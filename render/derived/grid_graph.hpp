@@ -50,8 +50,6 @@ class GridGraph {
 
   /// Sum of all edges at a node and its leak.
   [[nodiscard]] double degree(std::size_t node) const;
-  /// The same for a row, rounded to float; row_length() values.
-  void degrees(int j, int k, float* out) const;
   /// Galerkin: nodes joined in boxes of factor nodes (1 or 2 along each axis), edges between boxes
   /// summed. Every edge leads to one of the 18 neighbours again.
   [[nodiscard]] GridGraph coarse(const std::array<int, 3>& factor, int threads) const;

@@ -48,6 +48,13 @@ struct GraphRow {
   const float* leak;  ///< Sum of the edges to nodes whose value is fixed.
 };
 
+/// The same with weights of 16 bits.
+struct PackedRow {
+  const unsigned short* weights[kGraphEdges];  ///< packed_weight().
+  std::ptrdiff_t offsets[kGraphEdges];
+  const float* leak;
+};
+
 /// Of a random walk's edge: exp(-beta (|a - b| + penalty)) + floor.
 struct EdgeConstants {
   float beta, floor;
@@ -70,8 +77,17 @@ struct Kernels {
   void (*merge_moments)(const ConstMomentRows* windows, const double* weights, int windows_count,
                         const MomentRows& out, int count);
   /// out_i = leak_i x_i + sum over edges w_ij (x_i - x_j).
-  void (*laplacian)(const GraphRow& row, const float* x, float* out, int count);
-  void (*laplacian_double)(const GraphRow& row, const double* x, double* out, int count);
+  void (*laplacian)(const GraphRow& row, const double* x, double* out, int count);
+  void (*packed_laplacian)(const PackedRow& row, const float* x, float* out, int count);
+  /// v = (v + w before) pivot, and v += pivot w after: a step of every line's solve.
+  void (*line_forward)(const unsigned short* w, const float* pivot, const float* before, float* v,
+                       int count);
+  void (*line_backward)(const unsigned short* w, const float* pivot, const float* after, float* v,
+                        int count);
+  /// a · b in double.
+  double (*dot)(const float* a, const float* b, int count);
+  /// e += alpha p, r -= alpha ap; returns r · r.
+  double (*step)(float alpha, const float* p, const float* ap, float* e, float* r, int count);
   /// 0 where either end is NaN.
   void (*edge_weights)(const float* here, const float* there, const float* penalty,
                        const EdgeConstants& constants, float* out, int count);

@@ -259,49 +259,7 @@ static void merge_rows(const ConstMomentRows* windows, const double* weights, in
   }
 }
 
-SONDE_INLINE Doubles widened(const float* from) {
-  using Half = float __attribute__((vector_size(16), aligned(4), may_alias));
-  return __builtin_convertvector(*reinterpret_cast<const Half*>(from), Doubles);
-}
-
-/// In differences: where neighbours are nearly equal nothing cancels but their own rounding.
-static void laplacian_rows(const GraphRow& g, const float* x, float* out, int count) {
-  for (int i = 0; i < count; i += 8) {
-    const Floats here = load(x + i);
-    Floats sum = load(g.leak + i) * here;
-    for (int e = 0; e < kGraphEdges; ++e) {
-      const long long step = g.offsets[e];
-      sum += load(g.weights[e] + i) * (here - load(x + i + step));
-      sum += load(g.weights[e] + i - step) * (here - load(x + i - step));
-    }
-    store(out + i, sum);
-  }
-}
-
-static void laplacian_rows_double(const GraphRow& g, const double* x, double* out, int count) {
-  for (int i = 0; i < count; i += 4) {
-    const Doubles here = load(x + i);
-    Doubles sum = widened(g.leak + i) * here;
-    for (int e = 0; e < kGraphEdges; ++e) {
-      const long long step = g.offsets[e];
-      sum += widened(g.weights[e] + i) * (here - load(x + i + step));
-      sum += widened(g.weights[e] + i - step) * (here - load(x + i - step));
-    }
-    store(out + i, sum);
-  }
-}
-
-static void edge_weight_rows(const float* here, const float* there, const float* penalty,
-                             const EdgeConstants& k, float* out, int count) {
-  for (int i = 0; i < count; i += 8) {
-    const Floats a = load(here + i);
-    const Floats b = load(there + i);
-    const Ints known = (a == a) & (b == b);
-    const Floats apart = select(known, abs_of(a - b), all(0.0F));
-    const Floats weight = exp_minus(k.beta * (apart + load(penalty + i))) + k.floor;
-    store(out + i, select(known, weight, all(0.0F)));
-  }
-}
+#include "render/derived/graph_kernels_body.hpp"
 
 static constexpr Kernels make_kernels(const char* name) {
   return {name,
@@ -310,7 +268,11 @@ static constexpr Kernels make_kernels(const char* name) {
           eigenvalue_rows,
           merge_rows,
           laplacian_rows,
-          laplacian_rows_double,
+          packed_laplacian_rows,
+          line_forward_rows,
+          line_backward_rows,
+          dot_rows,
+          step_rows,
           edge_weight_rows};
 }
 

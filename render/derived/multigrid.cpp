@@ -5,8 +5,9 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "render/derived/graph_rows.hpp"
+#include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
@@ -42,20 +43,25 @@ std::array<int, 3> factors_of(const GridGraph& graph, int axis) {
 }  // namespace
 
 struct Multigrid::Level {
-  GridGraph graph;
+  PackedGraph graph;
   int axis;  ///< Of the lines that smoothing solves exactly.
   /// Of the factorisation of each line; 0 where there is nothing to solve.
   std::vector<float> pivot;
+  /// b is 0 where there is nothing to solve; x is not, before it is smoothed.
   std::vector<float> x, b, smoothed;
-  std::array<int, 3> factor{1, 1, 1};  ///< To the next level.
+  std::array<int, 3> factor;  ///< To the next level.
 
-  Level(GridGraph g, int threads)
-      : graph(std::move(g)), axis(line_axis(graph, threads)), pivot(graph.cells()) {
-    x.resize(graph.cells());
-    b.resize(graph.cells());
-    smoothed.resize(graph.cells());
-    for_each_row(graph, threads,
-                 [&](int j, int k, std::size_t first) { graph.degrees(j, k, &pivot[first]); });
+  Level(const GridGraph& g, int threads)
+      : graph(g, threads),
+        axis(line_axis(g, threads)),
+        pivot(graph.cells()),
+        x(graph.cells()),
+        b(graph.cells()),
+        smoothed(graph.cells()),
+        factor(factors_of(g, axis)) {
+    for_each_index(graph.size()[2], threads, [&](int k) {
+      for (int j = 0; j < graph.size()[1]; ++j) graph.degrees(j, k, &pivot[graph.at(0, j, k)]);
+    });
     factorise(threads);
   }
 
@@ -75,46 +81,49 @@ struct Multigrid::Level {
       }
     });
   }
-  void smooth(int threads) {
+  /// One step from x. Returns x · x and x · b.
+  Products smooth(int threads) {
+    std::vector<Products> slabs(index(graph.size()[axis == 2 ? 1 : 2]));
     for_each_slab(threads, [&](const Slab& slab) {
       LineScratch& t = scratch(slab);
       for (int n = 0; n < slab.rows; ++n) {
         residual(axis == 2 ? slab.number : n, axis == 2 ? n : slab.number, t.row(n));
       }
       solve_lines(slab, t);
-      for (int n = 0; n < slab.rows; ++n) {
-        const float* from = &x[slab.at(n)];
-        float* out = &smoothed[slab.at(n)];
-        const float* step = t.row(n);
-        for (std::size_t i = 0; i < length(); ++i) out[i] = from[i] + kDamping * step[i];
-      }
+      for (int n = 0; n < slab.rows; ++n) add_step(slab.at(n), t.row(n), slabs[index(slab.number)]);
     });
     x.swap(smoothed);
+    Products sum;
+    for (const Products& slab : slabs) sum += slab;
+    return sum;
   }
   /// Sums the residual over the boxes of the next level.
   void restrict_to(Level& next, int threads) {
     for_each_index(next.graph.size()[2], threads, [&](int bk) {
-      std::vector<float> left(length());
+      std::vector<float> left(length() + kLanes);
       for (int bj = 0; bj < next.graph.size()[1]; ++bj) {
         float* box = &next.b[next.graph.at(0, bj, bk)];
         std::fill_n(box, next.graph.size()[0], 0.0F);
         for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
           for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
             residual(j, k, left.data());
-            const int shift = factor[0] / 2;  // Factors are 1 and 2.
-            for (int i = 0; i < graph.size()[0]; ++i) box[i >> shift] += left[index(i)];
+            add_to_boxes(left.data(), next.graph.size()[0], box);
           }
         }
       }
     });
   }
   void add_from(const Level& next, float scale, int threads) {
-    for_each_row(graph, threads, [&](int j, int k, std::size_t first) {
-      const float* box = &next.x[next.graph.at(0, j / factor[1], k / factor[2])];
-      const int shift = factor[0] / 2;
-      for (int i = 0; i < graph.size()[0]; ++i) {
-        const float there = scale * box[i >> shift];
-        x[first + index(i)] += pivot[first + index(i)] > 0 ? there : 0.0F;
+    for_each_index(next.graph.size()[2], threads, [&](int bk) {
+      std::vector<float> there(length() + kLanes);
+      for (int bj = 0; bj < next.graph.size()[1]; ++bj) {
+        spread_boxes(&next.x[next.graph.at(0, bj, bk)], next.graph.size()[0], scale, there.data());
+        for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
+          for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
+            float* out = &x[graph.at(0, j, k)];
+            for (std::size_t i = 0; i < index(graph.size()[0]); ++i) out[i] += there[i];
+          }
+        }
       }
     });
   }
@@ -159,53 +168,77 @@ struct Multigrid::Level {
   /// A row of b - A x, 0 where there is nothing to solve.
   void residual(int j, int k, float* out) const {
     const std::size_t first = graph.at(0, j, k);
-    kernels().laplacian(graph.row(j, k), &x[first], out, graph.row_length());
+    kernels().packed_laplacian(graph.row(j, k), &x[first], out, graph.row_length());
+    const float* from = &b[first];
+    for (std::size_t i = 0; i < length(); ++i) out[i] = from[i] - out[i];
+  }
+  /// smoothed = x + damping · step, 0 where there is nothing to solve.
+  void add_step(std::size_t first, const float* step, Products& sum) {
+    const float* from = &x[first];
+    const float* open = &pivot[first];
+    float* out = &smoothed[first];
     for (std::size_t i = 0; i < length(); ++i) {
-      out[i] = pivot[first + i] > 0 ? b[first + i] - out[i] : 0.0F;
+      const float to = from[i] + kDamping * step[i];
+      out[i] = open[i] > 0 ? to : 0.0F;
+    }
+    sum.zz += kernels().dot(out, out, graph.row_length());
+    sum.rz += kernels().dot(out, &b[first], graph.row_length());
+  }
+  /// Nodes beyond the row have no residual.
+  void add_to_boxes(const float* left, int boxes, float* box) const {
+    for (std::size_t i = 0; i < index(boxes); ++i) {
+      box[i] += factor[0] == 1 ? left[i] : left[2 * i] + left[2 * i + 1];
     }
   }
-  /// Rows in the order of the lines; those that do not depend on each other in parallel.
-  template <class Work>
-  void along_lines(int threads, bool forward, const Work& work) const {
-    const std::size_t outer = axis == 2 ? 1 : 2;
-    const std::size_t inner = axis == 2 ? 2 : 1;
-    for_each_index(graph.size()[outer], threads, [&](int at) {
-      const int count = graph.size()[inner];
-      for (int n = 0; n < count; ++n) {
-        const int step = forward ? n : count - 1 - n;
-        work(axis == 2 ? graph.at(0, at, step) : graph.at(0, step, at));
+  void spread_boxes(const float* box, int boxes, float scale, float* out) const {
+    for (std::size_t i = 0; i < index(boxes); ++i) {
+      if (factor[0] == 1) {
+        out[i] = scale * box[i];
+      } else {
+        out[2 * i] = out[2 * i + 1] = scale * box[i];
       }
-    });
+    }
   }
   /// pivot: from degrees to 1 / (degree - w^2 pivot of the one before).
   void factorise(int threads) {
-    const float* w = graph.weights[index(axis)].data();
     const auto back = static_cast<std::size_t>(graph.offset(axis));
-    along_lines(threads, true, [&](std::size_t first) {
-      for (std::size_t i = first; i < first + length(); ++i) {
-        const float left = pivot[i] - w[i - back] * w[i - back] * pivot[i - back];
-        pivot[i] = pivot[i] > 0 ? 1 / left : 0.0F;
+    for_each_slab(threads, [&](const Slab& slab) {
+      for (int n = 0; n < slab.rows; ++n) {
+        const std::uint16_t* edge = graph.along(axis, slab.at(n) - back);
+        float* p = &pivot[slab.at(n)];
+        const float* before = p - back;
+        for (std::size_t i = 0; i < length(); ++i) {
+          const float w = unpacked_weight(edge[i]);
+          p[i] = p[i] > 0 ? 1 / (p[i] - w * w * before[i]) : 0.0F;
+        }
       }
     });
   }
   /// t = T^-1 t, T the degrees and the couplings along the lines.
   void solve_lines(const Slab& slab, LineScratch& t) const {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
-    const std::ptrdiff_t before = axis == 0 ? 1 : static_cast<std::ptrdiff_t>(t.stride);
     for (int n = 0; n < slab.rows; ++n) {
-      const float* w = &graph.weights[index(axis)][slab.at(n) - back];
+      const std::uint16_t* w = graph.along(axis, slab.at(n) - back);
       const float* p = &pivot[slab.at(n)];
+      if (axis != 0) {
+        kernels().line_forward(w, p, t.row(n - 1), t.row(n), graph.row_length());
+        continue;
+      }
       float* v = t.row(n);
       for (std::ptrdiff_t i = 0; i < graph.row_length(); ++i) {
-        v[i] = (v[i] + w[i] * v[i - before]) * p[i];
+        v[i] = (v[i] + unpacked_weight(w[i]) * v[i - 1]) * p[i];
       }
     }
     for (int n = slab.rows - 1; n >= 0; --n) {
-      const float* w = &graph.weights[index(axis)][slab.at(n)];
+      const std::uint16_t* w = graph.along(axis, slab.at(n));
       const float* p = &pivot[slab.at(n)];
+      if (axis != 0) {
+        kernels().line_backward(w, p, t.row(n + 1), t.row(n), graph.row_length());
+        continue;
+      }
       float* v = t.row(n);
       for (std::ptrdiff_t i = graph.row_length() - 1; i >= 0; --i) {
-        v[i] += p[i] * w[i] * v[i + before];
+        v[i] += p[i] * unpacked_weight(w[i]) * v[i + 1];
       }
     }
   }
@@ -255,24 +288,24 @@ struct Multigrid::Coarsest {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
 };
 
-Multigrid::Multigrid(GridGraph fine, int threads) : threads_(threads) {
-  levels_.emplace_back(std::move(fine), threads);
+Multigrid::Multigrid(GridGraph fine, int threads) : fine_(std::move(fine)), threads_(threads) {
   constexpr double kDirectNodes = 1500;
+  const GridGraph* last = &fine_;
+  std::optional<GridGraph> coarse;
   while (true) {
-    Level& last = levels_.back();
-    const auto& size = last.graph.size();
+    levels_.emplace_back(*last, threads);
+    const auto& size = last->size();
     if (static_cast<double>(size[0]) * size[1] * size[2] <= kDirectNodes) break;
-    last.factor = factors_of(last.graph, last.axis);
-    GridGraph next = last.graph.coarse(last.factor, threads);
-    levels_.emplace_back(std::move(next), threads);
+    GridGraph next = last->coarse(levels_.back().factor, threads);
+    last = &coarse.emplace(std::move(next));
   }
-  coarsest_ = std::make_unique<Coarsest>(levels_.back().graph);
+  coarsest_ = std::make_unique<Coarsest>(*last);
 }
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 Multigrid& Multigrid::operator=(Multigrid&&) noexcept = default;
 
-const GridGraph& Multigrid::fine() const { return levels_.front().graph; }
+const PackedGraph& Multigrid::packed() const { return levels_.front().graph; }
 std::size_t Multigrid::open() const {
   const auto& pivot = levels_.front().pivot;
   return static_cast<std::size_t>(
@@ -280,11 +313,11 @@ std::size_t Multigrid::open() const {
 }
 int Multigrid::levels() const { return static_cast<int>(levels_.size()); }
 
-void Multigrid::cycle(std::size_t number) {
+Products Multigrid::cycle(std::size_t number) {
   Level& level = levels_[number];
   if (number + 1 == levels_.size()) {
     coarsest_->solve(level.b, level.x);
-    return;
+    return {};
   }
   Level& next = levels_[number + 1];
   level.smooth_from_zero(threads_);
@@ -293,15 +326,21 @@ void Multigrid::cycle(std::size_t number) {
   // Boxes are stiffer than what they stand for: their correction is too small (Braess 1995).
   constexpr float kOverCorrection = 1.25F;
   level.add_from(next, kOverCorrection, threads_);
-  level.smooth(threads_);
+  return level.smooth(threads_);
 }
 
-void Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {
+Products Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {
   Level& top = levels_.front();
   top.b.swap(r);
-  cycle(0);
+  Products sum = cycle(0);
+  if (levels_.size() == 1) {
+    const int count = static_cast<int>(top.x.size()) / kLanes * kLanes;
+    sum = {kernels().dot(top.x.data(), top.x.data(), count),
+           kernels().dot(top.x.data(), top.b.data(), count)};
+  }
   top.b.swap(r);
   top.x.swap(z);
+  return sum;
 }
 
 }  // namespace nav::render::derived

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/derived/grid_graph.hpp"
+#include "render/derived/packed_graph.hpp"
 #include "render/derived/run.hpp"
 
 namespace nav::render::derived {
@@ -18,10 +18,21 @@ struct SolveOptions {
   int max_iterations = 200;  ///< Of the inner solver, all refinements together.
 };
 
+/// z · z and r · z.
+struct Products {
+  double zz = 0, rz = 0;
+  Products& operator+=(const Products& o) {
+    zz += o.zz;
+    rz += o.rz;
+    return *this;
+  }
+};
+
 /// Approximate inverse of a graph's matrix: one multigrid cycle with boxes of two nodes across the
 /// scan lines as coarse nodes, smoothing that solves whole lines along the axis of the strongest
-/// coupling exactly, and a direct solve on the last level. Symmetric and positive, so that
-/// conjugate gradients can use it. The same bytes for any number of threads.
+/// coupling exactly, and a direct solve on the last level; weights of 16 bits, since memory is what
+/// it waits for. Symmetric and positive, so that conjugate gradients can use it. The same bytes for
+/// any number of threads.
 class Multigrid {
  public:
   Multigrid(GridGraph fine, int threads);
@@ -29,24 +40,28 @@ class Multigrid {
   Multigrid(Multigrid&&) noexcept;
   Multigrid& operator=(Multigrid&&) noexcept;
 
-  [[nodiscard]] const GridGraph& fine() const;
+  [[nodiscard]] const GridGraph& fine() const { return fine_; }
+  /// fine(), rounded.
+  [[nodiscard]] const PackedGraph& packed() const;
   /// Nodes that there is something to solve for.
   [[nodiscard]] std::size_t open() const;
-  /// z = M r; vectors of fine().cells(). r comes back as it was.
-  void apply(std::vector<float>& r, std::vector<float>& z);
+  /// z = M r; vectors of fine().cells(). r, 0 at nodes without edges, comes back as it was.
+  Products apply(std::vector<float>& r, std::vector<float>& z);
   [[nodiscard]] int levels() const;
 
  private:
   struct Level;
   struct Coarsest;
-  void cycle(std::size_t level);
+  Products cycle(std::size_t level);
+  GridGraph fine_;
   std::vector<Level> levels_;
   std::unique_ptr<Coarsest> coarsest_;
   int threads_;
 };
 
-/// Solves A x = b from a start x: conjugate gradients in float within iterative refinement, whose
-/// residuals are in double, so that the result is as good as double arithmetic makes it. Reports
+/// Solves A x = b from a start x: conjugate gradients in float on packed() within iterative
+/// refinement, whose residuals are those of fine() in double, so that the result is as good as
+/// double arithmetic makes it. Reports
 /// what it reached; a stop request ends it early (converged = false).
 SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
                   const SolveOptions& options, const RunOptions& run);

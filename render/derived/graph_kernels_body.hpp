@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The inner loops of the solver on graphs; included by kernels_body.hpp, with its conditions.
+
+SONDE_INLINE Doubles widened(const float* from) {
+  using Half = float __attribute__((vector_size(16), aligned(4), may_alias));
+  return __builtin_convertvector(*reinterpret_cast<const Half*>(from), Doubles);
+}
+
+/// Weights of packed_weight() as floats.
+SONDE_INLINE Floats unpacked(const unsigned short* from) {
+  using Shorts = unsigned short __attribute__((vector_size(16)));
+  using LooseShorts = unsigned short __attribute__((vector_size(16), aligned(2), may_alias));
+  using Words = unsigned __attribute__((vector_size(32)));
+  const Shorts halves = *reinterpret_cast<const LooseShorts*>(from);
+  return reinterpret_cast<Floats>(__builtin_convertvector(halves, Words) << 16);
+}
+
+/// In differences: where neighbours are nearly equal nothing cancels but their own rounding.
+static void laplacian_rows(const GraphRow& g, const double* x, double* out, int count) {
+  for (int i = 0; i < count; i += 4) {
+    const Doubles here = load(x + i);
+    Doubles sum = widened(g.leak + i) * here;
+    for (int e = 0; e < kGraphEdges; ++e) {
+      const long long step = g.offsets[e];
+      sum += widened(g.weights[e] + i) * (here - load(x + i + step));
+      sum += widened(g.weights[e] + i - step) * (here - load(x + i - step));
+    }
+    store(out + i, sum);
+  }
+}
+
+static void packed_laplacian_rows(const PackedRow& g, const float* x, float* out, int count) {
+  for (int i = 0; i < count; i += 8) {
+    const Floats here = load(x + i);
+    Floats sum = load(g.leak + i) * here;
+    for (int e = 0; e < kGraphEdges; ++e) {
+      const long long step = g.offsets[e];
+      sum += unpacked(g.weights[e] + i) * (here - load(x + i + step));
+      sum += unpacked(g.weights[e] + i - step) * (here - load(x + i - step));
+    }
+    store(out + i, sum);
+  }
+}
+
+static void line_forward_rows(const unsigned short* w, const float* pivot, const float* before,
+                              float* v, int count) {
+  for (int i = 0; i < count; i += 8) {
+    store(v + i, (load(v + i) + unpacked(w + i) * load(before + i)) * load(pivot + i));
+  }
+}
+
+static void line_backward_rows(const unsigned short* w, const float* pivot, const float* after,
+                               float* v, int count) {
+  for (int i = 0; i < count; i += 8) {
+    store(v + i, load(v + i) + load(pivot + i) * unpacked(w + i) * load(after + i));
+  }
+}
+
+/// Eight sums side by side, so that none waits for the one before.
+struct DoubleSums {
+  Doubles low{}, high{};
+};
+SONDE_INLINE void add_products(DoubleSums& sums, const float* a, const float* b) {
+  sums.low += widened(a) * widened(b);
+  sums.high += widened(a + 4) * widened(b + 4);
+}
+SONDE_INLINE double total(const DoubleSums& sums) {
+  const Doubles all = sums.low + sums.high;
+  return (all[0] + all[1]) + (all[2] + all[3]);
+}
+
+static double dot_rows(const float* a, const float* b, int count) {
+  DoubleSums sums;
+  for (int i = 0; i < count; i += 8) add_products(sums, a + i, b + i);
+  return total(sums);
+}
+
+static double step_rows(float alpha, const float* p, const float* ap, float* e, float* r,
+                        int count) {
+  DoubleSums sums;
+  for (int i = 0; i < count; i += 8) {
+    store(e + i, load(e + i) + alpha * load(p + i));
+    store(r + i, load(r + i) - alpha * load(ap + i));
+    add_products(sums, r + i, r + i);
+  }
+  return total(sums);
+}
+
+static void edge_weight_rows(const float* here, const float* there, const float* penalty,
+                             const EdgeConstants& k, float* out, int count) {
+  for (int i = 0; i < count; i += 8) {
+    const Floats a = load(here + i);
+    const Floats b = load(there + i);
+    const Ints known = (a == a) & (b == b);
+    const Floats apart = select(known, abs_of(a - b), all(0.0F));
+    const Floats weight = exp_minus(k.beta * (apart + load(penalty + i))) + k.floor;
+    store(out + i, select(known, weight, all(0.0F)));
+  }
+}
