@@ -8,7 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "render/predicate_early_ends.hpp"
 #include "render/ray_spec.hpp"
+#include "render/surfaces.hpp"
 
 namespace nav::render {
 namespace {
@@ -260,7 +262,8 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   in.cutaway_greatest = static_cast<float>(greatest);
   in.leave_out_from = in.end_at = kInfinity;
   if (!(predicates.termination_error > 0)) return;
-  const auto budget = spec::termination_budget<float>(predicates.termination_error);
+  const auto budget =
+      spec::early_ends<float>(predicates.termination_error, !Surfaces(scene).empty());
   in.leave_out_from = budget.leave_out_from;
   in.leave_out_for = budget.leave_out_for;
   // Plain over never brings back what is hidden.

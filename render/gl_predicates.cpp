@@ -10,9 +10,11 @@
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
 #include "render/predicate_brick_cache.hpp"
+#include "render/predicate_early_ends.hpp"
 #include "render/predicate_sampler.hpp"
 #include "render/predicates/shader.hpp"
 #include "render/ray_spec.hpp"
+#include "render/surfaces.hpp"
 
 namespace nav::render {
 namespace {
@@ -243,13 +245,14 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene) const {
   const PredicateScene& predicates = *scene.predicates;
   const double error = predicates.termination_error;
   const bool ends = error > 0;
-  const auto budget = spec::termination_budget<double>(error);
+  const auto budget = spec::early_ends<double>(error, !Surfaces(scene).empty());
   const double greatest = set_->greatest_impact();
   // Plain over never brings back what is hidden.
   const bool over = set_->uniform();
   program.set("leaps", static_cast<int>(scene.quality.skip_empty_bricks));
   program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
   program.set("leave_out_from", ends && !over ? budget.leave_out_from : kNeverReached);
+  program.set("leave_out_for", budget.leave_out_for);
   program.set("end_at", !ends ? kNeverReached : over ? 1 - error : budget.end_at);
   program.set("surface_importance", measure(greatest));
   program.set("first_importance", measure(over ? greatest : 0));

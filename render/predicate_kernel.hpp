@@ -124,9 +124,10 @@ class PredicateMarcher {
   using I = typename V::I;
   using M = typename V::M;
 
-  static constexpr float kAhead = 8;      ///< Cells for which bricks are looked up at once.
-  static constexpr float kAskAgain = 4;   ///< Cells.
-  static constexpr int kMostBricks = 12;  ///< More are not worth looking up.
+  static constexpr float kAhead = 8;           ///< Cells for which bricks are looked up at once.
+  static constexpr float kAskAgain = 4;        ///< Cells.
+  static constexpr int kMostBricks = 12;       ///< More are not worth looking up.
+  static constexpr float kSomething = 1e-30F;  ///< spec::LeftOut::any: spent is no less.
 
  public:
   PredicateMarcher(const PredicateInputs& inputs, RayPacket& rays, PredicateRays& more, int lane,
@@ -175,7 +176,7 @@ class PredicateMarcher {
   }
 
  private:
-  /// Rule 1 of spec::TerminationBudget, brick by brick. What cannot be left out is asked again
+  /// Rule 1 of spec::EarlyEnds, brick by brick. What cannot be left out is asked again
   /// only some cells on.
   F leave_out(F cell, M active) {
     M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
@@ -187,9 +188,11 @@ class PredicateMarcher {
       const F paid = V::max(importance_, paid_);
       const F spent = V::add(left_out_, cost_of(V::max(V::set(0.0F), V::sub(most, paid))));
       const M free = V::both(open, V::not_less(V::set(in_.leave_out_for), spent));
+      const M visible = V::both(free, V::less(V::set(0.0F), most));
       const F ask_again = V::min(leave, V::add(cell, V::set(kAskAgain)));
       needed_until_ = V::select(V::both(open, V::negate(free)), ask_again, needed_until_);
       left_out_ = V::select(free, spent, left_out_);
+      left_out_ = V::select(visible, V::max(left_out_, V::set(kSomething)), left_out_);
       paid_ = V::select(free, V::max(paid, most), paid_);
       cell = V::select(free, leave, cell);
       open = V::both(free, V::less(cell, end_));
@@ -197,20 +200,22 @@ class PredicateMarcher {
     return cell;
   }
 
-  /// spec::LeaveOut::pay(): the cost of more importance than was paid for.
+  /// spec::LeftOut::pay(): the cost of more importance than was paid for.
   F cost_of(F more) const {
     if constexpr (kBlend == PredicateBlend::kWeight) {
       return V::div(more, V::max(importance_, V::set(1e-37F)));
     }
-    // Whatever may be paid is less than error / 8, for which this is no less than the formula.
-    return V::mul(more, V::set(1.02F));
+    // No less than the formula, whose exponents are at most ln(1 + y), y what may be paid in all.
+    const float most = in_.leave_out_for;
+    return V::mul(more, V::set((1 + most) * (1 + 0.5F * most)));
   }
 
-  /// Rule 2: lanes whose light is final.
+  /// Rule 2: lanes whose light is final. What rule 1 has begun, it ends.
   M finished(F cell, M lanes) {
-    const M dense = V::both(lanes, V::not_less(alpha_, V::set(in_.end_at)));
+    M dense = V::both(lanes, V::not_less(alpha_, V::set(in_.end_at)));
     if (!V::any(dense)) return V::none();
     if constexpr (kBlend == PredicateBlend::kOver) return dense;
+    dense = V::both(dense, V::less(left_out_, V::set(kSomething)));
     const M stale = V::both(dense, V::not_less(cell, greatest_until_));
     if (V::any(stale)) look_ahead(cell, stale);
     F kept;
@@ -435,8 +440,8 @@ class PredicateMarcher {
   F alpha_;
   F picture_;
   F importance_;
-  F left_out_;                       ///< spec::LeaveOut::spent.
-  F paid_ = V::set(0.0F);            ///< spec::LeaveOut::paid.
+  F left_out_;                       ///< spec::LeftOut::spent.
+  F paid_ = V::set(0.0F);            ///< spec::LeftOut::paid.
   F needed_until_ = V::set(-1e30F);  ///< Cells before this are not left out.
   F until_{};                        ///< Cells before this lie where sure_ and ask_ are known.
   std::uint32_t sure_ = 0;           ///< Leaves that are true there.

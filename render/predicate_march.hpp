@@ -68,7 +68,7 @@ struct PredicateInputs {
   const float* opacity;  ///< The same of the opacity of a whole cell.
   float last_entry;      ///< kTauEntries - 1.
 
-  float leave_out_from;  ///< spec::TerminationBudget; infinity: never.
+  float leave_out_from;  ///< spec::EarlyEnds; infinity: never.
   float leave_out_for;
   float end_at;
   float cutaway_scale;  ///< Cutaway importance of importance 1; weight form: see cutaway_greatest.
@@ -79,7 +79,7 @@ struct PredicateInputs {
 struct alignas(32) PredicateRays {
   float picture[kPacketLanes];     ///< Share of the ultrasound picture in the colour.
   float importance[kPacketLanes];  ///< spec::ImportanceState::importance.
-  float left_out[kPacketLanes];    ///< spec::LeaveOut::spent.
+  float left_out[kPacketLanes];    ///< spec::LeftOut::spent; 0: nothing was.
 };
 
 /// Marches the given part of each ray of a packet.

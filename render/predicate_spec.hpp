@@ -193,47 +193,4 @@ S remaining_change(S alpha, S importance, S greatest_to_come, S transmitted) {
   return std::max(alpha * (S(1) - ratio), alpha_end - alpha * ratio);
 }
 
-/// How engines end rays early with an error of at most `error` in a pixel. Two rules:
-/// 1. Once alpha >= 1 - error / 16, samples are left out one by one that are not more important
-///    than the state, or so little more that LeaveOut can pay for it.
-///    With 1 - beta = min(alpha_k / alpha_k+1, W_k / W_k+1), all the first factors from there on,
-///    the background's among them, multiply to no less than 1 - error / 16, with and without
-///    leaving out: each march is within error / 16 of the one by the second factors alone. In that
-///    one a colour weighs by how far it raised W. What was left out raises the full march's W by
-///    what was paid for at most, error / 8 of W in all; what follows then raises it by as much
-///    less. So the two differ by at most error / 16 + error / 8 + error / 16.
-/// 2. The ray ends once remaining_change() <= 3 error / 4.
-template <class S>
-struct TerminationBudget {
-  S leave_out_from;  ///< Opacity of rule 1.
-  S leave_out_for;   ///< What LeaveOut may spend.
-  S end_at;          ///< alpha · exp(-(greatest to come - I)+) of rule 2.
-};
-template <class S>
-TerminationBudget<S> termination_budget(double error) {
-  return {static_cast<S>(1 - error / 16), static_cast<S>(error / 8),
-          static_cast<S>(1 - 0.75 * error)};
-}
-
-/// What rule 1 of TerminationBudget has left out of a ray. Leaving out a sample of importance i
-/// costs how much of W it could add beyond what was paid for: (exp(i) - exp(paid)) / exp(I).
-template <class S>
-struct LeaveOut {
-  S spent = S(0);
-  S paid = S(0);  ///< Importance; counts while it is more than the state's.
-
-  /// Whether what has at most an importance may be left out; then it is paid for.
-  bool pay(const ImportanceState<S>& state, S importance, S budget) {
-    const S from = std::max(paid, state.importance);
-    if (importance <= from) return true;
-    const S cost = std::exp(from - state.importance) * std::expm1(importance - from);
-    if (spent + cost > budget) return false;
-    spent += cost;
-    paid = importance;
-    return true;
-  }
-  /// After a sample that raised the state's importance: what was paid for may be raised again.
-  void raised() { paid = S(0); }
-};
-
 }  // namespace nav::render::spec

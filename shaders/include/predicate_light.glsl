@@ -5,6 +5,7 @@
 // importances equal both begin at the greatest one, and are plain over.
 
 uniform float first_importance;
+uniform float leave_out_for;  // spec::EarlyEnds
 uniform float surface_importance;  // Of surfaces: the greatest.
 
 struct Light {
@@ -15,8 +16,16 @@ struct Light {
 };
 
 Light light;
+bool left_out;  // spec::LeftOut
+float paid;
+float spent_importance;
 
-void begin_light() { light = Light(vec3(0.0), 0.0, first_importance, 0.0); }
+void begin_light() {
+  left_out = false;
+  paid = 0.0;
+  spent_importance = 0.0;
+  light = Light(vec3(0.0), 0.0, first_importance, 0.0);
+}
 
 // How much of the colour so far surely stays before what comes with an importance; times alpha.
 float kept_before(float importance) {
@@ -35,6 +44,7 @@ void blend(vec3 rgb, float opacity, float importance, float picture) {
   light.rgb += beta * (rgb - light.rgb);
   light.picture += beta * (picture - light.picture);
   light.alpha += (1.0 - light.alpha) * opacity;
+  float before = light.importance;
 #ifdef LOG_IMPORTANCE
   float kept = kept_before(importance);
   float gained = importance + log(max(opacity + (1.0 - opacity) * kept, 1.0e-37));
@@ -42,4 +52,23 @@ void blend(vec3 rgb, float opacity, float importance, float picture) {
 #else
   light.importance = max(light.importance, mix(light.importance, importance, opacity));
 #endif
+  if (light.importance > before) paid = 0.0;
+}
+
+// spec::LeftOut::pay() of what has at most an importance.
+bool can_leave_out(float importance) {
+  float from = max(paid, light.importance);
+  if (importance > from) {
+#ifdef LOG_IMPORTANCE
+    // No less than the formula, whose exponents are at most ln(1 + leave_out_for).
+    float cost = (importance - from) * (1.0 + leave_out_for) * (1.0 + 0.5 * leave_out_for);
+#else
+    float cost = (importance - from) / max(light.importance, 1.0e-37);
+#endif
+    if (!(spent_importance + cost <= leave_out_for)) return false;
+    spent_importance += cost;
+    paid = importance;
+  }
+  left_out = left_out || importance > 0.0;
+  return true;
 }

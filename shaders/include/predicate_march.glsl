@@ -12,7 +12,7 @@
 uniform bool leaps;           // Over bricks where nothing is visible.
 uniform bool looks_at_bricks;  // For leaps or for ending early.
 uniform float run_cells;
-uniform float leave_out_from;  // spec::TerminationBudget; > 1: never.
+uniform float leave_out_from;  // spec::EarlyEnds; > 1: never.
 uniform float end_at;
 uniform vec2 entry_of_volume;   // Of the table of extinctions: scale, offset.
 uniform float last_entry;
@@ -137,7 +137,8 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
   precise float grey = entry / last_entry;
   precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
   blend(rgb, seen, look.importance, 0.0);
-  ended = light.alpha >= end_at && light.alpha * kept_before(greatest_to_come) >= end_at;
+  ended = light.alpha >= end_at && !left_out &&
+          light.alpha * kept_before(greatest_to_come) >= end_at;
 }
 
 int begin_of_run(int n) {
@@ -203,8 +204,8 @@ void march(float begin, float end, float far, bool fading) {
       do {
         uvec4 known = texelFetch(bricks, brick_of(n), 0);
         float importance = uintBitsToFloat(known.g);
-        // Rule 1 of spec::TerminationBudget, run by run.
-        passed = light.alpha >= leave_out_from && light.importance >= importance;
+        // Rule 1 of spec::EarlyEnds, run by run.
+        passed = light.alpha >= leave_out_from && can_leave_out(importance);
         if (leaps) {
           passed = passed || known.r > 1u || (fading && is_hidden(n, importance));
           sure = known.b;
@@ -213,8 +214,8 @@ void march(float begin, float end, float far, bool fading) {
         if (passed) n = behind_run(n, leaps ? known.r : 0u);
       } while (passed && n < last);
       run_end = min(begin_of_run(n) + int(run_cells), last);
-      // Rule 2.
-      if (light.alpha >= end_at && n < last) {
+      // Rule 2, unless rule 1 was used.
+      if (light.alpha >= end_at && !left_out && n < last) {
         if (n >= valid_to) look_ahead(n, last_of_all, valid_to);
         ended = light.alpha * kept_before(greatest_to_come) >= end_at;
       }

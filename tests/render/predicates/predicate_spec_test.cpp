@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Classification and compositing of predicates against their published definitions.
-#include "render/predicate_spec.hpp"
-
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <vector>
+
+#include "render/predicate_early_ends.hpp"
 
 namespace nav::render::spec {
 namespace {
@@ -263,15 +263,15 @@ TEST(EarlyTerminationTest, BoundHoldsOnAHundredThousandRays) {
   EXPECT_GT(naive_worst, 0.5) << "stopping by opacity alone is wrong, and this must show it";
 }
 
-/// The two rules of TerminationBudget on one ray, with the exact suffix maxima.
+/// The two rules of EarlyEnds on one ray, with the exact suffix maxima.
 ImportanceState<double> terminated(const Ray& ray, double error) {
-  const auto budget = termination_budget<double>(error);
+  const auto budget = early_ends<double>(error, false);
   const auto maxima = suffix_maxima(ray);
   ImportanceState<double> state;
-  LeaveOut<double> left_out;
+  LeftOut<double> left_out;
   for (std::size_t i = 0; i < ray.size(); ++i) {
     const double kept = std::exp(-std::max(0.0, maxima[i] - state.importance));
-    if (state.alpha * kept >= budget.end_at) break;
+    if (!left_out.any && state.alpha * kept >= budget.end_at) break;
     if (state.alpha >= budget.leave_out_from &&
         left_out.pay(state, ray[i].importance, budget.leave_out_for)) {
       continue;
@@ -316,6 +316,21 @@ Ray staircase(RayMaker& make, double rise) {
     ray.push_back({Rgb<double>::Zero(), 1, importance});
   }
   return ray;
+}
+
+TEST(EarlyTerminationTest, ARayThatLeftSomethingOutDoesNotEndByTheTheoremToo) {
+  constexpr double kError = 1.0 / 255;
+  const Rgb<double> black = Rgb<double>::Zero();
+  const Rgb<double> white = Rgb<double>::Ones();
+  Ray ray{{black, 1, 1}};
+  ray.push_back({white, 1, 1 + 0.3 * kError});  // Left out and paid for.
+  ray.push_back({black, 1, 1 + 2 * kError});    // Too much for either rule.
+  ray.push_back({white, 1, 1 + 2.9 * kError});  // The theorem alone would allow to end here.
+  const auto full = logs<double>(ray);
+  const auto fast = terminated(ray, kError);
+  EXPECT_GT(full.rgb.x(), 1.1 * kError) << "what both rules together would lose";
+  EXPECT_LT(fast.rgb.x(), full.rgb.x() - 0.2 * kError) << "nothing was left out";
+  EXPECT_LE((premultiplied(full) - premultiplied(fast)).cwiseAbs().maxCoeff(), kError);
 }
 
 TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
