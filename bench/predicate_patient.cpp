@@ -25,25 +25,21 @@ struct Recipe {
   std::vector<std::string> looks;
 };
 
+Recipe carotid_of(const char* name, std::uint64_t seed) {
+  return {name,
+          "neck",
+          seed,
+          0,
+          36,
+          40,
+          44,
+          {Tissue::kArtery, Tissue::kVesselWall},
+          {"carotid-context", "carotid-vessel"}};
+}
+
 const std::vector<Recipe>& recipes() {
-  static const std::vector<Recipe> all{{"carotid",
-                                        "neck",
-                                        2,
-                                        0,
-                                        36,
-                                        40,
-                                        44,
-                                        {Tissue::kArtery, Tissue::kVesselWall},
-                                        {"carotid-context", "carotid-vessel"}},
-                                       {"carotid-2",
-                                        "neck",
-                                        5,
-                                        0,
-                                        36,
-                                        40,
-                                        44,
-                                        {Tissue::kArtery, Tissue::kVesselWall},
-                                        {"carotid-context", "carotid-vessel"}},
+  static const std::vector<Recipe> all{carotid_of("carotid", 2),
+                                       carotid_of("carotid-2", 5),
                                        {"shoulder",
                                         "shoulder",
                                         1,
