@@ -233,16 +233,25 @@ void CommandLine::add_replay() {
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   add_look_options(*replay, config_.look);
+  replay->add_option("--us-volume", config_.predicates.volume,
+                     "3D ultrasound in the CT's frame, drawn by predicates instead of the CT");
+  const CLI::Option* set_up = replay->add_option("--predicates", config_.predicates.set_up,
+                                                 "how --us-volume is drawn: a preset, or a file");
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
   replay->add_flag("--window", config_.output.window, "also show them in a window");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);
-  replay->callback([this, registration] {
+  replay->callback([this, registration, set_up] {
     const bool registered = registration->count() > 0;
-    verb_ = [this, registered](Console& console) -> Result<void> {
+    const bool by_predicates = set_up->count() > 0;
+    verb_ = [this, registered, by_predicates](Console& console) -> Result<void> {
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
+      if (by_predicates && config_.predicates.volume.empty()) {
+        return Error{ErrorCode::kUsage,
+                     "--us-volume: expected a 3D ultrasound volume for --predicates, found none"};
+      }
       if (print_session_) {
         std::cout << to_toml(config_);
         return {};

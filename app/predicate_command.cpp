@@ -24,6 +24,7 @@ void add_volume_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("--phantom-side", o.phantom_side, "voxels")->capture_default_str();
   verb.add_option("--labels", o.labels,
                   "label volume of bit masks; several: one bit each, where not 0");
+  verb.add_option("--layers", o.layers, "file of B-spline surfaces between layers, instead");
   verb.add_option("--black", o.black, "stored value of black")->capture_default_str();
   verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
   auto* into = verb.add_option_function<Numbers>(
@@ -45,6 +46,8 @@ void add_volume_options(CLI::App& verb, PredicateOptions& o) {
       ->excludes(into);
   verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
       ->capture_default_str();
+  verb.add_option("--scan-lines", o.scan_lines,
+                  "file of the planes of the sweep that the volume was made from, instead");
 }
 
 void add_set_up_options(CLI::App& verb, PredicateOptions& o) {

@@ -86,6 +86,10 @@ Result<void> validate(const PredicateOptions& o) {
   if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
     return refusal("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
   }
+  if (!o.scan_lines.empty() && (o.into_ct || o.apex_ct)) {
+    return refusal("scan_lines", "it, into or apex_mm", "more than one");
+  }
+  if (!o.layers.empty() && !o.labels.empty()) return refusal("layers", "it or labels", "both");
   if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
   if (!finite(o.into_ct) || (o.into_ct && !(o.into_ct->norm() > 0))) {
     return refusal("into", "3 finite numbers, not all 0", o.into_ct->transpose());

@@ -32,6 +32,8 @@ struct PredicateOptions {
   std::string set_up = "carotid-vessel";      ///< Name of a preset, or a file.
   std::vector<HistogramEdit> histogram;       ///< In order.
   std::vector<std::filesystem::path> labels;  ///< One: bit masks; several: a bit for each.
+  std::filesystem::path layers;               ///< File of surfaces between layers; instead.
+  std::filesystem::path scan_lines;           ///< File of a sweep's planes; instead of the below.
   std::filesystem::path scribbles;            ///< File of strokes; before those below.
   std::vector<render::derived::Stroke> strokes;
   double scribble_share = 0.25;  ///< q of Eq. 9, (0, 1].

@@ -45,6 +45,13 @@ class Presenter {
     typical_plane_ = ct_from_image;
     typical_extent_mm_ = extent_mm;
   }
+  /// The 3D view shows an ultrasound volume that lies in the CT's frame, by predicates, instead of
+  /// the CT; the slice stays the CT's.
+  void draw_by_predicates(std::shared_ptr<const Volume> ultrasound,
+                          render::PredicateScene predicates) {
+    ultrasound_ = std::move(ultrasound);
+    predicates_ = std::move(predicates);
+  }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 
@@ -68,6 +75,8 @@ class Presenter {
   PresenterOptions options_;
   ResolvedLook look_;
   std::shared_ptr<const Volume> ct_;
+  std::shared_ptr<const Volume> ultrasound_;  ///< Null: the view shows the CT.
+  std::optional<render::PredicateScene> predicates_;
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
   Point<frames::Ct> focus_ct_;

@@ -7,6 +7,7 @@
 
 #include "app/engines.hpp"
 #include "app/placement.hpp"
+#include "app/predicate_volume.hpp"
 #include "app/presenter.hpp"
 #include "app/recorded_session.hpp"
 #include "app/report.hpp"
@@ -22,6 +23,25 @@ constexpr int kAnimationMs = 150;
 Result<void> require(const std::filesystem::path& path, const char* option, const char* what) {
   if (!path.empty()) return {};
   return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
+}
+
+/// A centre outside of the CT is most likely a volume in another frame.
+Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
+                                Console& console) {
+  console.begin("features of the ultrasound volume");
+  auto made = prepare_predicates(config.predicates, config.output.threads, console);
+  if (!made) return made.error();
+  const auto& ultrasound = made->volume.ultrasound;
+  console.end(std::to_string(made->volume.predicates.features.volumes.size()) + " derived");
+  const VoxelGrid& grid = ct.grid();
+  const Eigen::Vector3d at =
+      grid.directions.transpose() * (ultrasound->grid().centre().mm - grid.centre().mm);
+  if (!(at.cwiseAbs().array() <= 0.5 * grid.extent_mm().array()).all()) {
+    console.report(Severity::kWarning, config.predicates.volume.string(),
+                   "its centre lies outside of the CT: is it in the CT's frame?");
+  }
+  presenter.draw_by_predicates(ultrasound, std::move(made->volume.predicates));
+  return {};
 }
 
 class Replay {
@@ -141,6 +161,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["simulated"] = false;
   json["sweep"] = config_.source.recording.string();
   json["ct"] = config_.ct.path.string();
+  json["ultrasound_volume"] = config_.predicates.volume.string();
   json["engine"] = presenter_.engine().name();
   json["device"] = presenter_.engine().device();
   json["placement"] = {
@@ -192,7 +213,8 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
                          {{"sweep", config_.source.recording.string()},
                           {"calibration", config_.source.plus_config.string()},
                           {"transforms", session_.description()},
-                          {"CT", config_.ct.path.string()}}});
+                          {"CT", config_.ct.path.string()},
+                          {"ultrasound volume", config_.predicates.volume.string()}}});
   html.tables.push_back(
       {"Rendering",
        {{"engine", presenter_.engine().name() + ", " + presenter_.engine().device()},
@@ -249,6 +271,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   }
   presenter->set_banner(placement->kind == "registered" ? "recording"
                                                         : "recording, CT NOT REGISTERED");
+  if (!config.predicates.volume.empty()) {
+    if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
+  }
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
   out->forget_reports();

@@ -77,7 +77,7 @@ struct SessionConfig {
     double grey_width_hu = 1200;
   } look;
 
-  /// Of 'sonde predicates' alone.
+  /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
   PredicateOptions predicates;
 
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the

@@ -92,6 +92,8 @@ void read_predicates(Section& section, const std::string& file, std::optional<Er
   read_set_up(section, file, o);
   read_histogram(section, file, error, o);
   read_labels(section, file, o);
+  section.path("layers", o.layers);
+  section.path("scan_lines", o.scan_lines);
   section.path("scribbles", o.scribbles);
   section.path("save_set_up", o.save_set_up);
   read_numbers(section, o);
@@ -119,6 +121,8 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
       {"from", array_of(o.from)}};
   for (const auto& [key, path] : {std::pair("volume", &o.volume),
                                   {"picture", &o.picture},
+                                  {"layers", &o.layers},
+                                  {"scan_lines", &o.scan_lines},
                                   {"scribbles", &o.scribbles},
                                   {"save_set_up", &o.save_set_up}}) {
     if (!path->empty()) table.insert(key, absolute_text(*path));

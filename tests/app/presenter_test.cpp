@@ -74,6 +74,34 @@ TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
   EXPECT_GT(bright_pixels(picture), 1000);
 }
 
+TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  const auto before = present(shown);
+  render::PredicateScene predicates;
+  predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
+                      *render::PredicateHistogram::create({{1, 120, 1}})};
+  const auto ultrasound = cube();
+  presenter_.draw_by_predicates(ultrasound, predicates);
+  const render::Scene scene = presenter_.scene(shown);
+  EXPECT_EQ(scene.ct, ultrasound);
+  EXPECT_TRUE(scene.predicates);
+  EXPECT_TRUE(scene.plane);
+  const auto after = present(shown);
+  int green = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Rgba8& p = after.at(x, y);
+      green += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(green, kWidth * kHeight / 50) << "the volume, in the predicate's hue";
+  for (int y = kHeight / 2 + 20; y < kHeight - 20; ++y) {
+    for (int x = kWidth + 20; x < kWidth + kSide - 20; ++x) {
+      ASSERT_EQ(after.at(x, y).g, before.at(x, y).g) << "the slice of the CT";
+    }
+  }
+}
+
 TEST_F(PresenterTest, WithdrawsAStaleOrLostPicture) {
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kStale, "the picture is 300 ms old"))), 50);
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kLost, "no picture"))), 50);

@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicate_scan_lines.hpp"
+
+#include "app/json_member.hpp"
+#include "io/atomic_file.hpp"
+#include "render/derived/scan_lines.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::derived::SweepPlane;
+using CtFromImage = Transform<frames::Ct, frames::Image>;
+
+constexpr double kVersion = 1;
+
+struct Sweep {
+  double reach_mm = 1;
+  std::vector<SweepPlane> planes;
+};
+
+Eigen::Vector2d read_point(JsonMember& member, const char* key) {
+  std::vector<double> numbers;
+  member.numbers(key, 2, numbers);
+  if (numbers.empty()) member.fail(key, "2 numbers", Json());
+  return numbers.empty() ? Eigen::Vector2d::Zero() : Eigen::Vector2d(numbers[0], numbers[1]);
+}
+
+std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& at,
+                                         std::optional<Error>& error) {
+  const Json* json = plane.any("sector");
+  if (json == nullptr || error) return {};
+  JsonMember member(*json, at + ".sector", error);
+  SectorOutline sector{read_point(member, "apex_mm"), 0, 0, 0};
+  member.number("radius_min_mm", sector.radius_min_mm);
+  member.number("radius_max_mm", sector.radius_max_mm);
+  member.angle("half_angle_deg", sector.half_angle_rad);
+  member.refuse_unknown();
+  return sector;
+}
+
+CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Error>& error) {
+  const CtFromImage none{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()};
+  std::vector<double> numbers;
+  plane.numbers("ct_from_image", 16, numbers);
+  if (numbers.empty()) plane.fail("ct_from_image", "16 numbers, row by row", Json());
+  if (error) return none;
+  const Eigen::Matrix4d matrix =
+      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  const auto pose = rigid_from_matrix<frames::Ct, frames::Image>(matrix);
+  if (pose) return *pose;
+  error = Error{pose.error().code, at + ".ct_from_image: " + pose.error().message};
+  return none;
+}
+
+Result<Sweep> read_sweep(const std::filesystem::path& path) {
+  constexpr std::uint64_t kMostBytes = 256 << 20;
+  const auto text = io::read_file(path, kMostBytes);
+  if (!text) return text.error();
+  const std::string name = path.string();
+  const auto root = parse_json(name, *text);
+  if (!root) return root.error();
+  std::optional<Error> error;
+  JsonMember member(*root, name, error);
+  double version = 0;
+  member.number("sonde_scan_lines", version);
+  if (version != kVersion) member.fail("sonde_scan_lines", "1", version);
+  Sweep sweep;
+  member.number("reach_mm", sweep.reach_mm);
+  member.list("planes", [&](const Json& json, const std::string& at) {
+    JsonMember plane(json, at, error);
+    const CtFromImage pose = read_pose(plane, at, error);
+    const Eigen::Vector2d low = read_point(plane, "low_mm");
+    const Eigen::Vector2d high = read_point(plane, "high_mm");
+    sweep.planes.push_back({pose, low, high, read_sector(plane, at, error)});
+    plane.refuse_unknown();
+  });
+  member.refuse_unknown();
+  if (error) return *error;
+  return sweep;
+}
+
+}  // namespace
+
+Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
+                            render::PredicateScene& predicates) {
+  const auto sweep = read_sweep(path);
+  if (!sweep) return sweep.error();
+  const auto named = [&](const Error& error) {
+    return Error{error.code, path.string() + ": " + error.message};
+  };
+  render::derived::RunOptions run;
+  run.threads = threads;
+  const auto lines =
+      render::derived::compound_scan_lines(grid, sweep->planes, sweep->reach_mm, run);
+  if (!lines) return named(lines.error());
+  const auto depths = render::derived::scan_depth(grid, *lines, run);
+  if (!depths) return named(depths.error());
+  auto depth = render::FeatureVolume::create(grid, *depths->values, render::feature::kDepth);
+  if (!depth) return named(depth.error());
+  auto away = std::make_shared<std::vector<Eigen::Vector3f>>();
+  away->reserve(grid.voxel_count());
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        away->push_back(lines->away(grid, i, j, k).cast<float>());
+      }
+    }
+  }
+  predicates.scan = render::VoxelScan{std::move(away)};
+  predicates.features.volumes.insert_or_assign(render::feature::kDepth, *std::move(depth));
+  return {};
+}
+
+}  // namespace nav::app

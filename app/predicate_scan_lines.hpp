@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "nav/result.hpp"
+#include "render/predicate_scene.hpp"
+
+namespace nav::app {
+
+/// Scan lines of a volume that was compounded from the pictures of a sweep (sonde_scan_lines,
+/// docs/predicates.md): directions per voxel into predicates.scan, depths into its features.
+/// Refuses whatever the file gets wrong, naming the member, and poses that are not rigid.
+Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
+                            render::PredicateScene& predicates);
+
+}  // namespace nav::app
