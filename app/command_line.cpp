@@ -59,6 +59,9 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
   verb.add_option("--tracker-frame", config.source.tracker_frame)->capture_default_str();
   verb.add_option("--reference-frame", config.source.reference_frame,
                   "patient-fixed frame; the tracker frame's name declares the tracker to be it");
+  verb.add_option(
+      "--needle-frame", config.source.needle_frame,
+      "the needle's tip, +z from the hub to it, as NeedleTip; none: no needle is drawn");
   verb.add_option("--temporal-offset-ms", config.source.temporal_offset_ms,
                   "picture stamps minus pose stamps")
       ->capture_default_str();
@@ -422,6 +425,19 @@ void CommandLine::add_simulate() {
   verb->add_option("--breathing-mm", o.breathing_mm, "mean way towards the feet")
       ->capture_default_str();
   verb->add_option("--breathing-period-s", o.breathing_period_s)->capture_default_str();
+  auto* needle = verb->add_option("--needle", o.needle, "none, straight, bevel or tip-load")
+                     ->capture_default_str();
+  verb->add_option("--needle-bending-mm", o.needle_bending_mm,
+                   "sideways way of the tip at the target; none: that of a usual needle")
+      ->needs(needle);
+  verb->add_option("--needle-bevel-deg", o.needle_bevel_deg, "direction of the bending")
+      ->needs(needle);
+  verb->add_option("--needle-speed-mm-s", o.needle_speed_mm_s,
+                   "0: the target is reached with the last picture")
+      ->needs(needle);
+  verb->add_option("--needle-length-mm", o.needle_length_mm, "hub to tip")
+      ->needs(needle)
+      ->capture_default_str();
   verb->add_option("--faults", o.faults,
                    "chance of each fault at each sample, or of some: drop=0.02,nan=0.001")
       ->capture_default_str();

@@ -37,6 +37,7 @@ Result<Duration> frame_period(const std::filesystem::path& path) {
 NavigatorOptions options_for(const SessionConfig& config, Duration period) {
   NavigatorOptions options;
   options.frame_period = period;
+  options.needle_period = period;
   options.pairing.temporal_offset = from_seconds(config.source.temporal_offset_ms * 1e-3);
   // A recording holds one pose per picture, so its poses are as far apart as its pictures.
   options.pairing.max_pose_gap = std::max<Duration>(options.pairing.max_pose_gap, 2 * period);
@@ -58,7 +59,7 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
     plus = std::move(*read);
   }
   sim::ReplayOptions options{source.image_frame, source.probe_frame, source.tracker_frame,
-                             source.reference_frame};
+                             source.reference_frame, source.needle_frame};
   const bool choose = source.reference_frame.empty();
   if (choose) options.reference_frame = "Reference";
   auto first_warning = std::make_unique<FirstWarning>(diagnostics);
@@ -147,6 +148,11 @@ std::string RecordedSession::defect_of(const sim::ReplayEvent& event) const {
         rigid_from_matrix<frames::Tracker, frames::Reference>(event.reference->tracker_from_body);
     if (!rigid) return rigid.error().message;
   }
+  if (event.needle && claimed(*event.needle)) {
+    const auto rigid =
+        rigid_from_matrix<frames::Tracker, frames::Needle>(event.needle->tracker_from_body);
+    if (!rigid) return rigid.error().message;
+  }
   return "";
 }
 
@@ -177,6 +183,7 @@ void RecordedSession::feed(sim::ReplayEvent event) {
   if (*event.acquired > clock_.now()) clock_.advance_to(*event.acquired);
   navigator_->on_event({clock_.now(), ProbePose{event.probe}});
   if (event.reference) navigator_->on_event({clock_.now(), ReferencePose{*event.reference}});
+  if (event.needle) navigator_->on_event({clock_.now(), NeedlePose{*event.needle}});
   if (!event.picture) {
     missing("unusable_picture", event.picture.error().message);
     return;

@@ -47,6 +47,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   source.text("probe_frame", config.source.probe_frame);
   source.text("tracker_frame", config.source.tracker_frame);
   source.text("reference_frame", config.source.reference_frame);
+  source.text("needle_frame", config.source.needle_frame);
   source.number("temporal_offset_ms", config.source.temporal_offset_ms);
   source.flag("skip_bad_frames", config.source.skip_bad_frames);
   source.integer("seed", config.source.seed);
@@ -193,6 +194,7 @@ std::string to_toml(const SessionConfig& config) {
   source.insert("probe_frame", config.source.probe_frame);
   source.insert("tracker_frame", config.source.tracker_frame);
   source.insert("reference_frame", config.source.reference_frame);
+  source.insert("needle_frame", config.source.needle_frame);
   source.insert("temporal_offset_ms", config.source.temporal_offset_ms);
   source.insert("skip_bad_frames", config.source.skip_bad_frames);
   source.insert("seed", static_cast<std::int64_t>(config.source.seed));

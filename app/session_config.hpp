@@ -38,6 +38,7 @@ struct SessionConfig {
     /// Patient-fixed frame; the name of the tracker frame declares the tracker itself to be it.
     /// Empty: "Reference" where the recording has it, otherwise the tracker frame, and said so.
     std::string reference_frame;
+    std::string needle_frame;       ///< Its tip, +z from the hub to it; empty: no needle is drawn.
     double temporal_offset_ms = 0;  ///< Picture stamps minus pose stamps.
     /// Play on past frames whose data cannot be true; they are counted by cause.
     bool skip_bad_frames = false;

@@ -55,6 +55,20 @@ Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
   return breathing;
 }
 
+/// Nothing where no needle is wanted.
+Result<std::optional<sim::NeedleInsertionOptions>> needle_of(const SimulateOptions& options) {
+  if (options.needle == "none") return std::optional<sim::NeedleInsertionOptions>();
+  const auto kind = sim::bending_kind_from(options.needle);
+  if (!kind) return Error{kind.error().code, "--" + kind.error().message + " (or none)"};
+  sim::NeedleInsertionOptions needle;
+  needle.bending.kind = *kind;
+  needle.bending.bevel_rad = options.needle_bevel_deg * kRadPerDegree;
+  needle.aside_at_target_mm = options.needle_bending_mm;
+  needle.speed_mm_s = options.needle_speed_mm_s;
+  needle.length_mm = options.needle_length_mm;
+  return std::optional(needle);
+}
+
 Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& options,
                                                      const sim::Patient& patient) {
   sim::SimulatedSessionOptions out;
@@ -77,6 +91,9 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.standard_view = options.probe == "standard";
   out.tracker = *tracker;
   out.breathing = *breathing;
+  const auto needle = needle_of(options);
+  if (!needle) return needle.error();
+  out.needle = *needle;
   set_timing(options, out);
   const auto faults = sim::FaultPlan::from(options.faults, options.seed);
   if (!faults) return Error{faults.error().code, "--" + faults.error().message};

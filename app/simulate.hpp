@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/console.hpp"
@@ -36,6 +37,12 @@ struct SimulateOptions {
   double loss = 0;               ///< Chance that a burst of lost samples begins at one.
   double picture_offset_ms = 0;  ///< Of the pictures' stamps.
   bool mirrored = false;         ///< The probe's marker is on the other side.
+  std::string needle = "none";   ///< none, straight, bevel or tip-load.
+  /// Sideways way of the tip at the target; absent: that of a usual needle (NeedleBending).
+  std::optional<double> needle_bending_mm;
+  double needle_bevel_deg = 0;    ///< Direction of the bending about the needle's axis.
+  double needle_speed_mm_s = 0;   ///< 0: the target is reached with the last picture.
+  double needle_length_mm = 150;  ///< Hub to tip.
   double duration_s = 4;
   double frame_rate_hz = 15;
   int columns = 0, rows = 0;  ///< Of the pictures; 0: the probe's own.

@@ -104,8 +104,11 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
   if (!writer) return writer.error();
   const PoseTrack probe = collect(session.probe_poses(), options.pose_faults, 0);
   const PoseTrack reference = collect(session.reference_poses(), options.pose_faults, 1);
+  const bool with_needle = session.needle().has_value();
+  const PoseTrack needle =
+      with_needle ? collect(session.needle_poses(), options.pose_faults, 2) : PoseTrack();
   sim::FaultyFrameSource frames(session.frames(), options.frame_faults);
-  SimulatedRecording recording{{}, probe.faults, reference.faults, {}};
+  SimulatedRecording recording{{}, probe.faults, reference.faults, needle.faults, {}};
   for (;;) {
     const auto frame = frames.next(Timestamp::max());
     if (!frame) {
@@ -119,6 +122,11 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
     io::set_transform(
         out, {"ImageToProbe", session.probe_from_image().matrix() * image_from_pixels(frame->grid),
               TrackingStatus::kOk});
+    if (with_needle) {
+      io::set_transform(out, pose_at<sim::NeedleHub>(needle, frame->acquired, "NeedleToTracker"));
+      io::set_transform(out, {"NeedleTipToNeedle", session.needle()->hub_from_needle().matrix(),
+                              TrackingStatus::kOk});
+    }
     if (const auto written = writer->append(out); !written) return written.error();
     recording.frames.push_back({frame->sequence, frame->acquired});
     progress(static_cast<double>(frame->sequence + 1) / session.frame_count());

@@ -19,12 +19,13 @@ struct RecordedFrame {
 /// A recording and what was done to its streams.
 struct SimulatedRecording {
   std::vector<RecordedFrame> frames;  ///< In order of the file.
-  std::vector<sim::FaultRecord> probe_faults, reference_faults, frame_faults;
+  std::vector<sim::FaultRecord> probe_faults, reference_faults, needle_faults, frame_faults;
 };
 
 /// Records a session as a PLUS server does: one frame of the file per picture, in order of arrival,
 /// with each body's pose interpolated at the picture's stamp between two good samples at most
-/// 200 ms apart, otherwise the nearest sample as it came. ImageToProbe comes with every frame.
+/// 200 ms apart, otherwise the nearest sample as it came. ImageToProbe comes with every frame; with
+/// a needle, NeedleToTracker (its hub) and NeedleTipToNeedle (its straight tip on the hub) as well.
 /// path ends in .mha or .nrrd. progress: fraction in [0, 1].
 Result<SimulatedRecording> record(const sim::SimulatedSession& session,
                                   const std::filesystem::path& path, bool compress,

@@ -44,18 +44,47 @@ void add_faults(Json& list, const char* stream, const std::vector<sim::FaultReco
   }
 }
 
+Json json_of_needle(const sim::NeedleInsertion& needle) {
+  const auto& o = needle.options();
+  return {{"kind", to_string(o.bending.kind)},
+          {"curvature_per_mm", o.bending.curvature_per_mm},
+          {"tip_force_n", o.bending.tip_force_n},
+          {"youngs_modulus_gpa", o.bending.youngs_modulus_gpa},
+          {"outer_mm", o.bending.outer_mm},
+          {"inner_mm", o.bending.inner_mm},
+          {"bevel_rad", o.bending.bevel_rad},
+          {"length_mm", o.length_mm},
+          {"path_mm", needle.path_mm()},
+          {"speed_mm_s", needle.speed_mm_s()},
+          {"entry_ct_mm", json_of_vector(needle.plan().entry_ct.mm)},
+          {"target_ct_mm", json_of_vector(needle.plan().target_ct.mm)},
+          {"needle_from_tip_mm", json_of(needle.hub_from_needle().matrix())}};
+}
+
+/// Of one picture.
+Json json_of_needle(const sim::NeedleTruth& needle, const sim::Warp& warp) {
+  return {{"inserted_mm", needle.inserted_mm},
+          {"ct_from_straight_tip_mm", json_of(needle.ct_from_needle.matrix())},
+          {"straight_tip_ct_mm", json_of_vector(needle.straight_tip_ct.mm)},
+          {"tip_ct_mm", json_of_vector(needle.tip_ct.mm)},
+          {"rest_tip_ct_mm", json_of_vector(warp.invert(needle.tip_ct.mm))},
+          {"tip_error_mm", needle.tip_error_mm}};
+}
+
 Json json_of_frame(const sim::SimulatedSession& session, const RecordedFrame& frame) {
   const sim::FrameTruth truth = session.truth(static_cast<int>(frame.sequence));
-  return {{"sequence", frame.sequence},
-          {"physical_s", to_seconds(truth.physical)},
-          {"stamped_s", to_seconds(frame.stamped)},
-          {"ct_from_image_mm", json_of(truth.ct_from_image.matrix())},
-          {"rest_ct_from_image_mm", json_of(truth.rest.ct_from_image.matrix())},
-          {"deformation_rms_mm", truth.rest.deformation_rms_mm},
-          {"breath", truth.breathing.cycle},
-          {"phase", truth.breathing.phase},
-          {"depth", truth.breathing.depth},
-          {"lagging_depth", truth.breathing.lagging_depth}};
+  Json json = {{"sequence", frame.sequence},
+               {"physical_s", to_seconds(truth.physical)},
+               {"stamped_s", to_seconds(frame.stamped)},
+               {"ct_from_image_mm", json_of(truth.ct_from_image.matrix())},
+               {"rest_ct_from_image_mm", json_of(truth.rest.ct_from_image.matrix())},
+               {"deformation_rms_mm", truth.rest.deformation_rms_mm},
+               {"breath", truth.breathing.cycle},
+               {"phase", truth.breathing.phase},
+               {"depth", truth.breathing.depth},
+               {"lagging_depth", truth.breathing.lagging_depth}};
+  if (truth.needle) json["needle"] = json_of_needle(*truth.needle, *truth.warp);
+  return json;
 }
 
 }  // namespace
@@ -76,6 +105,7 @@ Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& re
   json["image_from_pixels_mm"] = json_of(image_from_pixels(session.grid()));
   json["tracker"] = json_of_timing(o);
   json["breathing"] = json_of_breathing(session.breathing().options());
+  if (session.needle()) json["needle"] = json_of_needle(*session.needle());
   json["targets_ct_mm"] = Json::array();
   for (const auto& p : session.patient().targets()) {
     json["targets_ct_mm"].push_back(json_of_vector(p.mm));
@@ -87,6 +117,7 @@ Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& re
   json["faults"] = Json::array();
   add_faults(json["faults"], "probe", recording.probe_faults);
   add_faults(json["faults"], "reference", recording.reference_faults);
+  add_faults(json["faults"], "needle", recording.needle_faults);
   add_faults(json["faults"], "pictures", recording.frame_faults);
   json["frames"] = Json::array();
   for (const auto& frame : recording.frames) {

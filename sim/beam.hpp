@@ -31,9 +31,21 @@ void beam_taps(double sigma_mm, double spacing_mm, double cell_mm, std::span<flo
 /// Width of the beam at a depth as a multiple of that at the focus; spread: how fast it widens.
 double defocus(const ProbeModel& probe, double along_mm, double spread);
 
+/// Half of the slice's width (full, at half maximum) at a depth, mm.
+inline double elevation_half_mm(const ProbeModel& probe, double along_mm) {
+  return 0.5 * probe.elevation_fwhm_mm * defocus(probe, along_mm, 1.0);
+}
+
 /// Amplitude that the depth gain multiplies by, with the operator's error.
 std::vector<float> depth_gain(const ProbeModel& probe, std::uint64_t seed, double step_mm,
                               std::size_t samples);
+
+/// Band at the face: the transducer rings on for some periods after the pulse. Envelope, 1 is
+/// white; along_mm: from the face.
+inline float ringing(const ProbeModel& probe, double along_mm) {
+  constexpr double kRingMmTimesMhz = 3.15;  // Until it has fallen to 1/e.
+  return static_cast<float>(0.6 * std::exp(-along_mm * probe.frequency_mhz / kRingMmTimesMhz));
+}
 
 /// Share of the scatter amplitude that comes back when a beam (unit, CT axes) meets fibres; 1
 /// where there are none.

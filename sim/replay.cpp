@@ -37,6 +37,7 @@ struct Chains {
   ReplayForm form;
   io::Chain probe;                     ///< Image to reference in kImageInReference.
   std::optional<io::Chain> reference;  ///< Reference to tracker.
+  std::optional<io::Chain> needle;     ///< Needle to tracker, or to what plays it.
 };
 
 /// A chain whose poses come with the frames.
@@ -51,23 +52,35 @@ Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions&
   const bool no_reference = o.reference_frame == o.tracker_frame;
   const auto probe = moving(tree, o.probe_frame, o.tracker_frame);
   if (probe) {
-    if (no_reference) return Chains{ReplayForm::kTracked, *probe, std::nullopt};
+    if (no_reference) return Chains{ReplayForm::kTracked, *probe, {}, {}};
     const auto reference = tree.find(o.reference_frame, o.tracker_frame);
-    if (reference) return Chains{ReplayForm::kTracked, *probe, *reference};
+    if (reference) return Chains{ReplayForm::kTracked, *probe, *reference, {}};
     return Error{reference.error().code,
                  reference.error().message +
                      "; without a reference body, name the tracker frame as the reference"};
   }
   if (const auto direct = moving(tree, o.probe_frame, o.reference_frame)) {
-    return Chains{ReplayForm::kProbeInReference, *direct, std::nullopt};
+    return Chains{ReplayForm::kProbeInReference, *direct, {}, {}};
   }
   if (const auto image = moving(tree, o.image_frame, o.reference_frame)) {
-    return Chains{ReplayForm::kImageInReference, *image, std::nullopt};
+    return Chains{ReplayForm::kImageInReference, *image, {}, {}};
   }
   return Error{ErrorCode::kNotFound, "replay: expected frames that place " + o.probe_frame +
                                          " in " + o.tracker_frame + " or " + o.reference_frame +
                                          ", or " + o.image_frame + " in " + o.reference_frame +
                                          ", found " + tree.describe()};
+}
+
+/// Adds the needle's chain, if a needle is named.
+Result<void> choose_needle(const io::TransformTree& tree, const ReplayOptions& o, Chains& chains) {
+  if (o.needle_frame.empty()) return {};
+  const bool tracked = chains.form == ReplayForm::kTracked;
+  const std::string& into = tracked ? o.tracker_frame : o.reference_frame;
+  chains.needle = moving(tree, o.needle_frame, into);
+  if (chains.needle) return {};
+  return Error{ErrorCode::kUsage, "replay: expected frames that place the needle " +
+                                      o.needle_frame + " in " + into + ", found " +
+                                      tree.describe()};
 }
 
 bool same_grid(const PixelGrid& a, const PixelGrid& b) {
@@ -210,6 +223,7 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   if (!tree) return blame(tree.error());
   auto chains = choose_chains(*tree, options);
   if (!chains) return blame(chains.error());
+  if (const auto ok = choose_needle(*tree, options, *chains); !ok) return blame(ok.error());
   auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
   if (state->reader.header().width > 0) {
     auto calibration = calibrate(state->reader, *tree, state->chains, options);
@@ -218,6 +232,7 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   }
   state->description = describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
+  if (state->chains.needle) state->description += "; " + describe(*state->chains.needle);
   return ReplaySession(std::move(state));
 }
 
@@ -230,9 +245,10 @@ Result<ReplayEvent> ReplaySession::next() {
   const auto frame = s.reader.read(index);
   if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
   const auto refuse = [&](const Error& error) {
-    ReplayEvent event{index, {}, error, {}, {}};
+    ReplayEvent event{index, {}, error, {}, {}, {}};
     event.probe.status = TrackingStatus::kInvalid;
     if (s.chains.reference) event.reference = event.probe;
+    if (s.chains.needle) event.needle = event.probe;
     return event;
   };
   if (!frame) return refuse(frame.error());
@@ -241,8 +257,10 @@ Result<ReplayEvent> ReplaySession::next() {
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  ReplayEvent event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time), {}};
+  ReplayEvent event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
+                    {},    {}};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
+  if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
   return event;
 }
 

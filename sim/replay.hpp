@@ -23,6 +23,9 @@ struct ReplayOptions {
   std::string tracker_frame = "Tracker";
   /// Patient-fixed frame. The name of the tracker frame says explicitly that there is none.
   std::string reference_frame = "Reference";
+  /// The needle's tip, +z from the hub towards it ("NeedleTip"); empty: no needle is looked for.
+  /// kUsage where no chain of transforms with the frames places it.
+  std::string needle_frame;
 };
 
 /// How the poses of a recording are written.
@@ -42,6 +45,7 @@ struct ReplayEvent {
                   ///< all is kInvalid with NaN and is named in the diagnostics.
   std::optional<RawPose> reference;  ///< tracker_from_reference; absent when the reference is, or
                                      ///< plays, the tracker.
+  std::optional<RawPose> needle;     ///< tracker_from_needle; absent when no needle was named.
 };
 
 /// A PLUS recording streamed through the live pipeline on the virtual clock: one frame at a time,
@@ -50,7 +54,7 @@ class ReplaySession {
  public:
   /// config: the device set with the calibration, or nullptr when the recording carries it;
   /// needed during the call only. diagnostics must outlive the session. Errors: those of the
-  /// reader; kNotFound when no chain of transforms places the probe, the reference or the picture
+  /// reader; kNotFound when no chain of transforms places the probe, the reference, the picture
   /// (the message lists what exists); kMalformedData for a calibration that cannot be.
   static Result<ReplaySession> open(const std::filesystem::path& sequence,
                                     const io::PlusConfig* config, const ReplayOptions& options,

@@ -10,6 +10,7 @@
 
 #include "sim/beam.hpp"
 #include "sim/motion/rest_path.hpp"
+#include "sim/needle_echo.hpp"
 #include "sim/scan_geometry.hpp"
 #include "sim/scatterer_model.hpp"
 #include "sim/speckle.hpp"
@@ -24,8 +25,6 @@ constexpr int kStride = 2;  // Echo samples per sample of tissue.
 constexpr int kSlices = 3;  // Across the slice thickness.
 constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
-constexpr double kNeedleLengthMm = 150;
-constexpr double kRingMmTimesMhz = 3.15;  // Until the ringing has fallen to 1/e.
 constexpr std::uint64_t kNoiseStream = 0x7573;
 constexpr std::uint64_t kClutterStream = 0x636c75;
 
@@ -46,13 +45,9 @@ struct UltrasoundSimulator::Tables {
   void sample_tissue(const RestPath& path, std::span<TissueSample> out) const;
   void echoes(const RestPath& path, int line, std::span<const TissueSample> tissue,
               std::span<Complex> out) const;
-  void add_needle(const Transform<frames::Image, frames::Needle>& pose, int line,
-                  std::span<Complex> out) const;
   void blur_along(std::span<Complex> line) const;
-  [[nodiscard]] std::vector<Complex> ray_echoes(
-      const Transform<frames::Ct, frames::Image>& pose,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
-      const Warp* warp) const;
+  [[nodiscard]] std::vector<Complex> ray_echoes(const Transform<frames::Ct, frames::Image>& pose,
+                                                const NeedleEcho& needle, const Warp* warp) const;
   void add_reverberation(std::span<Complex> line) const;
   [[nodiscard]] std::vector<Complex> across(std::span<const Complex> echo, int line) const;
   [[nodiscard]] double elevation_mm(double along_mm) const;
@@ -97,7 +92,7 @@ UltrasoundSimulator::Tables::Tables(std::shared_ptr<const Anatomy> p, const Prob
 }
 
 double UltrasoundSimulator::Tables::elevation_mm(double along_mm) const {
-  return 0.5 * probe.elevation_fwhm_mm * defocus(probe, along_mm, 1.0);
+  return elevation_half_mm(probe, along_mm);
 }
 
 RestPath UltrasoundSimulator::Tables::path(const Transform<frames::Ct, frames::Image>& pose,
@@ -195,29 +190,6 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
   }
 }
 
-void UltrasoundSimulator::Tables::add_needle(const Transform<frames::Image, frames::Needle>& pose,
-                                             int line, std::span<Complex> out) const {
-  const Vec tip = (pose * Point<frames::Needle>{Vec::Zero()}).mm;
-  const Vec axis = (pose * Direction<frames::Needle>{Vec::UnitZ()}).v;
-  const ScanLine ray = geometry.line(line);
-  const double facing = 1 - std::pow(axis.head<2>().dot(ray.direction), 2);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const double along = static_cast<double>(i) * geometry.sample_mm();
-    const Eigen::Vector2d p = ray.start + along * ray.direction;
-    const Vec offset = Vec(p.x(), p.y(), 0) - tip;
-    const double behind = std::clamp(-offset.dot(axis), 0.0, kNeedleLengthMm);
-    const Vec gap = offset + behind * axis;
-    const double in_plane = gap.head<2>().squaredNorm() / (0.35 * 0.35);
-    const double out_of_plane = std::pow(gap.z() / elevation_mm(along), 2);
-    if (in_plane + out_of_plane > 18) continue;
-    const double tip_boost = 1 + 1.5 * std::exp(-behind * behind / 2.0);
-    const double amplitude = 0.12 * tip_boost * (0.15 + facing * facing);
-    const double loss = 2 * probe.tgc_db_per_cm_mhz * probe.frequency_mhz * along / 10.0;
-    out[i] += static_cast<float>(amplitude * std::exp(-0.5 * (in_plane + out_of_plane))) *
-              amplitude_from_db(-loss);
-  }
-}
-
 void UltrasoundSimulator::Tables::blur_along(std::span<Complex> line) const {
   const std::vector<Complex> in(line.begin(), line.end());
   const auto last = static_cast<int>(in.size()) - 1;
@@ -267,10 +239,7 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
     const Complex electronic =
         noise_level * noise.at({static_cast<double>(line) + 0.5, static_cast<double>(i) + 0.5, 0});
     const double along = static_cast<double>(i) * geometry.sample_mm();
-    // The transducer rings for some periods after the pulse: a bright band at the face.
-    const auto ring =
-        static_cast<float>(0.6 * std::exp(-along * probe.frequency_mhz / kRingMmTimesMhz));
-    out[i] = std::sqrt(std::norm(sum[i] + electronic)) * gain[i] + ring;
+    out[i] = std::sqrt(std::norm(sum[i] + electronic)) * gain[i] + ringing(probe, along);
   }
   if (probe.clutter_level_db > -299) {
     const SpeckleField haze(hash_bits(seed, kClutterStream, sequence), 2.0);
@@ -305,13 +274,13 @@ std::optional<SectorOutline> UltrasoundSimulator::outline() const {
 
 ScanLineImage UltrasoundSimulator::envelope(
     const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
-    const Warp* warp) const {
+    const NeedleShaft& needle, const Warp* warp) const {
   const Tables& t = *tables_;
   const std::size_t n = t.samples();
   const bool rays = t.probe.model == AcousticModel::kRays;
+  const NeedleEcho needle_echo(needle, ct_from_image, t.geometry, t.probe);
   std::vector<Complex> echo =
-      rays ? t.ray_echoes(ct_from_image, ct_from_needle, warp)
+      rays ? t.ray_echoes(ct_from_image, needle_echo, warp)
            : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image, warp);
   ScanLineImage image;
   image.lines = t.probe.lines;
@@ -325,7 +294,7 @@ ScanLineImage UltrasoundSimulator::envelope(
       sum = t.across(echo, line);
     } else {
       std::copy_n(echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
-      if (ct_from_needle) t.add_needle(ct_from_image.inverse() * *ct_from_needle, line, sum);
+      needle_echo.add(line, sum);
     }
     if (t.probe.reverberation > 0) t.add_reverberation(sum);
     t.detect(sum, line, sequence, std::span(image.amplitude).subspan(first, n));
@@ -335,8 +304,7 @@ ScanLineImage UltrasoundSimulator::envelope(
 
 /// Echoes of all lines before the lateral beam.
 std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
-    const Transform<frames::Ct, frames::Image>& pose,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
+    const Transform<frames::Ct, frames::Image>& pose, const NeedleEcho& needle,
     const Warp* warp) const {
   const std::size_t n = samples();
   const std::size_t m = tissue_samples();
@@ -352,7 +320,7 @@ std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
   tbb::parallel_for(0, probe.lines, [&](int line) {
     const auto out = std::span(echo).subspan(at(line) * n, n);
     echoes(paths[at(line)], line, tissue, out);
-    if (ct_from_needle) add_needle(pose.inverse() * *ct_from_needle, line, out);
+    needle.add(line, out);
     blur_along(out);
   });
   return echo;
@@ -373,10 +341,8 @@ void mirror(ScanLineImage& image) {
 
 UltrasoundFrame UltrasoundSimulator::simulate(
     const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
-    std::uint64_t sequence,
-    const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle,
-    const Warp* warp) const {
-  ScanLineImage image = envelope(ct_from_image, sequence, ct_from_needle, warp);
+    std::uint64_t sequence, const NeedleShaft& needle, const Warp* warp) const {
+  ScanLineImage image = envelope(ct_from_image, sequence, needle, warp);
   const auto range = static_cast<float>(tables_->probe.dynamic_range_db);
   const auto gain = static_cast<float>(tables_->probe.gain_db);
   if (tables_->probe.marker_on_other_side) mirror(image);

@@ -10,6 +10,7 @@
 #include "nav/ultrasound_frame.hpp"
 #include "sim/abdomen_phantom.hpp"
 #include "sim/motion/warp.hpp"
+#include "sim/needle_shaft.hpp"
 #include "sim/probe_model.hpp"
 
 namespace nav::sim {
@@ -41,18 +42,16 @@ class UltrasoundSimulator {
   UltrasoundSimulator& operator=(UltrasoundSimulator&&) noexcept;
 
   /// One picture. received is set to acquired; sequence also seeds the electronic noise.
-  /// needle: where a needle lies (shaft from the tip along -z), if there is one to be seen.
+  /// needle: where a needle lies, if there is one to be seen; straight or bent.
   /// warp: where the tissue has gone, which carries its speckle with it; nullptr: at rest.
-  [[nodiscard]] UltrasoundFrame simulate(
-      const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
-      std::uint64_t sequence,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {},
-      const Warp* warp = nullptr) const;
+  [[nodiscard]] UltrasoundFrame simulate(const Transform<frames::Ct, frames::Image>& ct_from_image,
+                                         Timestamp acquired, std::uint64_t sequence,
+                                         const NeedleShaft& needle = {},
+                                         const Warp* warp = nullptr) const;
   /// Envelope after depth gain and noise, before log compression; 1 is white.
-  [[nodiscard]] ScanLineImage envelope(
-      const Transform<frames::Ct, frames::Image>& ct_from_image, std::uint64_t sequence,
-      const std::optional<Transform<frames::Ct, frames::Needle>>& ct_from_needle = {},
-      const Warp* warp = nullptr) const;
+  [[nodiscard]] ScanLineImage envelope(const Transform<frames::Ct, frames::Image>& ct_from_image,
+                                       std::uint64_t sequence, const NeedleShaft& needle = {},
+                                       const Warp* warp = nullptr) const;
 
   [[nodiscard]] const ProbeModel& probe() const;
   [[nodiscard]] PixelGrid grid() const;

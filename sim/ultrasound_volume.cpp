@@ -219,9 +219,8 @@ class Scanner {
         const Vec3d cell =
             Vec3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
         const Complex electronic = noise_level * noise.at(cell + Vec3d::Constant(0.5));
-        const float ring =
-            0.6F * static_cast<float>(std::exp(-lines_.step_mm() * static_cast<double>(j) / 0.9));
-        const float v = std::sqrt(std::norm(in[j] + electronic)) * gain[j] + ring;
+        const double along = lines_.step_mm() * static_cast<double>(j);
+        const float v = std::sqrt(std::norm(in[j] + electronic)) * gain[j] + ringing(probe, along);
         const float db = 20.0F * std::log10(std::max(v, 1e-9F));
         out[j] = std::clamp(255.0F * (1.0F + db / static_cast<float>(probe.dynamic_range_db)), 0.0F,
                             255.0F);

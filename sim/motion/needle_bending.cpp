@@ -21,6 +21,26 @@ double rigidity(const NeedleBending& b) {
 
 }  // namespace
 
+const char* to_string(BendingKind kind) {
+  switch (kind) {
+    case BendingKind::kStraight:
+      return "straight";
+    case BendingKind::kBevelArc:
+      return "bevel";
+    case BendingKind::kTipLoad:
+      return "tip-load";
+  }
+  return "unknown";
+}
+
+Result<BendingKind> bending_kind_from(std::string_view name) {
+  for (const auto kind : {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}) {
+    if (name == to_string(kind)) return kind;
+  }
+  return Error{ErrorCode::kUsage,
+               "needle: expected straight, bevel or tip-load, found " + std::string(name)};
+}
+
 Result<void> validate(const NeedleBending& b) {
   const auto refuse = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("needle bending: expected ") + what};
@@ -37,6 +57,35 @@ Result<void> validate(const NeedleBending& b) {
   }
   if (!std::isfinite(b.bevel_rad)) return refuse("a finite bevel direction");
   return {};
+}
+
+Result<NeedleBending> bending_aside(const NeedleBending& bending, double path_mm, double aside_mm) {
+  if (const auto ok = validate(bending); !ok) return ok.error();
+  if (!(path_mm > 0 && path_mm <= 1000)) {
+    return Error{ErrorCode::kUsage, "needle bending: expected a path of 0 to 1000 mm, found " +
+                                        std::to_string(path_mm)};
+  }
+  if (!(aside_mm >= 0 && aside_mm <= kMostAsideShare * path_mm)) {
+    return Error{ErrorCode::kUsage,
+                 "needle bending: expected 0 to " + std::to_string(kMostAsideShare * path_mm) +
+                     " mm (a fifth of the path), found " + std::to_string(aside_mm)};
+  }
+  NeedleBending out = bending;
+  // The tip of an arc lies on a chord that leaves the axis by half the turn; sideways way
+  // s = L² k / 2 · sinc²(k L / 2) has no closed inverse, but grows with k this far.
+  double low = 0, high = 1.0 / path_mm;
+  for (int i = 0; i < 60 && bending.kind == BendingKind::kBevelArc; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double half = 0.5 * middle * path_mm;
+    const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+    (path_mm * half * sinc * sinc < aside_mm ? low : high) = middle;
+  }
+  if (bending.kind == BendingKind::kBevelArc) out.curvature_per_mm = aside_mm > 0 ? high : 0;
+  if (bending.kind == BendingKind::kTipLoad) {
+    out.tip_force_n = 3 * rigidity(bending) * aside_mm / std::pow(path_mm, 3);
+  }
+  if (const auto ok = validate(out); !ok) return ok.error();
+  return out;
 }
 
 BentNeedle::BentNeedle(const NeedleBending& bending, double inserted_mm)

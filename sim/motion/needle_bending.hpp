@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
 #include <vector>
 
-#include "nav/plan.hpp"
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
 
@@ -19,6 +19,10 @@ enum class BendingKind {
               ///< cantilever, clamped at the skin).
 };
 
+/// Stable lower-case name ("bevel"), and back; kUsage for a name that is none.
+const char* to_string(BendingKind kind);
+Result<BendingKind> bending_kind_from(std::string_view name);
+
 struct NeedleBending {
   BendingKind kind = BendingKind::kStraight;
   double curvature_per_mm =
@@ -32,6 +36,14 @@ struct NeedleBending {
 
 /// A refusal that names the first value out of range.
 Result<void> validate(const NeedleBending& bending);
+
+/// How far aside, as a share of its path, a tip may go: beyond, slopes are not small any more.
+inline constexpr double kMostAsideShare = 0.2;
+
+/// The same needle with the curvature (bevel) or the load (tip load) that leads its tip aside_mm
+/// sideways after a path. Errors: kUsage for a path that is not positive, a way beyond
+/// kMostAsideShare of it, and what validate() refuses.
+Result<NeedleBending> bending_aside(const NeedleBending& bending, double path_mm, double aside_mm);
 
 /// A needle pushed a length into tissue. Needle frame: that of the straight needle as the hub shows
 /// it, origin at the tip where it would be, +z from the hub to the tip.

@@ -7,6 +7,7 @@
 #include "nav/check.hpp"
 #include "sim/random.hpp"
 #include "sim/session/free_view.hpp"
+#include "sim/session/needle_path.hpp"
 #include "sim/trackers/electromagnetic_tracker.hpp"
 #include "sim/trackers/encoder_arm.hpp"
 #include "sim/trackers/optical_tracker.hpp"
@@ -23,6 +24,7 @@ using frames::Tracker;
 
 constexpr std::uint64_t kProbeBody = 0;
 constexpr std::uint64_t kReferenceBody = 1;
+constexpr std::uint64_t kNeedleBody = 2;
 constexpr Duration kLeadIn = std::chrono::milliseconds(500);
 constexpr Timestamp kBegin{std::chrono::seconds(1)};
 
@@ -127,9 +129,12 @@ class SessionFrames final : public FrameSource {
       return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
     }
     const bool still = session_.breathing().options().kind == BreathingKind::kNone;
+    const NeedleShaft needle = session_.needle()
+                                   ? NeedleShaft(session_.needle()->shaft_ct(truth.physical))
+                                   : NeedleShaft();
     UltrasoundFrame frame = simulator_.simulate(
         truth.ct_from_image, truth.physical + timing.stamp_offset,
-        static_cast<std::uint64_t>(index_), {}, still ? nullptr : truth.warp.get());
+        static_cast<std::uint64_t>(index_), needle, still ? nullptr : truth.warp.get());
     frame.received = received;
     ++index_;
     return frame;
@@ -186,7 +191,7 @@ Result<void> validate(const SimulatedSessionOptions& o) {
         validate(o.pose_faults), validate(o.frame_faults)}) {
     if (!part) return part.error();
   }
-  return {};
+  return o.needle ? validate(*o.needle) : Result<void>();
 }
 
 Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options) {
@@ -200,16 +205,30 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
                                                   const Patient& patient) {
   if (const auto ok = validate(options); !ok) return ok.error();
   if (options.standard_view) {
-    return SimulatedSession(options, patient.anatomy, patient.views.front().ct_from_image);
+    return about(options, patient.anatomy, patient.views.front().ct_from_image);
   }
   const auto middle = free_view(*patient.anatomy, press_of(options.probe));
   if (!middle) return middle.error();
-  return SimulatedSession(options, patient.anatomy, *middle);
+  return about(options, patient.anatomy, *middle);
+}
+
+Result<SimulatedSession> SimulatedSession::about(const SimulatedSessionOptions& options,
+                                                 const std::shared_ptr<const Anatomy>& patient,
+                                                 const Transform<Ct, Image>& middle) {
+  if (!options.needle) return SimulatedSession(options, patient, middle, std::nullopt);
+  const auto plan = needle_path(*patient, middle, options.probe);
+  if (!plan) return plan.error();
+  const int last = static_cast<int>(options.duration_s * options.frame_rate_hz + 1e-9);
+  const auto needle = NeedleInsertion::create(*plan, *options.needle, kBegin,
+                                              kBegin + from_seconds(last / options.frame_rate_hz));
+  if (!needle) return needle.error();
+  return SimulatedSession(options, patient, middle, *needle);
 }
 
 SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
                                    std::shared_ptr<const Anatomy> patient,
-                                   const Transform<Ct, Image>& middle)
+                                   const Transform<Ct, Image>& middle,
+                                   const std::optional<NeedleInsertion>& needle)
     : options_(options),
       patient_(std::move(patient)),
       breathing_(breathing_options(options)),
@@ -220,7 +239,8 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
       tracker_from_ct_(place_tracker(options.tracker,
                                      (middle * probe_from_image_.inverse()).translation_mm(),
-                                     Random(options.seed, 0x63616d))) {}
+                                     Random(options.seed, 0x63616d))),
+      needle_(needle) {}
 
 Transform<Tracker, Probe> SimulatedSession::tracker_from_probe(Timestamp time) const {
   return tracker_from_ct_ * path_.at(time) * probe_from_image_.inverse();
@@ -228,6 +248,11 @@ Transform<Tracker, Probe> SimulatedSession::tracker_from_probe(Timestamp time) c
 
 Transform<Tracker, Reference> SimulatedSession::tracker_from_reference() const {
   return tracker_from_ct_ * ct_from_reference_;
+}
+
+Transform<Tracker, NeedleHub> SimulatedSession::tracker_from_hub(Timestamp time) const {
+  NAV_CHECK(needle_.has_value());
+  return tracker_from_ct_ * needle_->ct_from_hub(time);
 }
 
 int SimulatedSession::frame_count() const {
@@ -245,7 +270,9 @@ FrameTruth SimulatedSession::truth(int index) const {
   std::shared_ptr<const Warp> warp = breathing_.warp(time);
   const RestView rest =
       rest_view(*warp, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
-  return {time, pose, rest, breathing_.state(time), std::move(warp)};
+  FrameTruth truth{time, pose, rest, breathing_.state(time), std::move(warp), std::nullopt};
+  if (needle_) truth.needle = needle_->truth(time);
+  return truth;
 }
 
 SensorStream SimulatedSession::stream(std::uint64_t body) const {
@@ -271,6 +298,16 @@ std::unique_ptr<PoseSource> SimulatedSession::reference_poses() const {
   // An arm holds one body; the patient is fixed to its base.
   if (options_.tracker == TrackerKind::kArm) reference.sensor = std::make_shared<IdealSensor>();
   return std::make_unique<SensorPoseSource>(reference);
+}
+
+std::unique_ptr<PoseSource> SimulatedSession::needle_poses() const {
+  NAV_CHECK(needle_.has_value());
+  SensorStream needle = stream(kNeedleBody);
+  needle.truth = [this](Timestamp time) { return tracker_from_hub(time).matrix(); };
+  if (options_.tracker == TrackerKind::kArm) {
+    needle.sensor = make_sensor(options_.tracker, hash_bits(options_.seed, 0x74726b, kNeedleBody));
+  }
+  return std::make_unique<SensorPoseSource>(needle);
 }
 
 std::unique_ptr<FrameSource> SimulatedSession::frames() const {

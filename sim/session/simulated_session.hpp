@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "sim/fault_plan.hpp"
 #include "sim/motion/breathing.hpp"
 #include "sim/motion/hand_path.hpp"
+#include "sim/motion/needle_insertion.hpp"
 #include "sim/session/moving_patient.hpp"
 #include "sim/tracker_model.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
@@ -38,7 +40,10 @@ struct SimulatedSessionOptions {
   TrackerTiming timing;
   ImageTiming image_timing;
   BreathingOptions breathing;
-  FaultPlan pose_faults;  ///< Of probe and reference, each in its own way.
+  /// A tracked needle that begins with the hand and, without a speed, arrives with the last
+  /// picture.
+  std::optional<NeedleInsertionOptions> needle;
+  FaultPlan pose_faults;  ///< Of probe, reference and needle, each in its own way.
   FaultPlan frame_faults;
 };
 
@@ -52,16 +57,18 @@ struct FrameTruth {
   Transform<frames::Ct, frames::Image> ct_from_image;
   RestView rest;  ///< The same in the patient at rest, which is what the CT shows.
   BreathingState breathing;
-  std::shared_ptr<const Warp> warp;  ///< Of the patient at that moment. Never null.
+  std::shared_ptr<const Warp> warp;   ///< Of the patient at that moment. Never null.
+  std::optional<NeedleTruth> needle;  ///< If there is one: in the room, as ct_from_image.
 };
 
 /// A patient who breathes, a hand that leads a probe, a tracker that errs: ordinary sources on the
-/// session clock, and the truth about them. The reference body stays still. Times are physical;
-/// the hand moves from 1 s on for the duration. Thread-safe to read.
+/// session clock, and the truth about them. The reference body stays still, and so does the line
+/// that a needle is pushed along: it does not ride on the breath. Times are physical; the hand and
+/// the needle move from 1 s on for the duration. Thread-safe to read.
 class SimulatedSession {
  public:
   /// Errors: those of validate(); kUsage for a family that does not exist, or a patient in whom no
-  /// free view was found.
+  /// free view, or no free way for a needle, was found; those of NeedleInsertion.
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options);
   /// Of a patient that is already there; options.family and contrast are only names then.
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options,
@@ -80,6 +87,10 @@ class SimulatedSession {
   }
   [[nodiscard]] Transform<frames::Tracker, frames::Probe> tracker_from_probe(Timestamp time) const;
   [[nodiscard]] Transform<frames::Tracker, frames::Reference> tracker_from_reference() const;
+  /// Absent when options().needle is.
+  [[nodiscard]] const std::optional<NeedleInsertion>& needle() const { return needle_; }
+  /// Precondition: there is a needle, otherwise a Bug.
+  [[nodiscard]] Transform<frames::Tracker, NeedleHub> tracker_from_hub(Timestamp time) const;
 
   [[nodiscard]] int frame_count() const;
   /// Physical time of a picture, 0 <= index < frame_count().
@@ -89,12 +100,19 @@ class SimulatedSession {
   /// Poses as the tracker gives them, before any fault; begin 0.5 s before the first picture.
   [[nodiscard]] std::unique_ptr<PoseSource> probe_poses() const;
   [[nodiscard]] std::unique_ptr<PoseSource> reference_poses() const;
+  /// Of the needle's hub (the body is NeedleHub). An arm's needle hangs on a second arm with errors
+  /// of its own on the same base. Precondition: there is a needle, otherwise a Bug.
+  [[nodiscard]] std::unique_ptr<PoseSource> needle_poses() const;
   /// Pictures, before any fault; their sequence is the index. The session must outlive the source.
   [[nodiscard]] std::unique_ptr<FrameSource> frames() const;
 
  private:
   SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Anatomy> patient,
-                   const Transform<frames::Ct, frames::Image>& middle);
+                   const Transform<frames::Ct, frames::Image>& middle,
+                   const std::optional<NeedleInsertion>& needle);
+  static Result<SimulatedSession> about(const SimulatedSessionOptions& options,
+                                        const std::shared_ptr<const Anatomy>& patient,
+                                        const Transform<frames::Ct, frames::Image>& middle);
   [[nodiscard]] SensorStream stream(std::uint64_t body) const;
 
   SimulatedSessionOptions options_;
@@ -106,6 +124,7 @@ class SimulatedSession {
   Transform<frames::Ct, frames::Reference> ct_from_reference_;
   Transform<frames::Probe, frames::Image> probe_from_image_;
   Transform<frames::Tracker, frames::Ct> tracker_from_ct_;
+  std::optional<NeedleInsertion> needle_;
 };
 
 }  // namespace nav::sim

@@ -144,13 +144,78 @@ TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
   }
 }
 
+TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options = small(folder);
+  options.tracker = "ideal";
+  options.needle = "bevel";
+  options.needle_bending_mm = 5;
+  const auto written = run_simulate(options, console);
+  ASSERT_TRUE(written) << written.error().message;
+  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const auto ct_from_reference =
+      transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
+  SessionConfig config = config_of(options);
+  config.source.needle_frame = "NeedleTip";
+  auto session = RecordedSession::open(config, console);
+  ASSERT_TRUE(session) << session.error().message;
+  EXPECT_NE(session->description().find("NeedleToTracker"), std::string::npos);
+  session->set_placement({ct_from_reference, {SafetyState::kValid, ""}});
+  std::size_t seen = 0;
+  for (;;) {
+    const auto more = session->step([](const auto&) {});
+    ASSERT_TRUE(more);
+    if (!*more) break;
+    const Json& needle = truth.at("frames").at(seen++).at("needle");
+    const Epoch epoch = session->refresh();
+    ASSERT_TRUE(epoch.ct_from_needle) << epoch.needle.cause;
+    EXPECT_EQ(epoch.needle.state, SafetyState::kValid) << epoch.needle.cause;
+    const auto expected =
+        transform_of<frames::Ct, frames::Needle>(needle.at("ct_from_straight_tip_mm"));
+    // Constant speed is interpolated exactly, but for the corner where it begins and ends.
+    EXPECT_TRUE(test::is_near(*epoch.ct_from_needle, expected, 0.5, 1e-5));
+    const sim::NeedleBending bending = [&] {
+      sim::NeedleBending b;
+      b.kind = sim::BendingKind::kBevelArc;
+      b.curvature_per_mm = truth.at("needle").at("curvature_per_mm");
+      return b;
+    }();
+    const sim::BentNeedle bent(bending, needle.at("inserted_mm"));
+    EXPECT_NEAR(needle.at("tip_error_mm").get<double>(), bent.tip_error_mm(), 1e-9);
+    const Eigen::Vector3d tip = (expected * bent.tip()).mm;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(needle.at("tip_ct_mm")[axis].get<double>(), tip[static_cast<int>(axis)], 1e-6);
+    }
+  }
+  EXPECT_EQ(seen, 13u);
+  const Json& last = truth.at("frames").back().at("needle");
+  EXPECT_NEAR(last.at("inserted_mm").get<double>(), truth.at("needle").at("path_mm").get<double>(),
+              1e-9);
+  EXPECT_GT(last.at("tip_error_mm").get<double>(), 5) << "sideways, and a little short";
+}
+
+TEST(SimulateTest, AnotherBodyChangesNothingForThoseWhoDoNotAskForIt) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options = small(folder);
+  options.needle = "straight";
+  ASSERT_TRUE(run_simulate(options, console));
+  EXPECT_EQ(replayed(options, console).size(), 13u);
+  SessionConfig config = config_of(options);
+  config.source.needle_frame = "Stylus";
+  const auto refused = RecordedSession::open(config, console);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("Stylus"), std::string::npos);
+}
+
 TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   const test::TemporaryFolder folder;
   Console console(false);
   for (std::string SimulateOptions::*option :
        {&SimulateOptions::family, &SimulateOptions::path, &SimulateOptions::probe,
         &SimulateOptions::tracker, &SimulateOptions::breathing, &SimulateOptions::model,
-        &SimulateOptions::faults}) {
+        &SimulateOptions::faults, &SimulateOptions::needle}) {
     SimulateOptions options = small(folder);
     options.*option = "nonsense";
     const auto refused = run_simulate(options, console);

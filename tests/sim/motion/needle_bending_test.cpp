@@ -67,6 +67,32 @@ TEST(NeedleBendingTest, StressNearlyStraightHasNoCancellation) {
   }
 }
 
+TEST(NeedleBendingTest, TheTipGoesAsideAsFarAsAsked) {
+  for (const auto kind : {BendingKind::kBevelArc, BendingKind::kTipLoad}) {
+    for (const double path : {50., 90., 160.}) {
+      for (const double aside : {0., 0.01, 1., 0.19 * path}) {
+        NeedleBending asked = of(kind);
+        asked.bevel_rad = 0.7;
+        const auto bending = bending_aside(asked, path, aside);
+        ASSERT_TRUE(bending) << bending.error().message;
+        EXPECT_NEAR(BentNeedle(*bending, path).tip().mm.head<2>().norm(), aside, 1e-9 * path);
+      }
+    }
+  }
+  EXPECT_FALSE(bending_aside(of(BendingKind::kBevelArc), 80, 16.1));
+  EXPECT_FALSE(bending_aside(of(BendingKind::kTipLoad), 80, -1));
+  EXPECT_FALSE(bending_aside(of(BendingKind::kTipLoad), 0, 0));
+}
+
+TEST(NeedleBendingTest, KindsHaveNames) {
+  for (const auto kind : {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}) {
+    EXPECT_EQ(*bending_kind_from(to_string(kind)), kind);
+  }
+  const auto refused = bending_kind_from("banana");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("banana"), std::string::npos);
+}
+
 TEST(NeedleBendingTest, RefusesWhatCannotBe) {
   NeedleBending bending;
   bending.inner_mm = 1;

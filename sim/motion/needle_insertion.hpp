@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "nav/plan.hpp"
+#include "nav/time.hpp"
+#include "sim/motion/needle_bending.hpp"
+
+namespace nav::sim {
+
+/// Tracked body on a needle's hub: axes of frames::Needle, origin where shaft and hub meet.
+struct NeedleHub {
+  static constexpr std::string_view kName = "NeedleHub";
+};
+
+struct NeedleInsertionOptions {
+  NeedleBending bending;
+  /// Sideways way of the tip at the target, mm, >= 0: sets the bevel's curvature or the tip's load.
+  /// Absent: those of bending.
+  std::optional<double> aside_at_target_mm;
+  double speed_mm_s = 0;   ///< Along the path, > 0; 0: the target is reached at the end.
+  double length_mm = 150;  ///< Hub to tip; at least the path, at most 1000.
+};
+
+/// A refusal that names the first option out of range.
+Result<void> validate(const NeedleInsertionOptions& options);
+
+/// Where a needle is at a time, CT coordinates of the patient at rest on the reference.
+struct NeedleTruth {
+  double inserted_mm;                                    ///< Along the path, from the skin.
+  Transform<frames::Ct, frames::Needle> ct_from_needle;  ///< The straight needle of the hub.
+  Point<frames::Ct> tip_ct;                              ///< Where the tip is.
+  Point<frames::Ct> straight_tip_ct;                     ///< Where the hub says that it is.
+  double tip_error_mm;                                   ///< Between the two.
+};
+
+/// A needle pushed from the skin straight to a target at constant speed; its shaft bends in the
+/// tissue, its hub stays on the planned line. It stands on the skin before it begins and at the
+/// target when it has arrived. Immutable, thread-safe.
+class NeedleInsertion {
+ public:
+  /// begin: of the insertion; end: arrival when no speed is given. Errors: kUsage by name, also for
+  /// a needle shorter than the path, and a tip that goes further aside than bending is modelled.
+  static Result<NeedleInsertion> create(const NeedlePlan& plan,
+                                        const NeedleInsertionOptions& options, Timestamp begin,
+                                        Timestamp end);
+
+  [[nodiscard]] const NeedlePlan& plan() const { return plan_; }
+  /// As given, with the bending that leads aside_at_target_mm.
+  [[nodiscard]] const NeedleInsertionOptions& options() const { return options_; }
+  [[nodiscard]] double path_mm() const { return path_mm_; }
+  [[nodiscard]] double speed_mm_s() const { return speed_mm_s_; }
+  [[nodiscard]] double inserted_mm(Timestamp time) const;
+  [[nodiscard]] Transform<frames::Ct, frames::Needle> ct_from_needle(Timestamp time) const;
+  [[nodiscard]] Transform<frames::Ct, NeedleHub> ct_from_hub(Timestamp time) const;
+  /// The calibration: tip of the straight needle on the tracked body.
+  [[nodiscard]] Transform<NeedleHub, frames::Needle> hub_from_needle() const;
+  [[nodiscard]] NeedleTruth truth(Timestamp time) const;
+  /// The bent shaft, tip first, then the straight part outside, to the hub.
+  [[nodiscard]] std::vector<Point<frames::Ct>> shaft_ct(Timestamp time) const;
+
+ private:
+  NeedleInsertion(const NeedlePlan& plan, const NeedleInsertionOptions& options, Timestamp begin,
+                  double speed_mm_s);
+  NeedlePlan plan_;
+  NeedleInsertionOptions options_;
+  Timestamp begin_;
+  double path_mm_;
+  double speed_mm_s_;
+};
+
+}  // namespace nav::sim

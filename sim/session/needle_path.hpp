@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "nav/plan.hpp"
+#include "nav/result.hpp"
+#include "sim/anatomy/anatomy.hpp"
+#include "sim/probe_model.hpp"
+
+namespace nav::sim {
+
+/// A straight way from the skin beside the probe to one of the patient's targets that meets neither
+/// bone nor gas: as far as possible in the plane of the picture, at about 45 degrees to the beam.
+/// Vessels and other organs are not avoided. kUsage where there is none.
+Result<NeedlePlan> needle_path(const Anatomy& patient,
+                               const Transform<frames::Ct, frames::Image>& ct_from_image,
+                               const ProbeModel& probe);
+
+}  // namespace nav::sim
