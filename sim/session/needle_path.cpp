@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "sim/scan_geometry.hpp"
+
 namespace nav::sim {
 namespace {
 
@@ -15,8 +17,9 @@ using Vec = Eigen::Vector3d;
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 constexpr double kStepMm = 1;
+constexpr double kDepthShare = 0.6;  // Of the picture's depth: how long a way is wanted.
 constexpr double kShortestMm = 10;
-constexpr double kLongestMm = 250;
+constexpr double kLongestMm = 140;
 constexpr double kBesideProbeMm = 6;  // Between the probe's housing and the needle.
 constexpr std::size_t kTargets = 16;
 
@@ -42,10 +45,13 @@ std::optional<Vec> way_out(const Anatomy& patient, const Vec& target, const Vec&
 std::vector<Vec> targets_in_view(const Anatomy& patient,
                                  const Transform<frames::Image, frames::Ct>& image_from_ct,
                                  const ProbeModel& probe) {
+  const ScanGeometry geometry(probe);
   std::vector<std::pair<double, Vec>> found;
   for (const auto& target : patient.targets()) {
     const Vec image = (image_from_ct * target).mm;
-    const bool shown = image.y() >= 0 && image.y() <= probe.depth_mm;
+    const Eigen::Vector2d beam = geometry.beam_of(image.head<2>());
+    const double line = beam.x() / (probe.lines - 1), sample = beam.y() / geometry.samples();
+    const bool shown = line > 0.1 && line < 0.9 && sample > 0.1 && sample < 0.9;
     found.emplace_back(std::abs(image.z()) + (shown ? 0.0 : 1000.0), target.mm);
   }
   std::ranges::stable_sort(found, {}, [](const auto& f) { return f.first; });
@@ -71,12 +77,16 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
     const Vec out_image(std::sin(aside) * std::cos(tilt), -std::cos(aside) * std::cos(tilt),
                         std::sin(tilt));
     const double off_plane = std::abs((image_from_ct * Point<frames::Ct>{target}).mm.z());
-    const double score =
-        off_plane + 0.5 * std::abs(tilt_deg) + 0.2 * std::abs(std::abs(aside_deg) - 45);
-    if (score >= best) return;
+    // Seen whole, at an angle that reflects, and as long as the picture is deep, more or less.
+    const double turned = 0.5 * std::abs(tilt_deg) + 0.2 * std::abs(std::abs(aside_deg) - 45);
+    const double unseen = std::abs((image_from_ct * Point<frames::Ct>{target}).mm.z()) + turned;
+    if (unseen >= best) return;
     const auto skin =
         way_out(patient, target, (ct_from_image * Direction<frames::Image>{out_image}).v);
     if (!skin || (*skin - target).norm() < kShortestMm) return;
+    const double score =
+        unseen + 0.3 * std::abs((*skin - target).norm() - kDepthShare * probe.depth_mm);
+    if (score >= best) return;
     const Vec entry = (image_from_ct * Point<frames::Ct>{*skin}).mm;
     if (std::abs(entry.x()) < clear && std::abs(entry.z()) < clear) return;
     best = score;
