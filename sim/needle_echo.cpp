@@ -42,7 +42,7 @@ void NeedleEcho::look(const Piece& piece, const ScanLine& ray, std::span<Nearest
   // The samples beside the piece; whatever lies further along the line does not hear it.
   const Eigen::Vector2d front = piece.front.head<2>() - ray.start;
   const Eigen::Vector2d back = front - piece.length_mm * piece.axis.head<2>();
-  const auto [near, far] = std::minmax(front.dot(ray.direction), back.dot(ray.direction));
+  const auto [near, far] = std::minmax({front.dot(ray.direction), back.dot(ray.direction)});
   const double first = std::max(0.0, std::ceil((near - kReachMm) / step));
   const double last =
       std::min(static_cast<double>(best.size()) - 1, std::floor((far + kReachMm) / step));

@@ -88,9 +88,16 @@ Transform<Ct, Reference> place_reference(const Transform<Ct, Image>& middle, Ran
   return {random_rotation(random), at};
 }
 
-Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& probe_ct, Random random) {
+/// Half way between the probe and the needle's hub, CT.
+Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
+                     const std::optional<NeedleInsertion>& needle) {
+  if (!needle) return probe.translation_mm();
+  return 0.5 * (probe.translation_mm() + needle->ct_from_hub(kBegin).translation_mm());
+}
+
+Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& middle_ct, Random random) {
   const Eigen::Quaterniond turn = random_rotation(random);
-  return {turn, sweet_spot(kind) - turn * probe_ct};
+  return {turn, sweet_spot(kind) - turn * middle_ct};
 }
 
 HandPathOptions path_options(const SimulatedSessionOptions& o) {
@@ -238,7 +245,7 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       ct_from_reference_(place_reference(middle, Random(options.seed, 0x726566))),
       probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
       tracker_from_ct_(place_tracker(options.tracker,
-                                     (middle * probe_from_image_.inverse()).translation_mm(),
+                                     middle_of_bodies(middle * probe_from_image_.inverse(), needle),
                                      Random(options.seed, 0x63616d))),
       needle_(needle) {}
 

@@ -8,6 +8,7 @@
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
 #include "sim/fault_plan.hpp"
+#include "sim/motion/needle_bending.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -175,12 +176,9 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
         transform_of<frames::Ct, frames::Needle>(needle.at("ct_from_straight_tip_mm"));
     // Constant speed is interpolated exactly, but for the corner where it begins and ends.
     EXPECT_TRUE(test::is_near(*epoch.ct_from_needle, expected, 0.5, 1e-5));
-    const sim::NeedleBending bending = [&] {
-      sim::NeedleBending b;
-      b.kind = sim::BendingKind::kBevelArc;
-      b.curvature_per_mm = truth.at("needle").at("curvature_per_mm");
-      return b;
-    }();
+    sim::NeedleBending bending;
+    bending.kind = sim::BendingKind::kBevelArc;
+    bending.curvature_per_mm = truth.at("needle").at("curvature_per_mm");
     const sim::BentNeedle bent(bending, needle.at("inserted_mm"));
     EXPECT_NEAR(needle.at("tip_error_mm").get<double>(), bent.tip_error_mm(), 1e-9);
     const Eigen::Vector3d tip = (expected * bent.tip()).mm;
