@@ -205,6 +205,12 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
   const bool by_shape = !options.shape.points.empty();
+  if (by_shape && (options.motion.breath_period_s || options.motion.deformable)) {
+    return Error{ErrorCode::kUsage,
+                 std::string("--points: expected no ") +
+                     (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
+                     ", which is of a sweep, found both"};
+  }
   if (by_shape && config.source.recording.empty()) {
     return register_by_shape(config, options, *ground, json_file);
   }
@@ -255,13 +261,12 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   const Point<frames::Ct> target = options.target_ct
                                        ? Point<frames::Ct>{*options.target_ct}
                                        : result->ct_from_reference * sweep->centroid();
-  const auto decision = registration::decide(*result, {}, target);
-  console.end(decision.accepted ? "accepted" : "refused");
-  // A motion about a refused pose would be as wrong, and look better: nothing is refined then.
+  console.end(registration::decide(*result, {}, target).accepted ? "accepted" : "refused");
   const auto motion =
-      refine_motion(*ground->ct, *sweep, result->ct_from_reference, target,
-                    decision.accepted ? options.motion : MotionOptions{}, solver, console);
+      refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver, console);
   if (!motion) return motion.error();
+  const auto& answer = motion->result;
+  const auto& decision = motion->decision;
 
   Json json;
   json["verb"] = "register";
@@ -275,9 +280,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
   json["similarity"] = options.similarity;
-  json["registration"] = app::json_of(*result, decision, target);
-  json["stretch"] = json_of(result->stretch, options.stretch);
-  json.update(*motion);
+  json["registration"] = app::json_of(answer, decision, target);
+  json["stretch"] = json_of(answer.stretch, options.stretch);
+  json.update(motion->json);
   json["ledger"] = app::json_of(session->navigator().ledger());
   json["diagnostics"] = app::json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;
@@ -287,7 +292,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     const auto& middle = sweep->frames()[sweep->frames().size() / 2];
     if (auto written = out->write_picture(
             "registration.png",
-            registration_picture(*ground->ct, middle, initial, result->ct_from_reference, {}));
+            registration_picture(*ground->ct, middle, initial, answer.ct_from_reference, {}));
         !written) {
       return written;
     }

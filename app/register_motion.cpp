@@ -6,42 +6,15 @@
 #include <sstream>
 
 #include "registration/deformable_registration.hpp"
-#include "registration/patches.hpp"
-#include "registration/phase_registration.hpp"
-#include "registration/shadow_mask.hpp"
-#include "registration/sweep_points.hpp"
+#include "registration/motion_evidence.hpp"
+#include "registration/moving_registration.hpp"
 
 namespace nav::app {
 namespace {
 
-using Pose = Transform<frames::Ct, frames::Reference>;
-
 constexpr double kShortestBreathS = 1;
 constexpr double kLongestBreathS = 20;
 constexpr int kReportedPhases = 8;
-// Both motions are smooth and have many unknowns: a middle level with many patches.
-constexpr registration::LevelOptions kLevel{1.6, 9, 1500, 1.0};
-constexpr double kSigmaPerStep = 0.75;
-constexpr double kReachMm = 20;
-
-/// What both refinements look at.
-struct Evidence {
-  registration::CtChannels ct;
-  registration::PatchSet patches;
-};
-
-Result<Evidence> evidence(const Volume& ct, const Sweep& sweep, const Pose& pose,
-                          const registration::ImageRegistrationOptions& solver) {
-  const auto masks = registration::shadow_masks(sweep, solver.mask);
-  if (!masks) return masks.error();
-  const auto points = registration::sweep_points(sweep, *masks);
-  const double sigma_mm = kSigmaPerStep * kLevel.sample_step_mm;
-  auto channels = registration::make_ct_channels(
-      ct, registration::box_around(points, {pose}, kReachMm), sigma_mm);
-  if (!channels) return channels.error();
-  return Evidence{std::move(*channels),
-                  registration::make_patches(sweep, *masks, kLevel, sigma_mm)};
-}
 
 /// A refinement that the data could not even be tried on.
 Json not_tried(const std::string& reason) { return {{"supported", false}, {"reason", reason}}; }
@@ -51,26 +24,28 @@ void say(const std::string& model, const Json& outcome, Console& console) {
                  "register", model + ": " + outcome["reason"].get<std::string>());
 }
 
-Json json_of(const registration::PhaseResult& found, double period_s,
-             const Point<frames::Ct>& target) {
-  Json json = {{"supported", found.supported},
-               {"reason", found.reason},
-               {"period_s", period_s},
-               {"pictures", found.pictures},
-               {"amplitude_mm", found.motion.amplitude_mm(target)},
-               {"rigid_cost", found.rigid_cost},
-               {"final_cost", found.final_cost},
-               {"held_out_rigid", found.held_out_rigid},
-               {"held_out_moving", found.held_out_moving},
-               {"gain_sigmas", found.gain_sigmas},
-               {"phases", Json::array()}};
+Json phases_of(const registration::PhaseMotion& motion) {
+  Json phases = Json::array();
   for (int i = 0; i < kReportedPhases; ++i) {
     const double phase = static_cast<double>(i) / kReportedPhases;
-    json["phases"].push_back(
+    phases.push_back(
         {{"phase", phase},
-         {"ct_from_reference_mm", app::json_of(found.motion.ct_from_reference(phase).matrix())}});
+         {"ct_from_reference_mm", app::json_of(motion.ct_from_reference(phase).matrix())}});
   }
-  return json;
+  return phases;
+}
+
+Json json_of(const registration::PhaseResult& found, double period_s) {
+  return {{"supported", found.supported},
+          {"accepted", false},
+          {"reason", found.reason},
+          {"period_s", period_s},
+          {"pictures", found.pictures},
+          {"rigid_cost", found.rigid_cost},
+          {"final_cost", found.final_cost},
+          {"held_out_rigid", found.held_out_rigid},
+          {"held_out_moving", found.held_out_moving},
+          {"gain_sigmas", found.gain_sigmas}};
 }
 
 Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
@@ -109,33 +84,101 @@ std::vector<double> phases_by_period(const Sweep& sweep, double period_s) {
   return phases;
 }
 
-Result<Json> refine_motion(const Volume& ct, const Sweep& sweep, const Pose& ct_from_reference,
-                           const Point<frames::Ct>& target, const MotionOptions& options,
-                           const registration::ImageRegistrationOptions& solver, Console& console) {
-  Json json = {{"breath", nullptr}, {"deformable", nullptr}};
-  if (!options.breath_period_s && !options.deformable) return json;
-  const auto seen = evidence(ct, sweep, ct_from_reference, solver);
-  if (!seen) return seen.error();
-  if (options.breath_period_s) {
+namespace {
+
+/// The motion takes the place of the common pose; what became of that one is said. Nothing is
+/// claimed of a motion that is refused.
+void take(const registration::MovingRegistration& moving, const Point<frames::Ct>& target,
+          MotionOutcome& outcome) {
+  Json& json = outcome.json["breath"];
+  json["common"] = {
+      {"accepted", outcome.decision.accepted},
+      {"reasons", outcome.decision.reasons},
+      {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+  outcome.decision = registration::decide(moving, {}, target);
+  outcome.result = *moving.at_rest;
+  json["accepted"] = outcome.decision.accepted;
+  json["settled_mm"] = json_number(moving.settled_mm);
+  if (!outcome.decision.accepted) {
+    json["supported"] = false;
+    json["reason"] = moving.phases.reason + ", but with it the registration is refused";
+    return;
+  }
+  json["amplitude_mm"] = moving.motion.amplitude_mm(target);
+  json["rest_phase"] = moving.rest_phase;
+  json["phases"] = phases_of(moving.motion);
+}
+
+/// The pictures held still, where a motion was accepted.
+std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
+                                   const Point<frames::Ct>& target, double period_s,
+                                   const registration::ImageRegistrationOptions& solver,
+                                   Console& console, MotionOutcome& outcome) {
+  Json& json = outcome.json["breath"];
+  std::optional<Sweep> still;
+  if (!registration::may_be_moving(outcome.result, {})) {
+    json = not_tried("breath: expected a common pose with enough overlap, which no breath lacks");
+  } else {
     registration::PhaseOptions fit;
     fit.ridge = solver.ridge;
     fit.threads = solver.threads;
-    const auto found = registration::refine_by_phase(
-        seen->ct, seen->patches, phases_by_period(sweep, *options.breath_period_s),
-        ct_from_reference, fit);
-    json["breath"] = found ? json_of(*found, *options.breath_period_s, target)
-                           : not_tried(found.error().message);
-    say("breath", json["breath"], console);
+    console.begin("breath");
+    auto moving = registration::register_moving(ct, sweep, phases_by_period(sweep, period_s),
+                                                outcome.result.ct_from_reference, fit, solver,
+                                                console, [&](double fraction) {
+                                                  console.progress(fraction);
+                                                  return true;
+                                                });
+    json = moving ? json_of(moving->phases, period_s) : not_tried(moving.error().message);
+    if (moving && moving->at_rest) {
+      take(*moving, target, outcome);
+      if (outcome.decision.accepted) still = std::move(moving->held_still);
+    }
+    console.end(json["supported"].get<bool>() ? "accepted" : "not supported");
   }
-  if (options.deformable) {
+  say("breath", json, console);
+  return still;
+}
+
+Result<void> refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>& target,
+                           const registration::ImageRegistrationOptions& solver, Console& console,
+                           MotionOutcome& outcome) {
+  Json& json = outcome.json["deformable"];
+  // About a refused pose it would be as wrong, and look better.
+  if (!outcome.decision.accepted) {
+    json = not_tried("expected an accepted registration to refine");
+  } else {
+    const auto& pose = outcome.result.ct_from_reference;
+    const auto seen = registration::motion_evidence(ct, sweep, pose, solver.mask);
+    if (!seen) return seen.error();
     registration::DeformableOptions fit;
     fit.ridge = solver.ridge;
-    const auto found =
-        registration::refine_deformable(seen->ct, seen->patches, ct_from_reference, fit);
-    json["deformable"] = found ? json_of(*found, target) : not_tried(found.error().message);
-    say("deformable", json["deformable"], console);
+    const auto found = registration::refine_deformable(seen->ct, seen->patches, pose, fit);
+    json = found ? json_of(*found, target) : not_tried(found.error().message);
   }
-  return json;
+  say("deformable", json, console);
+  return {};
+}
+
+}  // namespace
+
+Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
+                                    const registration::ImageRegistrationResult& common,
+                                    const Point<frames::Ct>& target, const MotionOptions& options,
+                                    const registration::ImageRegistrationOptions& solver,
+                                    Console& console) {
+  MotionOutcome outcome{common, registration::decide(common, {}, target),
+                        Json{{"breath", nullptr}, {"deformable", nullptr}}};
+  std::optional<Sweep> still;
+  if (options.breath_period_s) {
+    still = refine_breath(ct, sweep, target, *options.breath_period_s, solver, console, outcome);
+  }
+  if (options.deformable) {
+    const auto refined =
+        refine_tissue(ct, still ? *still : sweep, target, solver, console, outcome);
+    if (!refined) return refined.error();
+  }
+  return outcome;
 }
 
 }  // namespace nav::app

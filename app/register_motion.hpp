@@ -7,6 +7,7 @@
 #include "app/console.hpp"
 #include "app/report.hpp"
 #include "nav/sweep.hpp"
+#include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
 
 namespace nav::app {
@@ -23,12 +24,24 @@ Result<void> validate(const MotionOptions& options);
 /// Phase of each picture, [0, 1), 0 at the first. Precondition: period_s > 0.
 std::vector<double> phases_by_period(const Sweep& sweep, double period_s);
 
+/// What the motion options made of a registration. Members `breath` and `deformable` of json are
+/// null where not asked for (docs/json.md).
+struct MotionOutcome {
+  /// The answer: the common pose's, or the pose at rest where the pictures say that the patient
+  /// moves with the breath.
+  registration::ImageRegistrationResult result;
+  registration::Decision decision;  ///< On it.
+  Json json;
+};
+
 /// Motion by phase and deformation about a registration, each with the choice of model and why.
-/// What the data do not support, or cannot show, is said there and reported, and is no error.
-/// Members `breath` and `deformable` (docs/json.md); null where not asked for.
-Result<Json> refine_motion(const Volume& ct, const Sweep& sweep,
-                           const Transform<frames::Ct, frames::Reference>& ct_from_reference,
-                           const Point<frames::Ct>& target, const MotionOptions& options,
-                           const registration::ImageRegistrationOptions& solver, Console& console);
+/// A motion that is supported takes the place of the common pose, accepted or not, and is judged by
+/// the same limits. What the data do not support, or cannot show, is said in json and reported, and
+/// is no error.
+Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
+                                    const registration::ImageRegistrationResult& common,
+                                    const Point<frames::Ct>& target, const MotionOptions& options,
+                                    const registration::ImageRegistrationOptions& solver,
+                                    Console& console);
 
 }  // namespace nav::app

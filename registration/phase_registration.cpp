@@ -41,15 +41,16 @@ Vector6d twist_of(const Eigen::MatrixXd& series, const Basis& at) {
   return twist;
 }
 
-/// The patches of one picture, their share of all weights, and its phase.
+/// The patches of one picture, their share of all weights, its phase and which half it is of.
 struct Picture {
   PatchSet patches;
   double weight;
   double phase;
-  int frame;
+  int half;
 };
 
-std::vector<Picture> pictures_of(const PatchSet& all, std::span<const double> phases) {
+std::vector<Picture> pictures_of(const PatchSet& all, std::span<const double> phases,
+                                 const std::vector<int>& halves) {
   std::set<int> frames;
   for (const Patch& p : all.patches) frames.insert(p.frame);
   std::vector<Picture> out;
@@ -61,42 +62,85 @@ std::vector<Picture> pictures_of(const PatchSet& all, std::span<const double> ph
     for (const Patch& p : all.patches) weight += p.frame == frame ? p.weight : 0;
     if (!(weight > 0)) continue;
     total += weight;
-    out.push_back(
-        {subset(all, [&](const Patch& p) { return p.frame == frame; }), weight, phase, frame});
+    out.push_back({subset(all, [&](const Patch& p) { return p.frame == frame; }), weight, phase,
+                   halves[static_cast<std::size_t>(frame)]});
   }
   for (Picture& picture : out) picture.weight /= total;
   return out;
 }
 
-/// Longest part of the cycle between neighbouring phases.
-double longest_gap(const std::vector<Picture>& pictures) {
+/// Every picture is of one half: that of the even breaths, or that of the odd ones. A breath ends
+/// where the phase falls back by more than noise of a belt would make it.
+std::vector<int> halves_by_breath(std::span<const double> phases) {
+  constexpr double kFallsBack = 0.3;
+  std::vector<int> halves;
+  int breath = 0;
+  double before = 0;
+  for (const double phase : phases) {
+    if (!std::isnan(phase)) {
+      if (phase < before - kFallsBack) ++breath;
+      before = phase;
+    }
+    halves.push_back(breath % 2);
+  }
+  return halves;
+}
+
+using Chosen = std::vector<const Picture*>;
+
+/// Longest part of the cycle between neighbouring phases; 1 for no pictures.
+double longest_gap(const Chosen& pictures) {
+  if (pictures.empty()) return 1;
   std::vector<double> phases;
-  for (const Picture& p : pictures) phases.push_back(p.phase);
+  for (const Picture* p : pictures) phases.push_back(p->phase);
   std::sort(phases.begin(), phases.end());
   double gap = phases.front() + 1 - phases.back();
   for (std::size_t i = 1; i < phases.size(); ++i) gap = std::max(gap, phases[i] - phases[i - 1]);
   return gap;
 }
 
-using Chosen = std::vector<const Picture*>;
+enum class Part { kEven, kOdd, kAll };  ///< Which breaths.
+
+Part other(Part half) { return half == Part::kEven ? Part::kOdd : Part::kEven; }
+
+/// A level's pictures: of all breaths, and of the halves that judge each other.
+struct Level {
+  const CtChannels& ct;
+  std::vector<Picture> pictures;
+
+  [[nodiscard]] Chosen of(Part part) const {
+    Chosen chosen;
+    for (const Picture& picture : pictures) {
+      if (part == Part::kAll || picture.half == static_cast<int>(part)) chosen.push_back(&picture);
+    }
+    return chosen;
+  }
+};
 
 /// E(series) = mean of the pictures' costs at the poses of their phases + stiffness.
 class PhaseCost final : public ceres::CostFunction {
  public:
+  /// Parameters are what is added to a series.
   PhaseCost(const CtChannels& ct, const Chosen& pictures, const Pose& start, const Vec& centre,
-            Eigen::Index columns, const PhaseOptions& options)
-      : pictures_(pictures), start_(start), centre_(centre), columns_(columns), options_(options) {
+            const Eigen::MatrixXd& from, const PhaseOptions& options)
+      : pictures_(pictures),
+        start_(start),
+        centre_(centre),
+        from_(from),
+        columns_(from.cols()),
+        options_(options) {
     for (const Picture* p : pictures) {
       total_ += p->weight;
       costs_.emplace_back(ct, p->patches, options.ridge, options.threads);
     }
-    set_num_residuals(static_cast<int>(6 * columns) + 1);
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(6 * columns));
+    set_num_residuals(static_cast<int>(6 * columns_) + 1);
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(6 * columns_));
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Map<const Eigen::MatrixXd> series(parameters[0], 6, columns_);
+    const Eigen::MatrixXd series =
+        from_ + Eigen::Map<const Eigen::MatrixXd>(parameters[0], 6, columns_);
     if (!series.allFinite() || series.cwiseAbs().maxCoeff() > kMaxTravelMm) return false;
     const Eigen::Index n = 6 * columns_;
     const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
@@ -156,6 +200,7 @@ class PhaseCost final : public ceres::CostFunction {
   std::vector<Lc2Cost> costs_;  // Of the pictures.
   Pose start_;
   Vec centre_;
+  Eigen::MatrixXd from_;
   Eigen::Index columns_;
   const PhaseOptions& options_;
   double total_ = 0;
@@ -168,15 +213,29 @@ struct Fit {
   bool finite;
 };
 
-/// columns 1: the best common pose.
-Fit fit(const CtChannels& ct, const Chosen& pictures, const Pose& start, const Vec& centre,
-        Eigen::Index columns, const PhaseOptions& options) {
-  Eigen::VectorXd delta(6 * columns);
-  auto* cost = new PhaseCost(ct, pictures, start, centre, columns, options);  // Ceres takes it.
-  const CostSolution found = minimise(cost, delta, {options.max_iterations}, {});
-  const Eigen::MatrixXd series = Eigen::Map<const Eigen::MatrixXd>(delta.data(), 6, columns);
-  return {PhaseMotion(start, centre, series), found.final_cost, found.iterations,
-          found.termination != Termination::kFailed};
+/// What fits start from.
+struct Start {
+  Pose pose;
+  Vec centre;
+};
+
+/// Coarse to fine. columns 1: the best common pose.
+Fit fit(const std::vector<Level>& levels, Part part, const Start& start, Eigen::Index columns,
+        const PhaseOptions& options) {
+  Fit out{PhaseMotion(start.pose), 0, 0, true};
+  Eigen::MatrixXd series = Eigen::MatrixXd::Zero(6, columns);
+  for (const Level& level : levels) {
+    Eigen::VectorXd delta(6 * columns);
+    auto* cost = new PhaseCost(level.ct, level.of(part), start.pose, start.centre, series,
+                               options);  // Ceres takes it.
+    const CostSolution found = minimise(cost, delta, {options.max_iterations}, {});
+    series += Eigen::Map<const Eigen::MatrixXd>(delta.data(), 6, columns);
+    out.cost = found.final_cost;
+    out.iterations += found.iterations;
+    out.finite = out.finite && found.termination != Termination::kFailed;
+  }
+  out.motion = PhaseMotion(start.pose, start.centre, series);
+  return out;
 }
 
 /// NaN where a patch has no finite similarity.
@@ -206,6 +265,25 @@ struct CrossCheck {
   }
 };
 
+/// Says whether the pictures that were left out support the motion.
+void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& result) {
+  result.held_out_rigid = check.rigid / check.gain.count;
+  result.held_out_moving = check.moving / check.gain.count;
+  result.gain_sigmas = check.gain.sigmas();
+  const double share = check.gain.sum / std::max(check.rigid, 1e-12);
+  result.supported =
+      result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
+  std::ostringstream text;
+  text.precision(3);
+  text << (result.supported ? "moves with the breath" : "rigid") << ": breaths that were left out "
+       << "gained " << 100 * share << " % and " << result.gain_sigmas
+       << " standard errors by a motion with the breath";
+  if (!result.supported) {
+    text << ", expected " << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+  }
+  result.reason = text.str();
+}
+
 Result<void> check_phases(const PatchSet& patches, std::span<const double> phases) {
   for (std::size_t i = 0; i < phases.size(); ++i) {
     if (std::isnan(phases[i]) || (phases[i] >= 0 && phases[i] < 1)) continue;
@@ -222,18 +300,25 @@ Result<void> check_phases(const PatchSet& patches, std::span<const double> phase
   return {};
 }
 
-Result<void> check_pictures(const std::vector<Picture>& pictures, const PhaseOptions& options) {
-  if (static_cast<int>(pictures.size()) < options.min_pictures) {
+Result<void> check_pictures(const Level& level, const PhaseOptions& options) {
+  if (static_cast<int>(level.pictures.size()) < options.min_pictures) {
     return Error{ErrorCode::kRefused, "registration by phase: expected at least " +
                                           std::to_string(options.min_pictures) +
                                           " pictures with patches and a phase, found " +
-                                          std::to_string(pictures.size())};
+                                          std::to_string(level.pictures.size())};
   }
-  const double gap = longest_gap(pictures);
-  if (gap > options.max_gap) {
-    return Error{ErrorCode::kRefused,
-                 "registration by phase: expected pictures of the whole breath, found none in " +
-                     std::to_string(static_cast<int>(std::lround(100 * gap))) + " % of it"};
+  const auto refuse = [](const std::string& expected, double gap) {
+    return Error{ErrorCode::kRefused, "registration by phase: expected " + expected +
+                                          ", found none in " +
+                                          std::to_string(std::lround(100 * gap)) + " % of it"};
+  };
+  if (const double gap = longest_gap(level.of(Part::kAll)); gap > options.max_gap) {
+    return refuse("pictures of the whole breath", gap);
+  }
+  for (const Part half : {Part::kEven, Part::kOdd}) {
+    if (const double gap = longest_gap(level.of(half)); gap > options.max_gap) {
+      return refuse("two breaths, as one judges the other, and pictures of the whole of each", gap);
+    }
   }
   return {};
 }
@@ -260,6 +345,14 @@ PhaseMotion::PhaseMotion(const Pose& mean, const Vec& centre_ct_mm, Eigen::Matri
 
 Pose PhaseMotion::ct_from_reference(double phase) const {
   return moved(mean_, centre_, twist_of(series_, basis(phase, series_.cols())));
+}
+
+PhaseMotion PhaseMotion::after(const Transform<frames::Ct, frames::Ct>& step) const {
+  const Eigen::Matrix3d turn = step.rotation().toRotationMatrix();
+  Eigen::MatrixXd series = series_;
+  series.topRows<3>() = turn * series_.topRows<3>();
+  series.bottomRows<3>() = turn * series_.bottomRows<3>();
+  return {step * mean_, (step * Point<frames::Ct>{centre_}).mm, std::move(series)};
 }
 
 double PhaseMotion::amplitude_mm(const Point<frames::Ct>& at_mean) const {
@@ -295,57 +388,60 @@ Result<void> validate(const PhaseOptions& o) {
 Result<PhaseResult> refine_by_phase(const CtChannels& ct, const PatchSet& patches,
                                     std::span<const double> phases, const Pose& ct_from_reference,
                                     const PhaseOptions& options) {
+  const std::array<PhaseLevel, 1> level = {PhaseLevel{ct, patches}};
+  return refine_by_phase(level, phases, ct_from_reference, options);
+}
+
+Result<PhaseResult> refine_by_phase(std::span<const PhaseLevel> given,
+                                    std::span<const double> phases, const Pose& ct_from_reference,
+                                    const PhaseOptions& options) {
+  NAV_CHECK(!given.empty(), given.size());
   if (const auto ok = validate(options); !ok) return ok.error();
-  if (const auto ok = check_phases(patches, phases); !ok) return ok.error();
-  const std::vector<Picture> pictures = pictures_of(patches, phases);
-  if (const auto ok = check_pictures(pictures, options); !ok) return ok.error();
+  std::vector<int> halves = halves_by_breath(phases);
+  std::vector<Level> levels;
+  for (const PhaseLevel& one : given) {
+    if (const auto ok = check_phases(one.patches, phases); !ok) return ok.error();
+    levels.push_back({one.ct, pictures_of(one.patches, phases, halves)});
+    if (const auto ok = check_pictures(levels.back(), options); !ok) return ok.error();
+  }
+  const Level& finest = levels.back();
+  const Start start{ct_from_reference, centre_of(finest.pictures, ct_from_reference)};
+  const Eigen::Index columns = 1 + 2 * options.harmonics;
+  const Fit still = fit(levels, Part::kAll, start, 1, options);
+  CrossCheck check;
+  check.finite = still.finite && std::isfinite(still.cost);
+  std::array<PhaseMotion, 2> unseen = {still.motion, still.motion};
+  for (const Part judged : {Part::kEven, Part::kOdd}) {
+    if (!check.finite) break;
+    const Fit breathing = fit(levels, other(judged), start, columns, options);
+    check.judge(finest.ct, finest.of(judged), fit(levels, other(judged), start, 1, options),
+                breathing, options);
+    unseen[static_cast<std::size_t>(judged)] = breathing.motion;
+  }
   const Error not_finite{ErrorCode::kNumerical,
                          "registration by phase: expected a finite similarity of every picture"};
-  const Vec centre = centre_of(pictures, ct_from_reference);
-  const Eigen::Index columns = 1 + 2 * options.harmonics;
-  Chosen all, halves[2];
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    all.push_back(&pictures[i]);
-    halves[i % 2].push_back(&pictures[i]);
-  }
-  const Fit still = fit(ct, all, ct_from_reference, centre, 1, options);
-  if (!still.finite || !std::isfinite(still.cost)) return not_finite;
-  CrossCheck check;
-  for (const int half : {0, 1}) {
-    check.judge(ct, halves[1 - half], fit(ct, halves[half], ct_from_reference, centre, 1, options),
-                fit(ct, halves[half], ct_from_reference, centre, columns, options), options);
+  if (!check.finite || !std::isfinite(check.rigid) || !std::isfinite(check.moving)) {
+    return not_finite;
   }
   PhaseResult result{still.motion,
                      false,
                      "",
                      still.cost,
                      still.cost,
-                     check.rigid / check.gain.count,
-                     check.moving / check.gain.count,
-                     check.gain.sigmas(),
-                     static_cast<int>(pictures.size()),
-                     still.iterations};
-  if (!check.finite || !std::isfinite(check.rigid) || !std::isfinite(check.moving)) {
-    return not_finite;
-  }
-  const double share = check.gain.sum / std::max(check.rigid, 1e-12);
-  result.supported =
-      result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
-  std::ostringstream text;
-  text.precision(3);
-  text << (result.supported ? "moves with the breath" : "rigid") << ": pictures that were left out "
-       << "gained " << 100 * share << " % and " << result.gain_sigmas
-       << " standard errors by a motion with the breath";
-  if (!result.supported) {
-    text << ", expected " << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
-  } else {
-    const Fit whole = fit(ct, all, ct_from_reference, centre, columns, options);
-    if (!whole.finite) return not_finite;
-    result.motion = whole.motion;
-    result.final_cost = whole.cost;
-    result.iterations = whole.iterations;
-  }
-  result.reason = text.str();
+                     0,
+                     0,
+                     0,
+                     static_cast<int>(finest.pictures.size()),
+                     still.iterations,
+                     unseen,
+                     std::move(halves)};
+  choose(check, options, result);
+  if (!result.supported) return result;
+  const Fit whole = fit(levels, Part::kAll, start, columns, options);
+  if (!whole.finite) return not_finite;
+  result.motion = whole.motion;
+  result.final_cost = whole.cost;
+  result.iterations = whole.iterations;
   return result;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <string>
@@ -14,7 +15,7 @@ namespace nav::registration {
 struct PhaseOptions {
   int harmonics = 2;  ///< Of the motion over a breath, [1, 4].
   double stiffness =
-      1e-5;  ///< Cost of 1 mm of the first harmonic; the k-th costs k⁴ times it, > 0.
+      2e-4;  ///< Cost of 1 mm of the first harmonic; the k-th costs k⁴ times it, > 0.
   int max_iterations = 40;       ///< Of each fit, [1, 200].
   double ridge = 0.01;           ///< As ImageRegistrationOptions::ridge, > 0.
   int threads = 2;               ///< [1, 64]; the result does not depend on it.
@@ -38,6 +39,8 @@ class PhaseMotion {
 
   /// Phase of the breath; any number, of which only the part after the point counts.
   [[nodiscard]] Pose ct_from_reference(double phase) const;
+  /// The same motion, and then a step of the tissue.
+  [[nodiscard]] PhaseMotion after(const Transform<frames::Ct, frames::Ct>& step) const;
   /// Longest way of a point of the CT between two phases, mm.
   [[nodiscard]] double amplitude_mm(const Point<frames::Ct>& at_mean) const;
   [[nodiscard]] const Eigen::MatrixXd& series() const { return series_; }
@@ -60,15 +63,30 @@ struct PhaseResult {
   double gain_sigmas;  ///< Their difference over its standard error.
   int pictures;
   int iterations;
+  /// unseen[h]: the motion that was fitted to all but half h of the breaths.
+  std::array<PhaseMotion, 2> unseen;
+  std::vector<int> half;  ///< Of every picture of the sweep, 0 or 1: by turns, breath for breath.
+};
+
+/// One step of a fit, coarse to fine: patches, and the CT smoothed to them.
+struct PhaseLevel {
+  const CtChannels& ct;
+  const PatchSet& patches;
 };
 
 /// Refines a registration by a motion with the breath: LC² of every picture at the pose of its
 /// phase, Levenberg–Marquardt by Ceres. phases: of every picture of the sweep that the patches were
 /// made of, [0, 1), from a ventilator or a belt; NaN: unknown, the picture is left out. The motion
-/// is kept only where pictures that it was not fitted to (every second, then the others) match
-/// better with it than with the best common pose; else the answer is that pose, and says why.
-/// Deterministic. Errors: kUsage (options, phases), kRefused (too few pictures, or a part of the
-/// breath that none shows), kNumerical (a cost that is not finite).
+/// is kept only where breaths that it was not fitted to (every second, then the others) match
+/// better with it than with the best common pose; else the answer is that pose, and says why. Whole
+/// breaths are left out, as a wrong period explains single pictures among their neighbours too.
+/// Deterministic. Errors: kUsage (options, phases), kRefused (too few pictures or breaths, or a
+/// part of the breath that none shows), kNumerical (a cost that is not finite).
+Result<PhaseResult> refine_by_phase(std::span<const PhaseLevel> levels,
+                                    std::span<const double> phases, const Pose& ct_from_reference,
+                                    const PhaseOptions& options);
+
+/// The same on one level.
 Result<PhaseResult> refine_by_phase(const CtChannels& ct, const PatchSet& patches,
                                     std::span<const double> phases, const Pose& ct_from_reference,
                                     const PhaseOptions& options);

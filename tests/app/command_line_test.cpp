@@ -534,6 +534,10 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal("register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail, 5,
                  {"does not determine"});
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
+  // Points do not breathe: an option that would do nothing is refused.
+  const std::string by_points = "register --surface x.vtk --points " + points.string();
+  expect_refusal(by_points + " --breath-period 4", 2, {"--points", "--breath-period"});
+  expect_refusal(by_points + " --deformable", 2, {"--points", "--deformable"});
   // What all points share goes into the pose by the surface; landmarks show it.
   const auto landmarks = [&](double shared_mm) {
     const auto path = folder_ / "second.csv";

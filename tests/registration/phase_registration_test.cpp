@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "registration/moving_registration.hpp"
 #include "registration/shadow_mask.hpp"
 #include "tests/registration/synthetic.hpp"
 
@@ -18,7 +19,9 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Pictures of a patient who moves rigidly with the breath: down and a little round.
 struct Breathing {
-  test::BlobPatient patient{7, 150};
+  test::BlobPatient patient;
+  std::optional<Volume> volume;
+  std::optional<Sweep> sweep;
   CtChannels ct;
   PatchSet patches;
   std::vector<double> phases;
@@ -34,9 +37,10 @@ struct Breathing {
     return motion(phase, mm).inverse() * test::true_pose();
   }
 
-  explicit Breathing(double mm) {
+  explicit Breathing(double mm, unsigned seed = 7) : patient{seed, 150} {
     const auto grid = test::cubic_grid(75);
-    ct = *make_ct_channels(test::blob_ct(patient, grid), box_of(grid), 1.2);
+    volume = test::blob_ct(patient, grid);
+    ct = *make_ct_channels(*volume, box_of(grid), 1.2);
     for (int f = 0; f < 36; ++f) phases.push_back(std::fmod(0.17 * f, 1.0));
     const auto pictures = test::moved_pictures(
         patient, 36, 2.6, [&](int f, const Vec& now, const Vec& beam) -> test::AtRest {
@@ -46,8 +50,8 @@ struct Breathing {
     for (const Vec& p : pictures.places_ct_mm) {
       places.push_back((test::true_pose().inverse() * Point<frames::Ct>{p}).mm);
     }
-    const Sweep& sweep = pictures.sweep;
-    patches = make_patches(sweep, *shadow_masks(sweep, {}), {1.6, 9, 1500, 1}, 1.2);
+    sweep = pictures.sweep;
+    patches = make_patches(*sweep, *shadow_masks(*sweep, {}), {1.6, 9, 1500, 1}, 1.2);
   }
 
   /// Root mean square over phases and places.
@@ -92,6 +96,52 @@ TEST(PhaseRegistrationTest, FollowsEightMillimetresOfBreath) {
   EXPECT_LT(result->final_cost, result->rigid_cost);
   EXPECT_LT(result->held_out_moving, result->held_out_rigid);
   EXPECT_GT(result->motion.amplitude_mm({{0, 0, 0}}), 6);
+}
+
+Result<MovingRegistration> hold_still(const Volume& ct, const Breathing& patient,
+                                      std::span<const double> phases) {
+  ImageRegistrationOptions solver;
+  solver.starts = 100;
+  CollectingDiagnostics diagnostics;
+  return register_moving(ct, *patient.sweep, phases, test::true_pose(), {}, solver, diagnostics);
+}
+
+TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) {
+  const Breathing moving(8);
+  const auto found = hold_still(*moving.volume, moving, moving.phases);
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_TRUE(found->at_rest) << found->phases.reason;
+  const Decision decision = decide(*found, {}, {{0, 0, 0}});
+  EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
+  EXPECT_LT(moving.error_mm(found->motion, 8), 0.8);
+  // sin^4 rests at phase 0; the pose at rest is the one that is judged.
+  EXPECT_LT(std::min(found->rest_phase, 1 - found->rest_phase), 0.1);
+  const Vec p = moving.places.front();
+  EXPECT_LT(((found->motion.ct_from_reference(found->rest_phase) * Point<frames::Reference>{p}) -
+             (found->at_rest->ct_from_reference * Point<frames::Reference>{p}))
+                .v.norm(),
+            1e-6);
+}
+
+TEST(MovingRegistrationTest, RefusesTheCtOfAnotherPatient) {
+  const Breathing moving(8);
+  for (const unsigned seed : {8u, 9u}) {
+    const auto other = test::blob_ct(test::BlobPatient{seed, 150}, test::cubic_grid(75));
+    const auto found = hold_still(other, moving, moving.phases);
+    if (!found || !found->at_rest) continue;  // Not even a motion.
+    EXPECT_FALSE(decide(*found, {}, {{0, 0, 0}}).accepted) << seed;
+  }
+}
+
+TEST(MovingRegistrationTest, NeverAcceptsAWrongMotionByAWrongPeriod) {
+  const Breathing moving(8);
+  for (const double factor : {0.37, 1.3, 1.7}) {
+    std::vector<double> phases;
+    for (int f = 0; f < 36; ++f) phases.push_back(std::fmod(0.17 * f * factor, 1.0));
+    const auto found = hold_still(*moving.volume, moving, phases);
+    if (!found || !found->at_rest) continue;
+    EXPECT_FALSE(decide(*found, {}, {{0, 0, 0}}).accepted) << factor << found->phases.reason;
+  }
 }
 
 TEST(PhaseRegistrationTest, LeavesAPatientWhoHoldsHisBreathRigid) {

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/moving_registration.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "nav/check.hpp"
+#include "registration/motion_evidence.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+// A breath is longer than the fine level can see from the common pose. Some 50 patches for each
+// picture: with a dozen a motion could not be told from the noise of what it was fitted to.
+constexpr LevelOptions kCoarseLevel{4.0, 7, 3000, 1.0};
+constexpr LevelOptions kFineLevel{1.6, 9, 6000, 1.0};
+constexpr int kRestSteps = 64;
+constexpr double kRestHalfWidth = 1.0 / 6;
+// Farther off it is another minimum than the one that the phases were fitted about.
+constexpr double kMaxSettlingMm = 3;
+
+/// Pictures with a phase, each moved to where it would lie at rest.
+Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
+                         const PhaseResult& found, const Pose& at_rest) {
+  std::vector<TrackedFrame> still;
+  const auto reference_from_ct = at_rest.inverse();
+  for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
+    if (std::isnan(phases[i])) continue;
+    TrackedFrame tracked = sweep.frames()[i];
+    const PhaseMotion& judge = found.unseen[static_cast<std::size_t>(found.half[i])];
+    tracked.reference_from_image =
+        reference_from_ct * judge.ct_from_reference(phases[i]) * tracked.reference_from_image;
+    still.push_back(std::move(tracked));
+  }
+  return Sweep::create(std::move(still), sweep.calibration_id());
+}
+
+double apart_mm(const Sweep& sweep, const Pose& a, const Pose& b) {
+  double sum = 0;
+  for (const TrackedFrame& tracked : sweep.frames()) {
+    const auto& pixels = tracked.frame.pixels;
+    const Point<frames::Reference> p =
+        tracked.reference_from_image *
+        tracked.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
+    sum += ((a * p) - (b * p)).v.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(sweep.frames().size()));
+}
+
+}  // namespace
+
+bool may_be_moving(const ImageRegistrationResult& common, const AcceptanceLimits& limits) {
+  return common.termination != Termination::kFailed && common.overlap >= limits.min_overlap;
+}
+
+double rest_phase(const PhaseMotion& motion, const Point<frames::Ct>& at_mean) {
+  const Point<frames::Reference> p = motion.ct_from_reference(0).inverse() * at_mean;
+  std::vector<Vec> way;
+  for (int i = 0; i < kRestSteps; ++i) {
+    way.push_back((motion.ct_from_reference(static_cast<double>(i) / kRestSteps) * p).mm);
+  }
+  const int reach = static_cast<int>(kRestHalfWidth * kRestSteps);
+  int rest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRestSteps; ++i) {
+    double farthest = 0;
+    for (int k = -reach; k <= reach; ++k) {
+      const auto at = static_cast<std::size_t>((i + k + kRestSteps) % kRestSteps);
+      farthest = std::max(farthest, (way[at] - way[static_cast<std::size_t>(i)]).norm());
+    }
+    if (farthest < least) {
+      least = farthest;
+      rest = i;
+    }
+  }
+  return static_cast<double>(rest) / kRestSteps;
+}
+
+Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
+                                           std::span<const double> phases, const Pose& common,
+                                           const PhaseOptions& fit,
+                                           const ImageRegistrationOptions& solver,
+                                           Diagnostics& diagnostics,
+                                           const std::function<bool(double fraction)>& progress) {
+  if (phases.size() != sweep.frames().size()) {
+    return Error{ErrorCode::kUsage, "phases: expected one for each of " +
+                                        std::to_string(sweep.frames().size()) +
+                                        " pictures, found " + std::to_string(phases.size())};
+  }
+  const auto coarse = motion_evidence(ct, sweep, common, solver.mask, kCoarseLevel);
+  if (!coarse) return coarse.error();
+  const auto fine = motion_evidence(ct, sweep, common, solver.mask, kFineLevel);
+  if (!fine) return fine.error();
+  const std::array<PhaseLevel, 2> levels = {PhaseLevel{coarse->ct, coarse->patches},
+                                            PhaseLevel{fine->ct, fine->patches}};
+  auto found = refine_by_phase(levels, phases, common, fit);
+  if (!found) return found.error();
+  MovingRegistration moving{*found, found->motion, 0, {}, {}, 0};
+  if (!found->supported) return moving;
+  moving.rest_phase = rest_phase(found->motion, common * sweep.centroid());
+  const Pose expected = found->motion.ct_from_reference(moving.rest_phase);
+  auto still = hold_still(sweep, phases, *found, expected);
+  if (!still) return still.error();
+  auto at_rest = register_sweep(ct, *still, expected, solver, diagnostics, progress);
+  if (!at_rest) return at_rest.error();
+  moving.settled_mm = apart_mm(*still, expected, at_rest->ct_from_reference);
+  moving.motion = found->motion.after(at_rest->ct_from_reference * expected.inverse());
+  moving.held_still = std::move(*still);
+  moving.at_rest = std::move(*at_rest);
+  return moving;
+}
+
+Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits,
+                const Point<frames::Ct>& target) {
+  NAV_CHECK(moving.at_rest.has_value(), moving.phases.reason);
+  Decision decision = decide(*moving.at_rest, limits, target);
+  if (!(moving.settled_mm <= kMaxSettlingMm)) {
+    std::ostringstream text;
+    text.precision(3);
+    text << "pose at rest: expected at most " << kMaxSettlingMm
+         << " mm from where the phases put it, found " << moving.settled_mm << " mm";
+    decision.reasons.push_back(text.str());
+    decision.accepted = false;
+  }
+  return decision;
+}
+
+}  // namespace nav::registration
