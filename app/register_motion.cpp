@@ -117,7 +117,7 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
   Json& json = outcome.json["breath"];
   std::optional<Sweep> still;
   if (!registration::may_be_moving(outcome.result, {})) {
-    json = not_tried("breath: expected a common pose with enough overlap, which no breath lacks");
+    json = not_tried("expected a common pose that lacks no overlap, which no breath explains");
   } else {
     registration::PhaseOptions fit;
     fit.ridge = solver.ridge;
@@ -136,6 +136,7 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
     }
     console.end(json["supported"].get<bool>() ? "accepted" : "not supported");
   }
+  if (!json.contains("accepted")) json["accepted"] = false;
   say("breath", json, console);
   return still;
 }

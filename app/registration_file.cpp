@@ -42,6 +42,15 @@ Result<Transform<frames::Ct, frames::Reference>> read_registration(
   if (!accepted.get<bool>()) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
+  // Its pose holds at rest only, and what is shown with it has no phase.
+  const Json breath = json.value("breath", Json());
+  if (breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
+    return Error{
+        ErrorCode::kRefused,
+        path.string() +
+            ": expected a registration that holds at all times, found one with the breath; "
+            "declare the pose of a phase by --ct-from-reference"};
+  }
   const Json digest = json.value("ct_sha256", Json());
   if (digest != ct_digest(ct)) {
     return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +

@@ -476,6 +476,12 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   const Outcome replay = sonde(replay_arguments(sweep) + " --registration " + result.string());
   ASSERT_EQ(replay.code, 0) << replay.errors;
   EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
+  // One that holds at a phase of the breath is not shown at all times.
+  Json moving = report;
+  moving["breath"] = {{"supported", true}, {"accepted", true}};
+  std::ofstream(result) << moving;
+  expect_refusal(replay_arguments(sweep) + " --registration " + result.string(), 5,
+                 {"registration.json", "breath"});
 }
 
 TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
