@@ -121,6 +121,13 @@ TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) 
              (found->at_rest->ct_from_reference * Point<frames::Reference>{p}))
                 .v.norm(),
             1e-6);
+  // The limits of a still patient hold, and the pose at rest may not run away.
+  MovingRegistration bad = *found;
+  bad.at_rest->final_cost = 0.5;
+  EXPECT_FALSE(decide(bad, {}, {{0, 0, 0}}).accepted);
+  bad = *found;
+  bad.settled_mm = 5;
+  EXPECT_FALSE(decide(bad, {}, {{0, 0, 0}}).accepted);
 }
 
 TEST(MovingRegistrationTest, RefusesTheCtOfAnotherPatient) {
