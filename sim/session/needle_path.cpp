@@ -79,7 +79,7 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
     const double off_plane = std::abs((image_from_ct * Point<frames::Ct>{target}).mm.z());
     // Seen whole, at an angle that reflects, and as long as the picture is deep, more or less.
     const double turned = 0.5 * std::abs(tilt_deg) + 0.2 * std::abs(std::abs(aside_deg) - 45);
-    const double unseen = std::abs((image_from_ct * Point<frames::Ct>{target}).mm.z()) + turned;
+    const double unseen = off_plane + turned;
     if (unseen >= best) return;
     const auto skin =
         way_out(patient, target, (ct_from_image * Direction<frames::Image>{out_image}).v);
