@@ -120,8 +120,10 @@ struct DerivedVolumes::State {
         running = queue.front();
         queue.pop_front();
       }
-      work_on(running);
+      Result<DerivedVolume> value = work_on(running);
+      // Kept before anybody can know of it: whoever asks next finds it in its place.
       const std::lock_guard lock(mutex);
+      running->finish(std::move(value));
       if (running->result->has_value()) keep(running);
       running.reset();
     }
@@ -129,11 +131,8 @@ struct DerivedVolumes::State {
     for (const auto& job : queue) job->finish(cancelled("derived volume"));
     queue.clear();
   }
-  void work_on(const std::shared_ptr<Job>& job) {
-    if (job->stop.stop_requested()) {
-      job->finish(cancelled("derived volume"));
-      return;
-    }
+  Result<DerivedVolume> work_on(const std::shared_ptr<Job>& job) {
+    if (job->stop.stop_requested()) return cancelled("derived volume");
     {
       const std::lock_guard lock(mutex);
       ++counts.computed;
@@ -149,11 +148,11 @@ struct DerivedVolumes::State {
       }
     };
     try {
-      job->finish(compute(job->request, how));
+      return compute(job->request, how);
     } catch (const std::bad_alloc&) {
-      job->finish(Error{ErrorCode::kUnavailable,
-                        job->request.volume.name() +
-                            ": expected enough memory for a derived volume, found too little"});
+      return Error{ErrorCode::kUnavailable,
+                   job->request.volume.name() +
+                       ": expected enough memory for a derived volume, found too little"};
     }
   }
 };
