@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/json_member.hpp"
 
+#include "io/atomic_file.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -36,6 +38,12 @@ Result<Json> parse_json(const std::string& name, const std::string& text) {
     std::replace(what.begin(), what.end(), '\n', ' ');
     return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + what.substr(0, 200)};
   }
+}
+
+Result<Json> read_json(const std::filesystem::path& path, std::uint64_t most_bytes) {
+  const auto text = io::read_file(path, most_bytes);
+  if (!text) return text.error();
+  return parse_json(path.string(), *text);
 }
 
 }  // namespace nav::app

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -21,6 +23,8 @@ inline constexpr double kRadPerDeg = M_PI / 180;
 
 /// A text as JSON, at most 32 levels deep; the message begins with the name of the file.
 Result<Json> parse_json(const std::string& name, const std::string& text);
+/// The same of a file of at most so many bytes; errors of reading as io::read_file().
+Result<Json> read_json(const std::filesystem::path& path, std::uint64_t most_bytes);
 
 /// One object of the file: hands out its members and, at the end, refuses what nobody asked for.
 /// The first problem is kept.

@@ -179,9 +179,7 @@ Result<PredicateFile> preset_predicate_file(const std::string& name) {
 
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
-  const auto text = io::read_file(path, kMostBytes);
-  if (!text) return text.error();
-  const auto root = parse_json(path.string(), *text);
+  const auto root = read_json(path, kMostBytes);
   if (!root) return root.error();
   return from_json(path.string(), *root);
 }

@@ -3,7 +3,6 @@
 #include "app/predicate_layers.hpp"
 
 #include "app/json_member.hpp"
-#include "io/atomic_file.hpp"
 #include "render/derived/labels.hpp"
 
 namespace nav::app {
@@ -31,11 +30,9 @@ int whole(JsonMember& member, const char* key, int low, int high) {
 
 Result<LayerFile> read_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 64 << 20;
-  const auto text = io::read_file(path, kMostBytes);
-  if (!text) return text.error();
-  const std::string name = path.string();
-  const auto root = parse_json(name, *text);
+  const auto root = read_json(path, kMostBytes);
   if (!root) return root.error();
+  const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
   double version = 0;

@@ -3,7 +3,6 @@
 #include "app/predicate_scan_lines.hpp"
 
 #include "app/json_member.hpp"
-#include "io/atomic_file.hpp"
 #include "render/derived/scan_lines.hpp"
 
 namespace nav::app {
@@ -55,11 +54,9 @@ CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Er
 
 Result<Sweep> read_sweep(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 256 << 20;
-  const auto text = io::read_file(path, kMostBytes);
-  if (!text) return text.error();
-  const std::string name = path.string();
-  const auto root = parse_json(name, *text);
+  const auto root = read_json(path, kMostBytes);
   if (!root) return root.error();
+  const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
   double version = 0;

@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "app/json_member.hpp"
-#include "io/atomic_file.hpp"
 #include "render/predicate_sampler.hpp"
 
 namespace nav::app {
@@ -103,11 +102,9 @@ std::optional<Eigen::Vector3d> vector_of(const std::string& text) {
 
 Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
-  const auto text = io::read_file(path, kMostBytes);
-  if (!text) return text.error();
-  const std::string name = path.string();
-  const auto root = parse_json(name, *text);
+  const auto root = read_json(path, kMostBytes);
   if (!root) return root.error();
+  const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
   double version = 0;
