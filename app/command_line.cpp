@@ -237,7 +237,13 @@ void CommandLine::add_replay() {
   add_output_options(*replay, config_);
   add_look_options(*replay, config_.look);
   replay->add_option("--us-volume", config_.predicates.volume,
-                     "3D ultrasound in the CT's frame, drawn by predicates instead of the CT");
+                     "3D ultrasound in the CT's frame, drawn by predicates inside the CT");
+  replay->add_flag("--us-alone", config_.predicates.alone, "--us-volume instead of the CT");
+  replay
+      ->add_option("--ct-importance", config_.predicates.ct_importance,
+                   "what the CT counts beside --us-volume, 0 to 1: 0 lets the ultrasound shine "
+                   "through")
+      ->capture_default_str();
   const CLI::Option* set_up = replay->add_option("--predicates", config_.predicates.set_up,
                                                  "how --us-volume is drawn: a preset, or a file");
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")

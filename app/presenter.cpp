@@ -78,9 +78,11 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   scene.projection = look_.projection;
   scene.grey = look_.grey;
   scene.quality.step_voxels = options_.step_voxels;
-  if (ultrasound_) {
-    scene.ct = ultrasound_;
-    scene.predicates = predicates_;
+  if (ultrasound_ && without_ct_) {
+    scene.ct = ultrasound_->volume;
+    scene.predicates = ultrasound_->predicates;
+  } else {
+    scene.ultrasound = ultrasound_;
   }
   if (epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,

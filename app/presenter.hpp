@@ -45,12 +45,11 @@ class Presenter {
     typical_plane_ = ct_from_image;
     typical_extent_mm_ = extent_mm;
   }
-  /// The 3D view shows an ultrasound volume that lies in the CT's frame, by predicates, instead of
-  /// the CT; the slice stays the CT's.
-  void draw_by_predicates(std::shared_ptr<const Volume> ultrasound,
-                          render::PredicateScene predicates) {
+  /// The 3D view shows an ultrasound volume that lies in the CT's frame, by predicates: inside the
+  /// CT, or alone instead of it; the slice stays the CT's.
+  void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone) {
     ultrasound_ = std::move(ultrasound);
-    predicates_ = std::move(predicates);
+    without_ct_ = alone;
   }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
@@ -75,8 +74,8 @@ class Presenter {
   PresenterOptions options_;
   ResolvedLook look_;
   std::shared_ptr<const Volume> ct_;
-  std::shared_ptr<const Volume> ultrasound_;  ///< Null: the view shows the CT.
-  std::optional<render::PredicateScene> predicates_;
+  std::optional<render::UltrasoundVolume> ultrasound_;
+  bool without_ct_ = false;  ///< The 3D view shows the ultrasound volume alone.
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
   Point<frames::Ct> focus_ct_;

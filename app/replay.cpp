@@ -40,7 +40,9 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
     console.report(Severity::kWarning, config.predicates.volume.string(),
                    "its centre lies outside of the CT: is it in the CT's frame?");
   }
-  presenter.draw_by_predicates(ultrasound, std::move(made->volume.predicates));
+  presenter.draw_by_predicates(
+      {ultrasound, std::move(made->volume.predicates), config.predicates.ct_importance},
+      config.predicates.alone);
   return {};
 }
 
@@ -253,6 +255,13 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
+  if (!config.predicates.volume.empty() && !config.predicates.alone &&
+      ((*engine)->name() == "gl" || config.output.window)) {
+    return Error{ErrorCode::kUsage,
+                 "--us-volume: expected --us-alone, or the CPU engine without a window, which is "
+                 "what draws a CT and an ultrasound volume in it; found " +
+                     std::string(config.output.window ? "--window" : "--engine gl")};
+  }
   auto presenter = Presenter::create({config.look,
                                       config.view,
                                       config.output.width,

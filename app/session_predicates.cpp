@@ -60,6 +60,8 @@ std::string absolute_text(const std::filesystem::path& path) {
 void read_numbers(Section& section, PredicateOptions& o) {
   section.integer("phantom_side", o.phantom_side);
   section.number("scribble_share", o.scribble_share);
+  section.flag("alone", o.alone);
+  section.number("ct_importance", o.ct_importance);
   section.number("black", o.black);
   section.number("white", o.white);
   section.number("opacity_length_mm", o.opacity_length_mm);
@@ -113,6 +115,8 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
       {"phantom_side", o.phantom_side},
       {"set_up", render::preset_predicates(o.set_up) ? o.set_up : absolute_text(o.set_up)},
       {"scribble_share", o.scribble_share},
+      {"alone", o.alone},
+      {"ct_importance", o.ct_importance},
       {"black", o.black},
       {"white", o.white},
       {"face_radius_mm", o.face_radius_mm},

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "render/cpu_cache.hpp"
 #include "render/cpu_cutaway_plan.hpp"
@@ -15,6 +16,7 @@
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
 #include "render/scene_compare.hpp"
+#include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
@@ -23,6 +25,18 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Result<void> check_size(const Volume& volume) {
+  if (CpuVolume::fits(volume.grid())) return {};
+  return Error{ErrorCode::kUnsupportedData,
+               volume.name() + ": expected fewer than 2^31 voxels with their border, found " +
+                   std::to_string(volume.grid().voxel_count()) + " without it"};
+}
+
+/// The objects of a scene's cutaway, unless its field takes their place.
+spec::CutawayObjects<double> cut_objects(const Scene& scene, bool by_field) {
+  return by_field ? spec::CutawayObjects<double>{} : spec::make_cutaway(scene, true);
 }
 
 class CpuEngine final : public Engine {
@@ -40,11 +54,9 @@ class CpuEngine final : public Engine {
 
   Result<RenderedImage> render(const Scene& scene) override {
     if (const auto ok = validate(scene); !ok) return ok.error();
-    if (!CpuVolume::fits(scene.ct->grid())) {
-      return Error{ErrorCode::kUnsupportedData,
-                   scene.ct->name() +
-                       ": expected fewer than 2^31 voxels with their border, found " +
-                       std::to_string(scene.ct->grid().voxel_count()) + " without it"};
+    if (const auto ok = check_size(*scene.ct); !ok) return ok.error();
+    if (scene.ultrasound) {
+      if (const auto ok = check_size(*scene.ultrasound->volume); !ok) return ok.error();
     }
     const SceneChange change = last_ ? change_between(*last_, scene) : SceneChange::kView;
     if (change == SceneChange::kNothing) return RenderedImage{pixels_, {}};
@@ -75,13 +87,13 @@ class CpuEngine final : public Engine {
     } else {
       field_.reset();
     }
-    const CutPlan cutaway(large_meshes ? spec::CutawayObjects<double>{}
-                                       : spec::make_cutaway(scene, true));
+    const CutPlan cutaway(cut_objects(scene, large_meshes));
     const bool fades = large_meshes || !cutaway.empty();
     if (scene.predicates && scene.projection == Projection::kComposite) {
       return cast_predicates(scene, cutaway, start);
     }
     cache_.update(scene, fades, options_.threads);
+    if (has_two_volumes(scene)) return cast_both(scene, cutaway, fades, start);
     if (!keep) picture_.start(scene.width, scene.height);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
@@ -104,11 +116,46 @@ class CpuEngine final : public Engine {
     picture_.start(scene.width, scene.height);
     const double prepare_s = seconds_since(start);
     CpuPredicatePainter painter(scene, predicates_, vector_.composite != nullptr, cutaway,
-                                field_ ? &*field_ : nullptr, picture_);
+                                field_ ? &*field_ : nullptr, picture_, {});
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates_.bricks();
     statistics.bricks_occupied = predicates_.bricks_occupied();
+    statistics.prepare_s = prepare_s;
+    return statistics;
+  }
+
+  /// The CT, which cache_ is ready for, and the ultrasound volume in it.
+  RenderStatistics cast_both(const Scene& scene, const CutPlan& ct_cutaway, bool fades,
+                             Clock::time_point start) {
+    const UltrasoundVolume& ultrasound = *scene.ultrasound;
+    Scene other = ultrasound_scene(scene);
+    predicates_.update(other, options_.threads, ultrasound.ct_importance);
+    picture_.start(scene.width, scene.height);
+    const CutawayField* field = field_ ? &*field_ : nullptr;
+    if (field != nullptr) {
+      other_field_ = CutawayField(other, other_field_ ? &*other_field_ : nullptr);
+    } else {
+      other_field_.reset();
+    }
+    const CutPlan cutaway(cut_objects(other, field != nullptr));
+    const MarchKey key = march_key(scene, cache_, fades);
+    const MarchInputs in = march_inputs(scene, cache_, key);
+    const bool vector = vector_.composite != nullptr;
+    const CpuCtBeside ct(scene, in, key, vector ? vector_ : portable_marches(), ct_cutaway, field);
+    const double error = std::exchange(other.predicates->termination_error, 0.0);
+    CpuPredicatePainter painter(other, predicates_, vector, cutaway,
+                                other_field_ ? &*other_field_ : nullptr, picture_,
+                                {&ct, ultrasound.ct_importance, error});
+    const double prepare_s = seconds_since(start);
+    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+    RenderStatistics statistics = painter.statistics();
+    statistics.bricks = predicates_.bricks();
+    statistics.bricks_occupied = predicates_.bricks_occupied();
+    if (scene.quality.skip_empty_bricks) {
+      statistics.bricks += cache_.bricks()->low.size();
+      if (cache_.distances()) statistics.bricks_occupied += cache_.distances()->occupied;
+    }
     statistics.prepare_s = prepare_s;
     return statistics;
   }
@@ -118,6 +165,7 @@ class CpuEngine final : public Engine {
   CpuCache cache_;
   CpuPredicates predicates_;
   std::optional<CutawayField> field_;
+  std::optional<CutawayField> other_field_;  ///< The same in the ultrasound volume's coordinates.
   CpuPicture picture_;
   std::optional<Scene> last_;  ///< What picture_ shows.
   Image2d<RgbaF> pixels_;      ///< As it was given out last.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "render/cpu_ct_beside.hpp"
 #include "render/cpu_picture.hpp"
 #include "render/cpu_predicates.hpp"
 #include "render/cpu_rays.hpp"
@@ -17,9 +18,18 @@ namespace nav::render {
 /// state on its own stack.
 class CpuPredicatePainter {
  public:
+  /// A CT that the volume lies in.
+  struct Beside {
+    const CpuCtBeside* ct = nullptr;  ///< Null: none.
+    double importance = 1;            ///< Share of the greatest impact, [0, 1].
+    double termination_error = 0;     ///< The ray ends when no more than this may still change.
+  };
   /// All must outlive it. vector: with the marches of vector_marches(), which there must be then.
+  /// beside: with a CT the scene's own termination error must be 0, since its bricks do not know
+  /// what of the CT is still to come.
   CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates, bool vector,
-                      const CutPlan& cutaway, const CutawayField* field, CpuPicture& picture);
+                      const CutPlan& cutaway, const CutawayField* field, CpuPicture& picture,
+                      const Beside& beside);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);
@@ -31,8 +41,15 @@ class CpuPredicatePainter {
   struct Tile;
 
   void paint_packet(int x0, int y0, bool solids, bool cut, Tile& tile) const;
-  void composite(Packet& p, MarchCounts& counts) const;
+  void composite(Tile& tile) const;
+  void march_both(std::size_t segment, Tile& tile) const;
+  void march_slab(const LaneStretches& stretches, bool ct_first, Tile& tile) const;
+  void march_ultrasound(const LaneStretches& stretches, Tile& tile) const;
+  void march_ct(const LaneStretches& stretches, Tile& tile) const;
+  bool close_finished(Packet& p) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
+  struct Light;
+  void put(const Light& light, int lane, Packet& p) const;
   [[nodiscard]] std::uint64_t store_packet(int x0, int y0, const Packet& p) const;
   void store(int x, int y, int lane, const Packet& p) const;
   [[nodiscard]] bool inside(int x, int y) const { return x < scene_.width && y < scene_.height; }
@@ -44,6 +61,8 @@ class CpuPredicatePainter {
   PredicateBlend how_;
   float surface_importance_;
   float initial_importance_;
+  Beside beside_;
+  float ct_importance_;
   PredicateMarch plain_;
   PredicateMarch fading_;
   CpuRays rays_of_;
@@ -51,6 +70,7 @@ class CpuPredicatePainter {
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};
   std::atomic<std::uint64_t> samples_{0};
+  std::atomic<std::uint64_t> gradients_{0};
   std::atomic<std::uint64_t> cutaway_rays_{0};
   std::atomic<std::uint64_t> faded_{0};
 };

@@ -93,10 +93,10 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 }  // namespace
 
-void CpuPredicates::update(const Scene& scene, int threads) {
+void CpuPredicates::update(const Scene& scene, int threads, double beside) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   set_ = std::move(set);
-  blend_ = set_->uniform()                                     ? PredicateBlend::kOver
+  blend_ = set_->uniform() && beside == 1                      ? PredicateBlend::kOver
            : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
                                                                : PredicateBlend::kLog;
   if (known_.update(*set_, threads)) {

@@ -20,8 +20,9 @@ namespace nav::render {
 /// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
 class CpuPredicates {
  public:
-  /// Prepares for a validated scene with predicates whose volume fits.
-  void update(const Scene& scene, int threads);
+  /// Prepares for a validated scene with predicates whose volume fits. beside: importance, as a
+  /// share of the greatest impact, of what else is composited with it but for surfaces.
+  void update(const Scene& scene, int threads, double beside = 1);
 
   [[nodiscard]] const PredicateSet& set() const { return *set_; }
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
@@ -29,6 +30,10 @@ class CpuPredicates {
   [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
   /// In the measure of PredicateLook: of surfaces.
   [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }
+  /// In the measure of PredicateLook: of a share of the greatest impact.
+  [[nodiscard]] float of_share(double share) const {
+    return measure(share * set_->greatest_impact());
+  }
   [[nodiscard]] float initial() const { return blend_ == PredicateBlend::kLog ? 0 : measure(0); }
   [[nodiscard]] std::size_t bricks() const { return importance_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }

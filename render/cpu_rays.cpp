@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "render/cpu_inputs.hpp"
 
@@ -97,23 +98,40 @@ void CpuRays::cut_lane(double t1_mm, double t2_mm, int lane, CpuPacket& p) const
   ++p.cut;
 }
 
-// The stretch between the surfaces segment - 1 and segment of every lane.
+spec::Interval<double> between_surfaces(const std::vector<spec::Hit<double>>& hits,
+                                        std::size_t segment) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  if (segment > hits.size() || (segment == hits.size() && segment > 0 && hits.back().alpha >= 1)) {
+    return {0, 0};
+  }
+  return {segment > 0 ? hits[segment - 1].t : 0, segment < hits.size() ? hits[segment].t : kFar};
+}
+
+bool CpuRays::set_lane(double begin_mm, double end_mm, int lane, CpuPacket& p) const {
+  const double begin = std::max(begin_mm, p.starts.begin[lane]);
+  const double end = std::min(end_mm, p.starts.end[lane]);
+  if (!(end > begin)) {
+    p.rays.begin[lane] = p.rays.end[lane] = 0;
+    return false;
+  }
+  p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
+  p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
+  return true;
+}
+
 void CpuRays::set_segment(std::size_t segment, CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const auto& hits = p.hits[lane];
-    double begin = p.starts.begin[lane];
-    double end = p.starts.end[lane];
-    if (segment > 0 && segment <= hits.size()) begin = std::max(begin, hits[segment - 1].t);
-    if (segment < hits.size()) end = std::min(end, hits[segment].t);
-    const bool past =
-        segment > hits.size() || (segment == hits.size() && segment > 0 && hits.back().alpha >= 1);
-    if (past || !(end > begin)) {
-      p.rays.begin[lane] = p.rays.end[lane] = 0;
-      continue;
-    }
-    p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
-    p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
+    const auto stretch = between_surfaces(p.hits[lane], segment);
+    set_lane(stretch.begin, stretch.end, lane, p);
   }
+}
+
+bool CpuRays::set_stretches(const LaneStretches& stretches, CpuPacket& p) const {
+  bool any = false;
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    any = set_lane(stretches.begin[lane], stretches.end[lane], lane, p) || any;
+  }
+  return any;
 }
 
 }  // namespace nav::render

@@ -17,6 +17,11 @@ namespace nav::render {
 /// As RayStart sets t1 and t2 of rays that the cutaway does not meet.
 inline constexpr double kCutNowhere = -1e30;
 
+/// The stretch between the surfaces segment - 1 and segment of a ray, mm; empty behind an opaque
+/// one.
+spec::Interval<double> between_surfaces(const std::vector<spec::Hit<double>>& hits,
+                                        std::size_t segment);
+
 /// A packet of rays and what they meet besides the volume.
 struct CpuPacket {
   RayPacket rays;
@@ -26,6 +31,12 @@ struct CpuPacket {
   int cut;  ///< Lanes that the cutaway meets within the box.
   CutRays cut_rays;
   double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
+};
+
+/// A stretch of every lane's ray, mm; empty when end <= begin.
+struct LaneStretches {
+  double begin[kPacketLanes];
+  double end[kPacketLanes];
 };
 
 /// The rays of one picture up to the volume: where they run through it, which surfaces they meet
@@ -49,11 +60,14 @@ class CpuRays {
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const;
   /// Leaves of every lane the stretch between its surfaces segment - 1 and segment.
   void set_segment(std::size_t segment, CpuPacket& p) const;
+  /// Leaves of every lane what lies of a stretch in the volume; false: nothing of any.
+  bool set_stretches(const LaneStretches& stretches, CpuPacket& p) const;
 
  private:
   void meet_surfaces(int x0, int y0, CpuPacket& p) const;
   void cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const;
   void cut_by_field(int x0, int y0, CpuPacket& p) const;
+  bool set_lane(double begin_mm, double end_mm, int lane, CpuPacket& p) const;
   void cut_lane(double t1_mm, double t2_mm, int lane, CpuPacket& p) const;
 
   MarchSet marches_;

@@ -56,6 +56,15 @@
 /// t > 0, inside the volume or not. Early termination: the ray ends once A >= quality.opaque_at (<
 /// 1). The pixel is C + (1 - A) · background, alpha 1.
 ///
+/// Two volumes. With scene.ultrasound the CT and the ultrasound have cells each on its own lattice,
+/// with its own h; H is the greater of the two. Where a ray runs through both boxes it is cut at
+/// t = m H: what lies of the CT in slab m is composited in front of what lies there of the
+/// ultrasound where m is even, behind it where m is odd, so that the order in depth is right to the
+/// second order of H. The CT's part of a slab is composited for itself as above; then it is one
+/// sample of importance ct_importance times the greatest impact, which is composited with surfaces
+/// and with the samples of the ultrasound as predicate_spec.hpp and predicate_scene.hpp say. With
+/// equal importances that is plain compositing of everything.
+///
 /// Other projections. The greatest, least or (by length) mean value at the middles of all cells
 /// between entry and exit, as grey = clamp((v - level) / width + 1/2), lies under the surfaces,
 /// which are composited in their order; rays past the volume see the background.

@@ -14,6 +14,7 @@
 #include "render/reference_predicates.hpp"
 #include "render/surfaces.hpp"
 #include "render/transfer_table.hpp"
+#include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
@@ -69,6 +70,22 @@ struct Counts {
   std::uint64_t gradients = 0;
 };
 
+/// The ultrasound volume beside the CT.
+struct SecondVolume {
+  explicit SecondVolume(const Scene& s)
+      : scene(ultrasound_scene(s)),
+        predicates(scene),
+        view(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
+        ct_importance(s.ultrasound->ct_importance * predicates.greatest_impact()),
+        slab(slab_mm(s)) {}
+
+  Scene scene;
+  ReferencePredicates predicates;
+  spec::View<double> view;
+  double ct_importance;
+  double slab;  ///< mm.
+};
+
 /// What a picture's rays share.
 struct Prepared {
   explicit Prepared(const Scene& s)
@@ -81,6 +98,7 @@ struct Prepared {
         pre_integrated(s.quality.classification == Classification::kPreIntegrated &&
                        table.rows() == 1) {
     if (s.predicates) predicates.emplace(s);
+    if (has_two_volumes(s)) second.emplace(s);
     if (const auto adaptive = adaptive_step(s, table)) {
       bricks = make_brick_grid(*s.ct, 0);
       cells = brick_cells(bricks, table, *adaptive, 0);
@@ -105,6 +123,7 @@ struct Prepared {
   double step_mm;
   bool pre_integrated;
   std::optional<ReferencePredicates> predicates{};
+  std::optional<SecondVolume> second{};
   BrickGrid bricks{};                 ///< Only with an adaptive step,
   std::vector<std::uint8_t> cells{};  ///< as these: brick_cells().
 };
@@ -123,7 +142,11 @@ class Caster {
     const spec::Interval<double> in = spec::clip_to_box(index_, scene_.ct->grid().size);
     p_.surfaces.meet(ray_, hits_);
     if (scene_.projection == Projection::kComposite) {
-      composite(in);
+      if (p_.second) {
+        composite_both(in, spec::ray_of(p_.second->view, x, y));
+      } else {
+        composite(in);
+      }
     } else {
       for (const auto& hit : hits_) blend(hit.rgb, hit.alpha);
       if (in.end > in.begin) blend(Vec3::Constant(projected_grey(in)), 1);
@@ -180,6 +203,56 @@ class Caster {
       begin = std::max(in.begin, hit.t);
     }
     if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
+  }
+
+  /// Light of two volumes: ray_spec.hpp. other: the ray in local mm of the ultrasound.
+  void composite_both(const spec::Interval<double>& in, const spec::Ray<double>& other) {
+    span_ = spec::meet_cutaway(p_.cutaway, ray_);
+    const SecondVolume& second = *p_.second;
+    const VoxelGrid& grid = second.scene.ct->grid();
+    const auto in_other = spec::clip_to_box(spec::index_ray(other, grid), grid.size);
+    const ReferencePredicates::Ray ray{other, in_other, shift_, span_, hits_};
+    spec::ImportanceState<double> light;
+    double begin = std::min(in.begin, in_other.begin);
+    for (const auto& hit : hits_) {
+      march_both(in, ray, {begin, hit.t}, light);
+      spec::composite_log(light, hit.rgb, hit.alpha, second.predicates.greatest_impact());
+      begin = std::max(begin, hit.t);
+    }
+    march_both(in, ray, {begin, std::max(in.end, in_other.end)}, light);
+    rgb_ = light.alpha * light.rgb;
+    alpha_ = light.alpha;
+  }
+
+  using Stretch = ReferencePredicates::Stretch;
+
+  void march_both(const spec::Interval<double>& in, const ReferencePredicates::Ray& ray,
+                  Stretch stretch, spec::ImportanceState<double>& light) {
+    const double slab = p_.second->slab;
+    const Stretch both{std::max({stretch.begin, in.begin, ray.in.begin}),
+                       std::min({stretch.end, in.end, ray.in.end})};
+    if (!(both.end > both.begin)) {
+      march_part(in, ray, stretch, in.begin < ray.in.begin, light);
+      return;
+    }
+    march_part(in, ray, {stretch.begin, both.begin}, true, light);
+    for (double m = std::floor(both.begin / slab); m * slab < both.end; m += 1) {
+      const Stretch part{std::max(m * slab, both.begin), std::min((m + 1) * slab, both.end)};
+      march_part(in, ray, part, std::fmod(m, 2) == 0, light);
+    }
+    march_part(in, ray, {both.end, stretch.end}, true, light);
+  }
+
+  void march_part(const spec::Interval<double>& in, const ReferencePredicates::Ray& ray,
+                  Stretch part, bool ct_first, spec::ImportanceState<double>& light) {
+    if (!ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
+    rgb_ = Vec3::Zero();
+    alpha_ = 0;
+    march(std::max(part.begin, in.begin), std::min(part.end, in.end));
+    if (alpha_ > 0) {
+      spec::composite_log<double>(light, rgb_ / alpha_, alpha_, p_.second->ct_importance);
+    }
+    if (ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
   }
 
   /// How many cells from k on are one segment: adaptive_step.hpp.

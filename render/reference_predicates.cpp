@@ -29,6 +29,13 @@ spec::ImportanceState<double> ReferencePredicates::cast(const Ray& ray,
   return state;
 }
 
+void ReferencePredicates::march(const Ray& ray, Stretch stretch,
+                                spec::ImportanceState<double>& state,
+                                std::uint64_t& samples) const {
+  const Stretch inside{std::max(stretch.begin, ray.in.begin), std::min(stretch.end, ray.in.end)};
+  march(ray, spec::index_ray(ray.ray, scene_.ct->grid()), inside, state, samples);
+}
+
 void ReferencePredicates::march(const Ray& ray, const spec::Ray<double>& index, Stretch stretch,
                                 spec::ImportanceState<double>& state,
                                 std::uint64_t& samples) const {

@@ -29,11 +29,17 @@ class ReferencePredicates {
   /// Every cell and every surface of a ray; adds to samples.
   [[nodiscard]] spec::ImportanceState<double> cast(const Ray& ray, std::uint64_t& samples) const;
 
- private:
+  /// Part of a ray, mm; empty when end <= begin.
   struct Stretch {
     double begin;
     double end;
   };
+  /// The cells of a stretch, as far as it lies in the volume.
+  void march(const Ray& ray, Stretch stretch, spec::ImportanceState<double>& state,
+             std::uint64_t& samples) const;
+  [[nodiscard]] double greatest_impact() const { return set_.greatest_impact(); }
+
+ private:
   void march(const Ray& ray, const spec::Ray<double>& index, Stretch stretch,
              spec::ImportanceState<double>& state, std::uint64_t& samples) const;
   void add(const Ray& ray, const Eigen::Vector3d& middle, Stretch part,

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "nav/matrices.hpp"
+#include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
@@ -274,6 +275,22 @@ Result<void> check_shading(const Shading& s) {
                    check_range("shading.shininess", s.shininess, 0, kMaxShininess)});
 }
 
+Result<void> check_ultrasound(const Scene& scene) {
+  const UltrasoundVolume& ultrasound = *scene.ultrasound;
+  if (!ultrasound.volume) return refusal("ultrasound.volume", "a volume", "none");
+  if (scene.predicates) {
+    return refusal("ultrasound", "no predicates of the CT beside it", "both");
+  }
+  if (const auto ok = first_of(
+          {check_place("ultrasound.volume.grid.origin_mm", ultrasound.volume->grid().origin_mm),
+           check_range("ultrasound.ct_importance", ultrasound.ct_importance, 0, 1)});
+      !ok) {
+    return ok;
+  }
+  const auto ok = validate(ultrasound.predicates, ultrasound_scene(scene));
+  return ok ? ok : Error{ok.error().code, "ultrasound." + ok.error().message};
+}
+
 }  // namespace
 
 Result<void> validate(const Scene& scene) {
@@ -307,6 +324,9 @@ Result<void> validate(const Scene& scene) {
   }
   if (const auto ok = check_spheres(scene.spheres); !ok) return ok;
   if (const auto ok = check_lines(scene.lines); !ok) return ok;
+  if (scene.ultrasound) {
+    if (const auto ok = check_ultrasound(scene); !ok) return ok;
+  }
   return scene.predicates ? validate(*scene.predicates, scene) : Result<void>{};
 }
 

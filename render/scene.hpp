@@ -153,6 +153,16 @@ struct Quality {
   double adaptive_error = 0;
 };
 
+/// A 3D ultrasound volume inside the CT, drawn by predicates: ray_spec.hpp, "Two volumes".
+struct UltrasoundVolume {
+  std::shared_ptr<const Volume> volume;  ///< Required. Its grid lies in the CT's frame.
+  PredicateScene predicates;
+  /// What the CT counts beside it, as a share of the greatest impact of the model, [0, 1]. 1: as
+  /// much as surfaces do, so that the most important ultrasound and the CT hide each other by depth
+  /// alone. 0: all that predicates show shines through the CT.
+  double ct_importance = 1;
+};
+
 /// Everything that a picture shows, and nothing of how. A plain value.
 struct Scene {
   std::shared_ptr<const Volume> ct;  ///< Required.
@@ -172,12 +182,16 @@ struct Scene {
   GreyWindow grey{};  ///< Of the projections other than kComposite.
   /// Present: they classify the volume instead of transfer and shading.
   std::optional<PredicateScene> predicates{};
+  /// A second volume; absent: costs nothing. Not together with predicates. Projections other than
+  /// kComposite leave it out.
+  std::optional<UltrasoundVolume> ultrasound{};
 };
 
 /// Refuses, naming the field: no CT, picture sizes outside [1, 16384], a degenerate camera, NaN
 /// anywhere, steps outside [1/64, 16], a plane whose grid is invalid, theta1 > theta2, angles
-/// outside (0, pi/2), a negative overlay, polygons that are not flat; and whatever
-/// validate(PredicateScene) does.
+/// outside (0, pi/2), a negative overlay, polygons that are not flat; whatever
+/// validate(PredicateScene) does; ultrasound without a volume, beside predicates of the CT, or
+/// whose ct_importance lies outside [0, 1].
 Result<void> validate(const Scene& scene);
 
 }  // namespace nav::render

@@ -110,13 +110,19 @@ bool same_cutaway(const Cutaway& a, const Cutaway& b) {
          same_list(a.boxes, b.boxes, same_box);
 }
 
+bool same_ultrasound(const UltrasoundVolume& a, const UltrasoundVolume& b) {
+  return a.volume == b.volume && a.ct_importance == b.ct_importance &&
+         same_drawing(a.predicates, b.predicates);
+}
+
 bool same_view(const Scene& a, const Scene& b) {
   return a.ct == b.ct && a.width == b.width && a.height == b.height &&
          a.background_rgb == b.background_rgb && a.projection == b.projection &&
          a.grey.level_hu == b.grey.level_hu && a.grey.width_hu == b.grey.width_hu &&
          same_camera(a.camera, b.camera) && same_shading(a.shading, b.shading) &&
          same_quality(a.quality, b.quality) && same_classification(a.transfer, b.transfer) &&
-         same_optional(a.predicates, b.predicates, same_drawing);
+         same_optional(a.predicates, b.predicates, same_drawing) &&
+         same_optional(a.ultrasound, b.ultrasound, same_ultrasound);
 }
 
 bool same_geometry(const Scene& a, const Scene& b) {

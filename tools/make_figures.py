@@ -1,21 +1,26 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures everything that docs/figures.md shows and writes that page and its plots anew.
+"""Measures what docs/figures.md shows and writes that page and its plots anew.
 
-    tools/make_figures.py [--build build/release] [--seeds 8] [--quick]
+    tools/make_figures.py [--build build/release] [--only render ...] [--seeds 8] [--quick]
 
-Takes about twenty minutes on two quiet cores; --quick, about six, shows fewer scenes. Volumes
-other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by hand.
+What was measured is kept in build/figures/, one JSON file for each part, with its date and the
+load of the machine before it: --only measures some parts and takes the others from there. On two
+quiet cores render takes twelve minutes, scaling two, registration (the whole cohort, twice) an
+hour; --quick takes six minutes in all and shows fewer scenes and trials. Volumes other than the
+simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by hand.
 """
 import argparse
 import datetime
 import json
 import math
+import os
 import pathlib
 import platform
 import subprocess
 import tempfile
+from collections.abc import Callable
 
 COLOURS = {"cpu": "#d95f02", "gl": "#7570b3", "vtk-gpu": "#1b9e77", "vtk-fixedpoint": "#666666"}
 
@@ -231,7 +236,25 @@ def measured(sonde: pathlib.Path, *arguments: object) -> dict:
         return json.loads(file.read_text())
 
 
-def render_section(report: dict, docs: pathlib.Path) -> str:
+def part(file: pathlib.Path, wanted: bool, measure: Callable[[], object]) -> dict:
+    """Measures a part anew, or takes what was kept of it: date, load, result."""
+    if wanted:
+        load = os.getloadavg()[0]
+        kept = {"date": str(datetime.date.today()), "load": load, "result": measure()}
+        file.write_text(json.dumps(kept))
+        return kept
+    if not file.exists():
+        raise SystemExit(f"{file}: expected an earlier measurement, found none; measure it with "
+                         f"--only {file.stem}")
+    return json.loads(file.read_text())
+
+
+def when(kept: dict) -> str:
+    return f"Measured on {kept['date']}, load of the machine before it {kept['load']:.1f}."
+
+
+def render_section(kept: dict, docs: pathlib.Path) -> str:
+    report = kept["result"]
     (docs / "benchmarks").mkdir(exist_ok=True)
     for old in (docs / "benchmarks").glob("render-*.svg"):
         old.unlink()
@@ -240,6 +263,8 @@ def render_section(report: dict, docs: pathlib.Path) -> str:
     agreement = [[a["engine"], f"{100 * a['share_within_2_of_255']:.4f} %",
                   str(a["max_of_255"]), f"{a['rms_of_255']:.3f}"] for a in report["agreement"]]
     return f"""## Rendering: run time against error, beside VTK
+
+{when(kept)}
 
 `sonde bench render --costs --json FILE` at {report['width']} × {report['height']} pixels: every
 engine in turn in one process, same camera, step, transfer function and shading; VTK without
@@ -262,7 +287,8 @@ double-precision reference at the same step:
 """
 
 
-def scaling_section(points: list[dict], docs: pathlib.Path) -> str:
+def scaling_section(kept: dict, docs: pathlib.Path) -> str:
+    points = kept["result"]["points"]
     labels = {"side": "voxels a side", "pixels": "pixels", "threads": "threads",
               "occupied": "share of bricks occupied"}
     palette = ["#d95f02", "#7570b3", "#1b9e77"]
@@ -287,6 +313,8 @@ def scaling_section(points: list[dict], docs: pathlib.Path) -> str:
             for p in points]
     return f"""## Rendering: scaling
 
+{when(kept)}
+
 `sonde bench scaling --json FILE`: the simulated patient in a cube of 300 mm, CPU engine, shaded,
 800 × 600, half a voxel a step, unless the axis says otherwise. `prepare` is what a new volume needs
 once; bytes per voxel are what the process grew by when it first drew the volume, besides the
@@ -309,8 +337,9 @@ def success_lines(peer: list[dict]) -> str:
                             for c in (cell[name, s] for s in starts)] for name in names])
 
 
-def registration_section(report: dict, docs: pathlib.Path) -> str:
+def registration_section(kept: dict, docs: pathlib.Path) -> str:
     """Cohort, curve and peer; draws the curve."""
+    report = kept["result"]
     panels = []
     for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
                         ("levels", "levels, coarse to fine")]:
@@ -331,6 +360,8 @@ def registration_section(report: dict, docs: pathlib.Path) -> str:
                      for key in keys])
     return f"""## Registration: accuracy, success, refusals, time
 
+{when(kept)}
+
 `sonde bench registration --json FILE` (keys: docs/json.md), simulated patients, one thread:
 
 {summary}
@@ -345,21 +376,37 @@ nearest start: {number(report["summary"]["cpu_ratio_elastix"])} with everything,
 """
 
 
+PARTS = ["demo", "registration", "render", "scaling", "poses"]
+
+
+def pose_lines(build: pathlib.Path) -> str:
+    text = run(build / "bench/tracking/tracking_bench", "--benchmark_format=console")
+    return "\n".join(line for line in text.splitlines() if line.startswith("BM_"))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/release"))
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     sonde = options.build / "app" / "sonde"
-    docs = pathlib.Path(__file__).resolve().parent.parent / "docs"
-    size = ["--quick"] if options.quick else ["--width", 400, "--height", 300]
-    render = measured(sonde, "bench", "render", "--costs", *size)
-    scaling = measured(sonde, "bench", "scaling", "--largest", 384 if options.quick else 768)
-    registration = measured(sonde, "bench", "registration",
-                            *(["--quick"] if options.quick else []))
-    poses = run(options.build / "bench/tracking/tracking_bench", "--benchmark_format=console")
-    pose_lines = "\n".join(line for line in poses.splitlines() if line.startswith("BM_"))
+    root = pathlib.Path(__file__).resolve().parent.parent
+    docs = root / "docs"
+    folder = root / "build" / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    quick = ["--quick"] if options.quick else []
+    size = quick or ["--width", 400, "--height", 300]
+    measures = {
+        "demo": lambda: demo_rows(sonde, options.seeds),
+        "registration": lambda: measured(sonde, "bench", "registration", *quick),
+        "render": lambda: measured(sonde, "bench", "render", "--costs", *size),
+        "scaling": lambda: measured(sonde, "bench", "scaling", "--largest",
+                                    384 if options.quick else 768),
+        "poses": lambda: pose_lines(options.build)}
+    kept = {name: part(folder / f"{name}.json", name in options.only, measure)
+            for name, measure in measures.items()}
     page = f"""# Figures, and how to repeat them
 
 Written by `tools/make_figures.py` on {datetime.date.today()}, on {platform.machine()} with
@@ -369,20 +416,21 @@ of simulated patients, where the truth is known; it says nothing about real ones
 
 ## Demo: from 10 mm and 8° to the target
 
-`sonde demo --out DIR --seed N`
+`sonde demo --out DIR --seed N`. {when(kept["demo"])}
 
 {table(["patient", "start error mm", "accepted", "target error mm", "predicted rms mm", "s"],
-       demo_rows(sonde, options.seeds))}
+       kept["demo"]["result"])}
 
-{registration_section(registration, docs)}
-{render_section(render, docs)}
-{scaling_section(scaling["points"], docs)}
+{registration_section(kept["registration"], docs)}
+{render_section(kept["render"], docs)}
+{scaling_section(kept["scaling"], docs)}
 ## Poses between samples: rate against error
 
 `tracking_bench`: a hand that sways 30 mm and 0.3 rad once a second, sampled at a rate in Hz.
+{when(kept["poses"])}
 
 ```
-{pose_lines}
+{kept["poses"]["result"]}
 ```
 """
     (docs / "figures.md").write_text(page)

@@ -74,6 +74,24 @@ TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
   EXPECT_GT(bright_pixels(picture), 1000);
 }
 
+TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  render::UltrasoundVolume ultrasound;
+  ultrasound.volume = cube();
+  ultrasound.predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
+                                 *render::PredicateHistogram::create({{1, 120, 1}})};
+  ultrasound.ct_importance = 0.25;
+  presenter_.draw_by_predicates(ultrasound, false);
+  const render::Scene scene = presenter_.scene(shown);
+  EXPECT_NE(scene.ct, ultrasound.volume);
+  EXPECT_FALSE(scene.predicates);
+  ASSERT_TRUE(scene.ultrasound);
+  EXPECT_EQ(scene.ultrasound->volume, ultrasound.volume);
+  EXPECT_EQ(scene.ultrasound->ct_importance, 0.25);
+  EXPECT_TRUE(scene.plane);
+  present(shown);
+}
+
 TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   const Epoch shown = epoch(SafetyState::kValid, "");
   const auto before = present(shown);
@@ -81,7 +99,7 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
                       *render::PredicateHistogram::create({{1, 120, 1}})};
   const auto ultrasound = cube();
-  presenter_.draw_by_predicates(ultrasound, predicates);
+  presenter_.draw_by_predicates({ultrasound, predicates}, true);
   const render::Scene scene = presenter_.scene(shown);
   EXPECT_EQ(scene.ct, ultrasound);
   EXPECT_TRUE(scene.predicates);
