@@ -4,6 +4,8 @@
 
 #include "io/atomic_file.hpp"
 
+template class nlohmann::basic_json<nlohmann::ordered_map>;
+
 namespace nav::app {
 namespace {
 

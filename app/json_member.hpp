@@ -8,17 +8,16 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "app/json.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {
 
-using Json = nlohmann::ordered_json;
 inline constexpr double kRadPerDeg = M_PI / 180;
 
 /// A text as JSON, at most 32 levels deep; the message begins with the name of the file.

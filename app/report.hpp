@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "app/json.hpp"
 #include "app/navigator.hpp"
 #include "app/output_folder.hpp"
 #include "nav/diagnostics.hpp"
@@ -15,9 +15,6 @@
 #include "render/engine.hpp"
 
 namespace nav::app {
-
-/// JSON with keys in the order of writing; keys are stable and documented in docs/json.md.
-using Json = nlohmann::ordered_json;
 
 Json json_of(const tracking::FrameLedger& ledger);
 Json json_of(const registration::ImageRegistrationResult& result,

@@ -99,6 +99,8 @@ function(nav_add_test name)
     set(arg_TIMEOUT 300)
   endif()
   add_executable(${name} ${arg_SOURCES})
+  # What takes time is in the libraries.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(SONDE_SANITIZER AND arg_LABELS MATCHES "gpu|hardware|slow")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
     set(not_run ON)
