@@ -38,7 +38,11 @@ Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& cons
 struct BenchPredicatesOptions {
   bool quick = false;  ///< A phantom of 96 voxels a side, small pictures: some seconds.
   int side = 256;      ///< Of the phantom, voxels, [32, 768].
+  int width = 800;     ///< Of pictures, pixels, [32, 4096]; half of it where OpenGL is software.
+  int height = 600;    ///< As width.
   int threads = 0;     ///< 0: all cores.
+  std::string volume;  ///< Only volumes whose name begins so.
+  std::string engine = "both";  ///< cpu, gl or both.
   std::optional<std::string> json;
 };
 

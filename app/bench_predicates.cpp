@@ -75,7 +75,12 @@ Json report_json(const bench::PredicateBenchReport& report) {
 Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console) {
   bench::PredicateBenchOptions bench;
   bench.side = options.quick ? 96 : options.side;
+  bench.width = options.width;
+  bench.height = options.height;
   bench.threads = options.threads;
+  bench.volume = options.volume;
+  bench.cpu = options.engine != "gl";
+  bench.gl = options.engine != "cpu";
   if (options.quick) {
     bench.width = 200;
     bench.height = 150;

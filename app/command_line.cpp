@@ -536,6 +536,16 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
   verb->add_option("--side", predicates_.side, "of the phantom, voxels")
       ->check(CLI::Range(32, 768))
       ->capture_default_str();
+  verb->add_option("--width", predicates_.width, "pixels; half of it where OpenGL is software")
+      ->check(CLI::Range(32, 4096))
+      ->capture_default_str();
+  verb->add_option("--height", predicates_.height, "as --width")
+      ->check(CLI::Range(32, 4096))
+      ->capture_default_str();
+  verb->add_option("--volume", predicates_.volume, "only volumes whose name begins so: neck, …");
+  verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
+      ->check(CLI::IsMember({"cpu", "gl", "both"}))
+      ->capture_default_str();
   verb->add_option("--threads", predicates_.threads, "0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();

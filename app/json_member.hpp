@@ -66,6 +66,19 @@ class JsonMember {
       return good;
     });
   }
+  /// The version of a format, the one that is known; of later ones it is said that they are later.
+  void version(const char* key, int known) {
+    const Json* found = any(key);
+    if (error_) return;
+    const bool number = found != nullptr && found->is_number();
+    if (number && found->get<double>() == known) return;
+    if (!number || found->get<double>() < known) {
+      return fail(key, std::to_string(known), found == nullptr ? Json() : *found);
+    }
+    error_ = Error{ErrorCode::kUnsupportedData,
+                   where_ + "." + key + ": expected version " + std::to_string(known) + ", found " +
+                       found->dump() + ", which a newer Sonde has written"};
+  }
   /// The member itself, or nothing when it is absent.
   const Json* any(const char* key) {
     known_.insert(key);

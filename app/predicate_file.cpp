@@ -119,14 +119,7 @@ void read_vessels(JsonMember& member, const std::string& name, std::optional<Err
 Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   std::optional<Error> error;
   JsonMember member(root, name, error);
-  double version = 0;
-  member.number("sonde_predicates", version);
-  if (!error && version > kVersion) {
-    return Error{ErrorCode::kUnsupportedData, name + ": expected version 1, found " +
-                                                  root["sonde_predicates"].dump() +
-                                                  ", which a newer Sonde has written"};
-  }
-  if (version != kVersion) member.fail("sonde_predicates", "1", version);
+  member.version("sonde_predicates", kVersion);
   PredicateFile file{name, {}};
   std::vector<render::PredicateHistogram::Bar> bars;
   member.text("name", file.name);

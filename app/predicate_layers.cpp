@@ -11,7 +11,7 @@ namespace {
 using render::derived::LayerModel;
 using render::derived::LayerSurface;
 
-constexpr double kVersion = 1;
+constexpr int kVersion = 1;
 
 struct LayerFile {
   int axis = 0;
@@ -35,9 +35,7 @@ Result<LayerFile> read_file(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  double version = 0;
-  member.number("sonde_layers", version);
-  if (version != kVersion) member.fail("sonde_layers", "1", version);
+  member.version("sonde_layers", kVersion);
   constexpr int kMostControl = 4096;
   LayerFile file;
   file.axis = whole(member, "axis", 0, 2);

@@ -11,7 +11,7 @@ namespace {
 using render::derived::SweepPlane;
 using CtFromImage = Transform<frames::Ct, frames::Image>;
 
-constexpr double kVersion = 1;
+constexpr int kVersion = 1;
 
 struct Sweep {
   double reach_mm = 1;
@@ -59,9 +59,7 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  double version = 0;
-  member.number("sonde_scan_lines", version);
-  if (version != kVersion) member.fail("sonde_scan_lines", "1", version);
+  member.version("sonde_scan_lines", kVersion);
   Sweep sweep;
   member.number("reach_mm", sweep.reach_mm);
   member.list("planes", [&](const Json& json, const std::string& at) {

@@ -107,14 +107,7 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  double version = 0;
-  member.number("sonde_scribbles", version);
-  if (!error && version > kVersion) {
-    return Error{ErrorCode::kUnsupportedData, name + ": expected version 1, found " +
-                                                  (*root)["sonde_scribbles"].dump() +
-                                                  ", which a newer Sonde has written"};
-  }
-  if (version != kVersion) member.fail("sonde_scribbles", "1", version);
+  member.version("sonde_scribbles", kVersion);
   std::vector<Stroke> strokes;
   member.list("strokes", [&](const Json& json, const std::string& at) {
     strokes.push_back(read_stroke(json, at, error));

@@ -127,19 +127,66 @@ void check_theorem(PredicateBenchReport& report) {
   report.rays_checked = kRays;
 }
 
+bool wanted(const std::string& name, const PredicateBenchOptions& options) {
+  return name.starts_with(options.volume);
+}
+
 /// The paper's patients, simulated, with every feature that their set-ups ask for. At most 256
 /// voxels a side: to simulate larger ones takes memory that has nothing to do with drawing them.
-Result<std::vector<PredicateVolume>> patients(int side) {
-  std::vector<PredicateVolume> volumes;
+Result<void> add_patients(const PredicateBenchOptions& options,
+                          std::vector<PredicateVolume>& volumes) {
   for (const char* name : {"carotid", "shoulder", "tendon"}) {
-    auto volume = simulated_ultrasound(name, std::min(side, 256));
+    if (!wanted(name, options)) continue;
+    auto volume = simulated_ultrasound(name, std::min(options.side, 256));
     if (!volume) return volume.error();
     for (const auto& look : volume->looks) {
       if (auto ok = add_features(look.model, *volume); !ok) return ok.error();
     }
     volumes.push_back(*std::move(volume));
   }
-  return volumes;
+  return {};
+}
+
+Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& options,
+                                                Diagnostics& diagnostics) {
+  std::vector<PredicateVolume> volumes;
+  if (wanted("neck", options)) {
+    auto neck = neck_phantom(options.side);
+    if (!neck) return neck.error();
+    volumes.push_back(*std::move(neck));
+  }
+  if (options.patients) {
+    if (auto ok = add_patients(options, volumes); !ok) return ok.error();
+  }
+  if (wanted("prostate phantom", options)) {
+    auto prostate = prostate_volume(diagnostics);
+    if (prostate) {
+      volumes.push_back(*std::move(prostate));
+    } else {
+      diagnostics.report(Severity::kWarning, "bench", "skipped: " + prostate.error().message);
+    }
+  }
+  if (!volumes.empty()) return volumes;
+  return Error{ErrorCode::kUsage,
+               "bench predicates: expected a volume that begins neck, carotid, shoulder, tendon or "
+               "prostate, found " +
+                   options.volume};
+}
+
+Result<void> measure_gl(const std::vector<PredicateVolume>& volumes,
+                        const PredicateBenchOptions& options, Diagnostics& diagnostics,
+                        const std::function<void()>& one_done, PredicateBenchReport& report) {
+  constexpr int kGlRepeats = 3;
+  auto gl = measure_gl_predicates(volumes, options.width, options.height, kGlRepeats, diagnostics,
+                                  one_done);
+  if (gl) {
+    report.gl = *std::move(gl);
+  } else if (gl.error().code == ErrorCode::kUnavailable) {
+    diagnostics.report(Severity::kWarning, "bench", "skipped: " + gl.error().message);
+  } else {
+    return gl.error();
+  }
+  return {};
 }
 
 }  // namespace
@@ -167,30 +214,20 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
                                                 const std::function<void(double)>& progress) {
   PredicateBenchReport report;
   check_theorem(report);
-  std::vector<PredicateVolume> volumes;
-  auto neck = neck_phantom(options.side);
-  if (!neck) return neck.error();
-  volumes.push_back(*std::move(neck));
-  if (options.patients) {
-    auto simulated = patients(options.side);
-    if (!simulated) return simulated.error();
-    for (auto& volume : *simulated) volumes.push_back(std::move(volume));
-  }
-  auto prostate = prostate_volume(diagnostics);
-  if (prostate) {
-    volumes.push_back(*std::move(prostate));
-  } else {
-    diagnostics.report(Severity::kWarning, "bench", "skipped: " + prostate.error().message);
-  }
+  const auto made = volumes_of(options, diagnostics);
+  if (!made) return made.error();
+  const std::vector<PredicateVolume>& volumes = *made;
   std::size_t total = 0;
-  for (const auto& volume : volumes) total += volume.looks.size();
+  const std::size_t engines = std::size_t{options.cpu} + std::size_t{options.gl};
+  for (const auto& volume : volumes) total += engines * volume.looks.size();
   const std::size_t before = resident_bytes();
   std::size_t done = 0;
   const auto one_done = [&] {
     ++done;
-    if (progress) progress(0.5 * static_cast<double>(done) / static_cast<double>(total));
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(total));
   };
   for (const auto& volume : volumes) {
+    if (!options.cpu) break;
     for (const auto& look : volume.looks) {
       auto row = measure_scene(volume, look, options);
       if (!row) return row.error();
@@ -200,15 +237,10 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
       one_done();
     }
   }
-  constexpr int kGlRepeats = 3;
-  auto gl = measure_gl_predicates(volumes, options.width, options.height, kGlRepeats, diagnostics,
-                                  one_done);
-  if (gl) {
-    report.gl = *std::move(gl);
-  } else if (gl.error().code == ErrorCode::kUnavailable) {
-    diagnostics.report(Severity::kWarning, "bench", "skipped: " + gl.error().message);
-  } else {
-    return gl.error();
+  if (options.gl) {
+    if (auto ok = measure_gl(volumes, options, diagnostics, one_done, report); !ok) {
+      return ok.error();
+    }
   }
   return report;
 }

@@ -24,8 +24,9 @@ struct GlPredicateRow {
   bool identical = false;       ///< Skipping on and off draw the same bytes.
   double edit_ms = 0;           ///< Wall time before the first ray after a new importance.
   /// By how much the first frame of a set that was never drawn takes longer than a frame of it once
-  /// it has its own program; process time where OpenGL runs in software, with the compiler's cache
-  /// as it was found.
+  /// it has its own program, after a set that reads nothing but the volume: features and labels are
+  /// sent too. Process time where OpenGL runs in software, with the compiler's cache as it was
+  /// found.
   double set_edit_ms = 0;
   /// By how much the longest of the frames after that one does: it compiles the program of the set.
   double settle_ms = 0;

@@ -60,8 +60,7 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   }
   in.brick_leap = cache.leaps().data();
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
-  const double cells = std::round(kVoxelsPerLook / scene.quality.step_voxels);
-  in.cells_per_look = static_cast<int>(std::clamp(cells, 1.0, 16.0));
+  in.cells_per_look = cells_per_look(scene.quality);
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 
@@ -106,6 +105,11 @@ void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out
 }
 
 }  // namespace
+
+int cells_per_look(const Quality& quality) {
+  const double cells = std::round(kVoxelsPerLook / quality.step_voxels);
+  return static_cast<int>(std::clamp(cells, 1.0, 16.0));
+}
 
 RayInputs ray_inputs(const Scene& scene, double first_sample) {
   const VoxelGrid& grid = scene.ct->grid();

@@ -11,6 +11,9 @@ namespace nav::render {
 /// What a scene is marched with: the variant that it needs.
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
 
+/// MarchInputs::cells_per_look.
+int cells_per_look(const Quality& quality);
+
 /// How rays start. first_sample: where sample 0 of a ray lies in its cell 0, in cells.
 RayInputs ray_inputs(const Scene& scene, double first_sample);
 

@@ -7,7 +7,9 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "render/cpu_inputs.hpp"
 #include "render/predicate_early_ends.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
@@ -57,6 +59,36 @@ void set_wedge(const PredicateForm& form, const PredicateSet& set, const Predica
     atom.offset[i] = static_cast<float>(channel.offset);
     atom.scale[i] = static_cast<float>(channel.scale);
     for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
+  }
+}
+
+bool same_look(const PredicateLook& a, const PredicateLook& b) {
+  if (!(a.importance > 0) && !(b.importance > 0)) return true;
+  return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
+}
+
+/// Bits b that are set with leaf j either way.
+std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
+  constexpr std::uint64_t kFalse[] = {0x5555555555555555U, 0x3333333333333333U,
+                                      0x0f0f0f0f0f0f0f0fU, 0x00ff00ff00ff00ffU,
+                                      0x0000ffff0000ffffU, 0x00000000ffffffffU};
+  const std::uint64_t shift = std::uint64_t{1} << j;
+  return bits | (bits >> shift & kFalse[j]) | (bits & kFalse[j]) << shift;
+}
+
+/// What a test costs, in ranks: values of the volume are there, places are computed, features read.
+int cost_of(const PredicateAtom& atom) {
+  switch (atom.kind) {
+    case PredicateAtom::kRange:
+      return atom.channel[0] == 0 ? 0 : 3;
+    case PredicateAtom::kSlab:
+    case PredicateAtom::kSegment:
+    case PredicateAtom::kNever:
+      return 1;
+    case PredicateAtom::kBits:
+      return 2;
+    default:
+      return 4;
   }
 }
 
@@ -162,9 +194,47 @@ void CpuPredicates::make_looks() {
   static std::atomic<std::uint64_t> generations{0};
   generation_ = ++generations;
   looks_.clear();
+  few_looks_.clear();
+  matters_.clear();
   if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
     looks_.push_back(look_of(bits));
+  make_few_looks();
+  make_matters();
+}
+
+void CpuPredicates::make_matters() {
+  const std::size_t n = atoms_.size();
+  if (n > static_cast<std::size_t>(kWeighedLeaves)) return;
+  const std::size_t count = std::size_t{1} << n;
+  matters_.resize(count * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::uint64_t decides = 0;  // Of leaves as in the bits, i changes the look.
+    for (std::size_t b = 0; b < count; ++b) {
+      if (!same_look(looks_[b], looks_[b ^ (std::size_t{1} << i)]))
+        decides |= std::uint64_t{1} << b;
+    }
+    for (std::size_t known = 0; known < count; ++known) {
+      std::uint64_t where = decides;
+      for (std::size_t j = 0; j < n; ++j) {
+        if ((known >> j & 1U) == 0) where = with_either(where, j);
+      }
+      matters_[n * known + i] = where;
+    }
+  }
+}
+
+void CpuPredicates::make_few_looks() {
+  if (atoms_.size() > static_cast<std::size_t>(kFewLeaves)) return;
+  const std::size_t eights = (looks_.size() + 7) / 8;
+  few_looks_.resize(4 * eights);
+  const auto put = [&](std::size_t column, std::size_t bits, float value) {
+    few_looks_[column * eights + bits / 8].of[bits % 8] = value;
+  };
+  for (std::size_t bits = 0; bits < looks_.size(); ++bits) {
+    for (std::size_t c = 0; c < 3; ++c) put(c, bits, looks_[bits].tint[c]);
+    put(3, bits, looks_[bits].importance);
+  }
 }
 
 // Each thread keeps what it met last; neighbours look alike.
@@ -216,7 +286,6 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   const Prepared& ct = prepared_.at(scene.ct.get());
   const double step = spec::step_mm(scene.quality, grid);
   MarchInputs& base = in.base;
-  base.voxels = ct.volume->origin();
   base.row_stride = ct.volume->row_stride();
   base.slice_stride = ct.volume->slice_stride();
   base.step_mm = static_cast<float>(step);
@@ -229,12 +298,12 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   in.brick_importance = importance_.data();
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
-    // Tests that read no feature cost less than looking up whether they are needed.
-    const bool reads = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
-      return atom.kind == PredicateAtom::kBits || atom.kind == PredicateAtom::kWedge ||
-             (atom.kind == PredicateAtom::kRange && atom.channel[0] != 0);
+    base.cells_per_look = cells_per_look(scene.quality);
+    // Tests of the volume's own value cost less than looking up whether they are needed.
+    const bool costly = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
+      return atom.kind != PredicateAtom::kRange || atom.channel[0] != 0;
     });
-    if (reads) {
+    if (costly) {
       in.brick_sure = known_.leaves().sure.data();
       in.brick_open = known_.leaves().open.data();
     }
@@ -288,9 +357,19 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   }
   in.atoms = atoms_.data();
   in.all_leaves = atoms_.size() < 32 ? (1U << atoms_.size()) - 1U : ~0U;
+  in.leaf_count = static_cast<int>(atoms_.size());
+  std::iota(in.order, in.order + in.leaf_count, 0);
+  std::stable_sort(in.order, in.order + in.leaf_count, [&](int a, int b) {
+    return cost_of(atoms_[size_of(a)]) < cost_of(atoms_[size_of(b)]);
+  });
+  in.cheap_leaves = static_cast<int>(std::count_if(
+      atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) { return cost_of(atom) == 0; }));
+  in.matters = matters_.empty() ? nullptr : matters_.data();
   in.looks = looks_.empty() ? nullptr : looks_.data();
   in.find_look = &CpuPredicates::find_look;
   in.look_finder = this;
+  in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;
+  in.few_eights = static_cast<int>(few_looks_.size() / 4);
   return in;
 }
 

@@ -39,6 +39,9 @@ class CpuPredicates {
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
 
  private:
+  struct alignas(32) Eight {
+    float of[8] = {};
+  };
   struct Prepared {
     std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
     std::unique_ptr<CpuVolume> volume;
@@ -47,6 +50,8 @@ class CpuPredicates {
   void take_channels(int threads);
   void make_atoms();
   void make_looks();
+  void make_few_looks();
+  void make_matters();
   void make_opacities(const Scene& scene);
   void make_bricks(int threads);
   [[nodiscard]] float measure(double importance) const;
@@ -64,6 +69,8 @@ class CpuPredicates {
   std::size_t occupied_ = 0;
   std::vector<PredicateAtom> atoms_;
   std::vector<PredicateLook> looks_;
+  std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
+  std::vector<Eight> few_looks_;        ///< The same by columns, where leaves are few.
   std::vector<float> tau_;
   std::vector<float> opacity_;    ///< As tau_, of a whole cell.
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived_features.hpp"
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,16 +10,43 @@
 namespace nav::render {
 namespace {
 
-Result<derived::ScanLines> lines_of(const std::optional<ScanGeometry>& scan) {
-  const std::string expected = "confidence: expected parallel scan lines or a fan, found ";
-  if (!scan) return Error{ErrorCode::kMalformedData, expected + "no scan geometry"};
+/// A direction and a depth for each voxel, which scenes keep apart.
+Result<derived::ScanLines> lines_per_voxel(const VoxelScan& scan, const VoxelGrid& grid,
+                                           const Features& features) {
+  const auto found = features.volumes.find(feature::kDepth);
+  if (found == features.volumes.end()) {
+    return Error{ErrorCode::kMalformedData,
+                 "confidence: expected the depth of every voxel beside the direction of its scan "
+                 "line, found no feature depth"};
+  }
+  const FeatureVolume& depth = found->second;
+  std::vector<derived::PackedDirection> away(scan.into_ct->size());
+  std::vector<float> depth_mm(depth.codes()->hu().size(), std::nanf(""));
+  for (std::size_t i = 0; i < away.size(); ++i) {
+    const Eigen::Vector3d into = (*scan.into_ct)[i].cast<double>();
+    if (into.norm() > 0) away[i] = derived::PackedDirection::pack(into.normalized());
+  }
+  for (std::size_t i = 0; i < depth_mm.size(); ++i) {
+    const std::int16_t code = depth.codes()->hu()[i];
+    if (code == FeatureVolume::kUndefined) continue;
+    depth_mm[i] = static_cast<float>(depth.offset() + depth.scale() * code);
+  }
+  return derived::ScanLines::per_voxel(grid, std::move(away), std::move(depth_mm));
+}
+
+Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const VoxelGrid& grid) {
+  const auto& scan = predicates.scan;
+  if (!scan) {
+    return Error{ErrorCode::kMalformedData,
+                 "confidence: expected scan lines of the volume, found no scan geometry"};
+  }
   if (const auto* parallel = std::get_if<ParallelScan>(&*scan)) {
     return derived::ScanLines::parallel(parallel->into_ct, parallel->face_ct);
   }
   if (const auto* fan = std::get_if<FanScan>(&*scan)) {
     return derived::ScanLines::fan(fan->apex_ct, fan->face_radius_mm);
   }
-  return Error{ErrorCode::kUnsupportedData, expected + "a direction per voxel"};
+  return lines_per_voxel(std::get<VoxelScan>(*scan), grid, predicates.features);
 }
 
 }  // namespace
@@ -36,7 +64,7 @@ Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
     if (kinds.count(name) == 0 || predicates.features.volumes.count(name) != 0) continue;
     derived::DerivedRequest request{scalar, how, {}};
     if (name == feature::kConfidence) {
-      auto lines = lines_of(predicates.scan);
+      auto lines = lines_of(predicates, volume->grid());
       if (!lines) return lines.error();
       request.lines = *std::move(lines);
     }

@@ -19,8 +19,8 @@ struct DerivedFeatureOptions {
 
 /// Adds signal-to-noise ratio, vesselness and confidence where a predicate of the model asks for
 /// them and they are not there yet; computes nothing else. They are asked for all at once; waits
-/// for them. Refuses confidence without scan lines and with a direction per voxel, whose depths a
-/// ScanGeometry does not hold, and whatever the features themselves do.
+/// for them. Refuses confidence without scan lines, or with a direction per voxel but no feature
+/// depth, and whatever the features themselves do.
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   derived::DerivedVolumes& service, PredicateScene& predicates);

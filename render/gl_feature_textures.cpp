@@ -13,18 +13,18 @@ namespace {
 
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
-/// Codes of up to four volumes, voxel by voxel; undefined ones 0, a missing third or fourth too.
-std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members,
-                                      std::size_t width) {
+/// Codes of one or two volumes, voxel by voxel; undefined ones 0, a missing second too.
+std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members) {
+  constexpr std::size_t kWidth = GlFeatureTextures::kChannels;
   const auto& size = members[0]->grid().size;
   const std::size_t slice = size_of(size[0]) * size_of(size[1]);
-  std::vector<std::int16_t> out(width * slice * size_of(size[2]));
+  std::vector<std::int16_t> out(kWidth * slice * size_of(size[2]));
   for_each_index(size[2], 0, [&](int k) {
     for (std::size_t c = 0; c < members.size(); ++c) {
       const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
-      std::int16_t* to = out.data() + width * size_of(k) * slice + c;
+      std::int16_t* to = out.data() + kWidth * size_of(k) * slice + c;
       for (std::size_t i = 0; i < slice; ++i) {
-        to[width * i] = from[i] == FeatureVolume::kUndefined ? std::int16_t{0} : from[i];
+        to[kWidth * i] = from[i] == FeatureVolume::kUndefined ? std::int16_t{0} : from[i];
       }
     }
   });
@@ -53,18 +53,6 @@ void mark_undefined(const Volume& codes, std::uint16_t bit, std::vector<std::uin
       }
     }
   });
-}
-
-struct Format {
-  GLint internal;
-  GLenum layout;
-  std::size_t width;
-};
-
-Format format_of(std::size_t members) {
-  if (members == 1) return {GL_R16_SNORM, GL_RED, 1};
-  if (members == 2) return {GL_RG16_SNORM, GL_RG, 2};
-  return {GL_RGBA16_SNORM, GL_RGBA, 4};
 }
 
 Result<void> accepted(const std::string& what) {
@@ -129,13 +117,13 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
 }
 
 Result<void> GlFeatureTextures::send(Group& group) {
-  const Format format = format_of(group.members.size());
   const auto& size = group.members[0]->grid().size;
-  const std::vector<std::int16_t> texels = interleaved(group.members, format.width);
+  const std::vector<std::int16_t> texels = interleaved(group.members);
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, format.internal, size[0], size[1], size[2], 0, format.layout,
-               GL_SHORT, texels.data());
+  // Also for one alone: drivers compile anew for other kinds of textures.
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG16_SNORM, size[0], size[1], size[2], 0, GL_RG, GL_SHORT,
+               texels.data());
   ++uploads_;
   if (auto ok = accepted("features of predicates"); !ok) return ok;
   group.sent = true;
@@ -170,13 +158,6 @@ Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set) {
   if (auto ok = accepted("undefined voxels of predicates"); !ok) return ok;
   undefined_of_ = std::move(holes);
   return {};
-}
-
-unsigned GlFeatureTextures::any_texture() {
-  for (Group& group : groups_) {
-    if (group.sent) return group.texture.id();
-  }
-  return 0;
 }
 
 GlFeatureTextures::Slot GlFeatureTextures::slot(std::size_t channel) const {

@@ -11,24 +11,23 @@
 
 namespace nav::render {
 
-/// The features of predicates on the device, up to four interleaved in each texture, so that one
-/// fetch reads four. What has been sent stays as long as the scene offers it: another set that
-/// reads the same features sends nothing. Internal to render/; needs the context current.
+/// The features of predicates on the device, two interleaved in each texture, so that one fetch
+/// reads both and all textures are of one kind. What has been sent stays as long as the scene
+/// offers it: another set that reads the same features sends nothing. Internal to render/; needs
+/// the context current.
 class GlFeatureTextures {
  public:
   static constexpr std::size_t kMostTextures = 4;
-  static constexpr std::size_t kChannels = 4;  ///< Of a texture.
+  static constexpr std::size_t kChannels = 2;  ///< Of a texture.
 
   /// Sends what the channels of a set need and what is not there. offered: the scene's features.
-  /// kUnsupportedData for more than 16 and for what the device's memory does not hold.
+  /// kUnsupportedData for more than 8 and for what the device's memory does not hold.
   Result<void> update(const PredicateSet& set, const Features& offered);
   void release();
 
   /// Textures of the last set, at most kMostTextures.
   [[nodiscard]] std::size_t used() const { return used_.size(); }
   [[nodiscard]] unsigned texture(std::size_t i) { return groups_[used_[i]].texture.id(); }
-  /// One that was sent, 0: none.
-  [[nodiscard]] unsigned any_texture();
   /// Some feature of the last set has voxels without a value.
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// Bits of the features without a value at one of the eight voxels around a place, by the voxel

@@ -85,7 +85,7 @@ void append_leaf(const PredicateSet& set, std::size_t i, const GlFeatureTextures
     if (channel > 0) {
       const auto slot = features.slot(channel);
       head[1 + c] =
-          static_cast<std::uint32_t>(1 + 4 * static_cast<int>(slot.texture) + slot.component);
+          static_cast<std::uint32_t>(1 + 2 * static_cast<int>(slot.texture) + slot.component);
     }
     scales[2 * c] = bits_of(set.channels()[channel].offset);
     scales[2 * c + 1] = bits_of(set.channels()[channel].scale);

@@ -217,24 +217,27 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
 }
 
 void GlPredicates::bind_features(GlProgram& program, bool generic) {
-  // What is not read repeats what is there: drivers compile anew for other kinds of textures.
   const std::size_t slots = generic ? GlFeatureTextures::kMostTextures : features_.used();
   for (std::size_t i = 0; i < slots; ++i) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
     bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D,
-                 i < features_.used() ? features_.texture(i) : features_.any_texture());
+                 i < features_.used() ? features_.texture(i) : stand_ins_.feature());
   }
 }
 
 void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene) {
+  if (generic) stand_ins_.update(scene.ct->grid().size);
   set_march(program, scene);
   generic ? set_rows(program) : set_leaves(program);
   set_readers(program);
   bind_features(program, generic);
   if (generic || form_.undefined) {
-    bind_texture(kUndefined, GL_TEXTURE_3D, features_.undefined_cells());
+    bind_texture(kUndefined, GL_TEXTURE_3D,
+                 form_.undefined ? features_.undefined_cells() : stand_ins_.undefined());
   }
-  if (generic || form_.labels) bind_texture(kLabels, GL_TEXTURE_3D, label_texture_.id());
+  if (generic || form_.labels) {
+    bind_texture(kLabels, GL_TEXTURE_3D, form_.labels ? label_texture_.id() : stand_ins_.labels());
+  }
   bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
   bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
   bind_texture(kLooks, GL_TEXTURE_BUFFER,
@@ -328,6 +331,7 @@ void GlPredicates::set_readers(GlProgram& program) const {
 
 void GlPredicates::release() {
   features_.release();
+  stand_ins_.release();
   for (GlTexture* texture : {&label_texture_, &brick_texture_}) texture->release();
   for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
     table->release();

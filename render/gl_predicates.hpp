@@ -10,6 +10,7 @@
 #include "render/gl_feature_textures.hpp"
 #include "render/gl_predicate_rows.hpp"
 #include "render/gl_program.hpp"
+#include "render/gl_stand_ins.hpp"
 #include "render/gl_textures.hpp"
 #include "render/predicate_brick_cache.hpp"
 #include "render/predicates/set.hpp"
@@ -66,6 +67,7 @@ class GlPredicates {
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;
   GlTexture label_texture_, brick_texture_;
+  GlStandIns stand_ins_;
   GlTable look_table_, weight_table_, opacity_table_, leaf_table_;
   std::optional<GlPredicateRows> rows_;
 };

@@ -23,8 +23,12 @@ struct LeafTests {
   F volume;  ///< Code of channel 0.
   typename Sampler<V>::Place place;
 
-  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at, F value)
-      : in(inputs), sampler(s), cell(at), volume(value), place(s.locate(at)) {}
+  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at)
+      : in(inputs), sampler(s), cell(at), place(s.locate(at)) {
+    F v[4][2];
+    V::load_cells(in.codes[0], in.base.row_stride, in.base.slice_stride, place.base, v);
+    volume = Sampler<V>::interpolate(v, place);
+  }
 
   /// Code of a channel; defined: lanes where all eight voxels have one.
   F code(int channel, M& defined) const {
@@ -96,13 +100,17 @@ struct LeafTests {
                        V::set_int(atom.mask));
   }
 
-  M test(const PredicateAtom& atom) const {
+  M range(const PredicateAtom& atom) const {
+    M defined = V::not_less(place.w[0], place.w[0]);
+    const F value = code(atom.channel[0], defined);
+    return V::both(defined, between(value, atom.low, atom.high));
+  }
+
+  /// Of all but ranges of the volume itself. Not inlined: mostly bricks have decided.
+  __attribute__((noinline)) M test_other(const PredicateAtom& atom) const {
     switch (atom.kind) {
-      case PredicateAtom::kRange: {
-        M defined = V::not_less(place.w[0], place.w[0]);
-        const F value = code(atom.channel[0], defined);
-        return V::both(defined, between(value, atom.low, atom.high));
-      }
+      case PredicateAtom::kRange:
+        return range(atom);
       case PredicateAtom::kWedge:
         return wedge(atom);
       case PredicateAtom::kBits:
@@ -115,6 +123,11 @@ struct LeafTests {
         return V::none();
     }
   }
+
+  M test(const PredicateAtom& atom) const {
+    const bool of_volume = atom.kind == PredicateAtom::kRange && atom.channel[0] == 0;
+    return of_volume ? between(volume, atom.low, atom.high) : test_other(atom);
+  }
 };
 
 /// The march of predicate_scene.hpp.
@@ -125,7 +138,7 @@ class PredicateMarcher {
   using M = typename V::M;
 
   static constexpr float kAhead = 8;           ///< Cells for which bricks are looked up at once.
-  static constexpr float kAskAgain = 4;        ///< Cells.
+  static constexpr float kAskEvery = 4;        ///< Cells; a power of two.
   static constexpr int kMostBricks = 12;       ///< More are not worth looking up.
   static constexpr float kSomething = 1e-30F;  ///< spec::LeftOut::any: spent is no less.
 
@@ -159,8 +172,12 @@ class PredicateMarcher {
     Leaper<V, false, false> leaper(sampler_, rays_, lane_, cell);
     M moved = V::none();
     until_ = V::set(-1e30F);
-    while (V::any(active)) {
-      if (in_.base.brick_leap != nullptr) leaper.leap(cell, end_, active, moved);
+    // As Marcher::march(): what is marched through until the next look shows nothing.
+    for (int until_look = 0; V::any(active); --until_look) {
+      if (in_.base.brick_leap != nullptr && until_look == 0) {
+        leaper.leap(cell, end_, active, moved);
+        until_look = in_.base.cells_per_look;
+      }
       if constexpr (kBlend != PredicateBlend::kOver) cell = leave_out(cell, active);
       active = V::both(active, V::less(cell, end_));
       if (!V::any(active)) break;
@@ -176,31 +193,43 @@ class PredicateMarcher {
   }
 
  private:
-  /// Rule 1 of spec::EarlyEnds, brick by brick. What cannot be left out is asked again
-  /// only some cells on.
+  /// Rule 1 of spec::EarlyEnds, brick by brick, every kAskEvery cells: lanes ask together. Behind a
+  /// brick that was left out the next one is asked about at once, unless it showed nothing: leaps
+  /// and marching get to the end of those too.
   F leave_out(F cell, M active) {
     M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
-    open = V::both(open, V::not_less(cell, needed_until_));
+    open = V::both(open, asks(cell));
     while (V::any(open)) {
       const auto brick = bricks_.find(cell);
       const F most = V::load_float(in_.brick_importance, brick.at);
       const F leave = bricks_.leave(brick, V::set_int(0), cell);
       const F paid = V::max(importance_, paid_);
-      const F spent = V::add(left_out_, cost_of(V::max(V::set(0.0F), V::sub(most, paid))));
-      const M free = V::both(open, V::not_less(V::set(in_.leave_out_for), spent));
-      const M visible = V::both(free, V::less(V::set(0.0F), most));
-      const F ask_again = V::min(leave, V::add(cell, V::set(kAskAgain)));
-      needed_until_ = V::select(V::both(open, V::negate(free)), ask_again, needed_until_);
-      left_out_ = V::select(free, spent, left_out_);
-      left_out_ = V::select(visible, V::max(left_out_, V::set(kSomething)), left_out_);
-      paid_ = V::select(free, V::max(paid, most), paid_);
+      const F rise = V::max(V::set(0.0F), V::sub(most, paid));
+      const F spent = V::add(spent_so_far(), cost_of(rise));
+      const M shows = V::less(V::set(0.0F), most);
+      const M affordable = V::not_less(V::set(in_.leave_out_for), spent);
+      const M free = V::both(open, V::either(affordable, V::negate(shows)));
+      const M visible = V::both(free, shows);
+      left_out_ = V::select(visible, V::max(spent, V::set(kSomething)), left_out_);
+      paid_ = V::select(visible, V::max(paid, most), paid_);
       cell = V::select(free, leave, cell);
-      open = V::both(free, V::less(cell, end_));
+      open = V::both(V::both(free, V::either(shows, asks(cell))), V::less(cell, end_));
     }
     return cell;
   }
 
-  /// spec::LeftOut::pay(): the cost of more importance than was paid for.
+  static M asks(F cell) {
+    const F share = V::mul(cell, V::set(1.0F / kAskEvery));
+    return V::not_less(V::floor(share), share);
+  }
+
+  /// spec::LeftOut::pay(): before the next sample that is left out.
+  F spent_so_far() const {
+    const F missing = V::sub(V::set(1.0F), alpha_);
+    return V::select(V::less(left_out_, V::set(kSomething)), V::add(missing, missing), left_out_);
+  }
+
+  /// The same: the cost of more importance than was paid for.
   F cost_of(F more) const {
     if constexpr (kBlend == PredicateBlend::kWeight) {
       return V::div(more, V::max(importance_, V::set(1e-37F)));
@@ -218,15 +247,13 @@ class PredicateMarcher {
     dense = V::both(dense, V::less(left_out_, V::set(kSomething)));
     const M stale = V::both(dense, V::not_less(cell, greatest_until_));
     if (V::any(stale)) look_ahead(cell, stale);
-    F kept;
     if constexpr (kBlend == PredicateBlend::kLog) {
       const F more = V::max(V::set(0.0F), V::sub(greatest_, importance_));
-      kept = V::sub(V::set(1.0F), V::one_minus_exp(more));
-    } else {
-      const F most = V::max(greatest_, V::set(1e-37F));
-      kept = V::min(V::set(1.0F), V::div(importance_, most));
+      const F kept = V::sub(V::set(1.0F), V::one_minus_exp(more));
+      return V::both(dense, V::not_less(V::mul(alpha_, kept), V::set(in_.end_at)));
     }
-    return V::both(dense, V::not_less(V::mul(alpha_, kept), V::set(in_.end_at)));
+    const F kept = V::mul(alpha_, V::min(importance_, greatest_));
+    return V::both(dense, V::not_less(kept, V::mul(greatest_, V::set(in_.end_at))));
   }
 
   /// The greatest importance on the rest of the rays of some lanes, and up to which cell it stays
@@ -249,16 +276,29 @@ class PredicateMarcher {
   }
 
   /// Which leaves are true in each lane, where shown.
-  I leaves_at(F cell, F volume, M active, M shown) {
-    const LeafTests<V> tests(in_, sampler_, cell, volume);
-    if (V::any(V::both(active, V::not_less(cell, until_)))) look_around(cell, active);
+  I leaves_at(const LeafTests<V>& tests, M active, M shown) {
+    if (V::any(V::both(active, V::not_less(tests.cell, until_)))) look_around(tests.cell, active);
     I bits = V::set_int(static_cast<int>(sure_));
-    for (std::uint32_t ask = ask_; ask != 0; ask &= ask - 1) {
-      const int i = __builtin_ctz(ask);
-      const M is = V::both(shown, tests.test(in_.atoms[i]));
-      bits = V::or_where(is, V::set_int(static_cast<int>(1U << i)), bits);
+    std::uint32_t known = in_.all_leaves & ~ask_;
+    for (int n = 0; n < in_.leaf_count; ++n) {
+      const int i = in_.order[n];
+      const std::uint32_t bit = 1U << i;
+      if ((ask_ & bit) == 0) continue;
+      if (n < in_.cheap_leaves || matters(i, known, bits, shown)) {
+        const M is = V::both(shown, tests.test(in_.atoms[i]));
+        bits = V::or_where(is, V::set_int(static_cast<int>(bit)), bits);
+      }
+      known |= bit;  // Also where it is not: either answer is as good.
     }
     return bits;
+  }
+
+  /// Whether a leaf may decide how some lane looks.
+  [[nodiscard]] bool matters(int leaf, std::uint32_t known, I bits, M shown) const {
+    if (in_.matters == nullptr) return true;
+    const std::uint64_t where = in_.matters[static_cast<std::uint32_t>(in_.leaf_count) * known +
+                                            static_cast<std::uint32_t>(leaf)];
+    return (V::present(bits, shown) & where) != 0;
   }
 
   /// Which leaves are decided in all the bricks that active lanes cross in their next cells.
@@ -320,14 +360,15 @@ class PredicateMarcher {
   /// Returns the lanes that are finished.
   M add_cell(F cell, M active) {
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
-    const F volume = sampler_.value(cell);
-    const F entry = V::madd(volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
+    const LeafTests<V> tests(in_, sampler_, cell);
+    const F entry =
+        V::madd(tests.volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
     const F zero = V::set(0.0F);
     const M bright = V::both(active, V::less(zero, entry));
     if (!V::any(bright)) return V::none();
     const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
     F look[4];
-    find_looks(leaves_at(cell, volume, active, bright), bright, look);
+    find_looks(leaves_at(tests, active, bright), bright, look);
     const M shown = V::both(bright, V::less(zero, look[3]));
     if (!V::any(shown)) return V::none();
     const F t_a = V::max(cell, begin_);
@@ -367,6 +408,12 @@ class PredicateMarcher {
 
   /// The looks of lanes that are asked for.
   void find_looks(I leaves, M asked, F* look) const {
+    if (in_.few_looks != nullptr) {
+      const int column = 8 * in_.few_eights;
+      for (int c = 0; c < 4; ++c)
+        look[c] = V::pick(in_.few_looks + c * column, in_.few_eights, leaves);
+      return;
+    }
     std::uint32_t bits[V::kLanes];
     if (V::same(leaves, asked, bits[0])) {
       PredicateLook found;
@@ -440,12 +487,11 @@ class PredicateMarcher {
   F alpha_;
   F picture_;
   F importance_;
-  F left_out_;                       ///< spec::LeftOut::spent.
-  F paid_ = V::set(0.0F);            ///< spec::LeftOut::paid.
-  F needed_until_ = V::set(-1e30F);  ///< Cells before this are not left out.
-  F until_{};                        ///< Cells before this lie where sure_ and ask_ are known.
-  std::uint32_t sure_ = 0;           ///< Leaves that are true there.
-  std::uint32_t ask_ = 0;            ///< Leaves to be tested.
+  F left_out_;              ///< spec::LeftOut::spent.
+  F paid_ = V::set(0.0F);   ///< spec::LeftOut::paid.
+  F until_{};               ///< Cells before this lie where sure_ and ask_ are known.
+  std::uint32_t sure_ = 0;  ///< Leaves that are true there.
+  std::uint32_t ask_ = 0;   ///< Leaves to be tested.
   F greatest_ = V::set(0.0F);
   F greatest_until_ = V::set(-1e30F);
 };

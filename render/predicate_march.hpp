@@ -12,6 +12,11 @@ namespace nav::render {
 /// Channels of a set, at most: the volume, and two for each leaf.
 inline constexpr int kMostChannels = 65;
 
+/// Leaves whose looks are picked from registers.
+inline constexpr int kFewLeaves = 5;
+/// Leaves of which it is known when one of them does not matter.
+inline constexpr int kWeighedLeaves = 6;
+
 /// One leaf: PredicateForm in codes of its channels and single precision.
 struct PredicateAtom {
   enum Kind : std::int32_t { kRange, kWedge, kBits, kSegment, kSlab, kNever };
@@ -39,9 +44,9 @@ enum class PredicateBlend { kOver, kWeight, kLog };
 
 /// What all rays of a picture by predicates share.
 struct PredicateInputs {
-  MarchInputs base;  ///< Volume, grid, bricks, step and cutaway.
+  MarchInputs base;  ///< Grid, bricks, step and cutaway; its voxels and table are not used.
 
-  const std::int16_t* codes[kMostChannels];  ///< Laid out as base.voxels.
+  const std::int16_t* codes[kMostChannels];  ///< CpuVolume::origin(), with base's strides.
   bool has_undefined[kMostChannels];
   const std::uint32_t* labels;  ///< Without borders; null: no leaf needs them.
   int label_row;
@@ -50,10 +55,19 @@ struct PredicateInputs {
 
   const PredicateAtom* atoms;
   std::uint32_t all_leaves;  ///< A bit for each.
+  int leaf_count;
+  std::int32_t order[32];  ///< In which leaves are tested: cheap ones first.
+  int cheap_leaves;        ///< The first ones, which are tested without asking whether they matter.
+  /// At leaf_count · known + i, bit b: with the leaves of the bits `known` true as in b, where all
+  /// others are 0, leaf i may decide the look. Null above kWeighedLeaves.
+  const std::uint64_t* matters;
   /// Looks by leaf bits; null above 12 leaves, then find_look() is asked.
   const PredicateLook* looks;
   void (*find_look)(const void* looks, std::uint32_t leaves, PredicateLook* out);
   const void* look_finder;
+  /// The same by columns, importance last, each of 8 · few_eights floats; null above kFewLeaves.
+  const float* few_looks;
+  int few_eights;
 
   /// Per brick: leaves true everywhere, and leaves to be tested. Null: test all.
   const std::int32_t* brick_sure;

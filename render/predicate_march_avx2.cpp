@@ -53,6 +53,29 @@ struct PredicateAvx2 : Avx2 {
     half = _mm_max_ps(half, _mm_movehl_ps(half, half));
     return _mm_cvtss_f32(_mm_max_ss(half, _mm_shuffle_ps(half, half, 1)));
   }
+  /// A bit for every value below 64 that some lane of a mask has.
+  static std::uint64_t present(I a, M m) {
+    const __m256i one = _mm256_and_si256(_mm256_castps_si256(m.v), _mm256_set1_epi32(1));
+    // Shifts by 32 and more, or by less than 0, leave nothing.
+    const __m256i low = _mm256_sllv_epi32(one, a.v);
+    const __m256i high = _mm256_sllv_epi32(one, _mm256_sub_epi32(a.v, _mm256_set1_epi32(32)));
+    const __m256i both =
+        _mm256_or_si256(_mm256_unpacklo_epi32(low, high), _mm256_unpackhi_epi32(low, high));
+    const __m128i half =
+        _mm_or_si128(_mm256_castsi256_si128(both), _mm256_extracti128_si256(both, 1));
+    const __m128i all = _mm_or_si128(half, _mm_unpackhi_epi64(half, half));
+    return static_cast<std::uint64_t>(_mm_cvtsi128_si64(all));
+  }
+  /// An entry of a table of eights of floats, aligned.
+  static F pick(const float* table, int eights, I at) {
+    F out = _mm256_permutevar8x32_ps(load(table), at.v);
+    const __m256i eighth = _mm256_srli_epi32(at.v, 3);
+    for (int e = 1; e < eights; ++e) {
+      const F here = _mm256_castsi256_ps(_mm256_cmpeq_epi32(eighth, _mm256_set1_epi32(e)));
+      out = _mm256_blendv_ps(out, _mm256_permutevar8x32_ps(load(table + 8 * e), at.v), here);
+    }
+    return out;
+  }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     F pair[4];
     for (int i = 0; i < 4; ++i) pair[i] = load_two(looks[i]->tint, looks[i + 4]->tint);

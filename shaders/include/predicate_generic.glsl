@@ -23,15 +23,13 @@ uvec4 leaf_texel(int leaf, int texel) {
 }
 vec4 leaf_numbers(int leaf, int texel) { return uintBitsToFloat(leaf_texel(leaf, texel)); }
 
-// slot: 0 the volume, else 1 + 4 texture + component.
+// slot: 0 the volume, else 1 + 2 texture + component.
 float code_of(vec4 texels[FEATURES], float volume, uint slot) {
   if (slot == 0u) return volume;
-  uint which = (slot - 1u) >> 2u;
+  uint which = (slot - 1u) >> 1u;
   vec4 texel = which == 0u ? texels[0] : which == 1u ? texels[1]
              : which == 2u ? texels[2] : texels[3];
-  uint component = (slot - 1u) & 3u;
-  vec2 pair = component < 2u ? texel.xy : texel.zw;
-  return (component & 1u) == 0u ? pair.x : pair.y;
+  return ((slot - 1u) & 1u) == 0u ? texel.x : texel.y;
 }
 
 bool is_within(float x, vec2 range) { return x >= range.x && x <= range.y; }

@@ -57,18 +57,19 @@ void blend(vec3 rgb, float opacity, float importance, float picture) {
 
 // spec::LeftOut::pay() of what has at most an importance.
 bool can_leave_out(float importance) {
+  if (!(importance > 0.0)) return true;
   float from = max(paid, light.importance);
-  if (importance > from) {
+  float rise = max(importance - from, 0.0);
 #ifdef LOG_IMPORTANCE
-    // No less than the formula, whose exponents are at most ln(1 + leave_out_for).
-    float cost = (importance - from) * (1.0 + leave_out_for) * (1.0 + 0.5 * leave_out_for);
+  // No less than the formula, whose exponents are at most ln(1 + leave_out_for).
+  float cost = rise * (1.0 + leave_out_for) * (1.0 + 0.5 * leave_out_for);
 #else
-    float cost = (importance - from) / max(light.importance, 1.0e-37);
+  float cost = rise / max(light.importance, 1.0e-37);
 #endif
-    if (!(spent_importance + cost <= leave_out_for)) return false;
-    spent_importance += cost;
-    paid = importance;
-  }
-  left_out = left_out || importance > 0.0;
+  float after = (left_out ? spent_importance : 2.0 * (1.0 - light.alpha)) + cost;
+  if (!(after <= leave_out_for)) return false;
+  left_out = true;
+  spent_importance = after;
+  paid = max(paid, importance);
   return true;
 }

@@ -20,7 +20,7 @@ uniform samplerBuffer opacity;  // Extinction per mm, what to add to reach the n
 uniform vec3 spacing_mm;
 
 #ifdef FEATURES
-uniform sampler3D features0;  // Codes of up to four features each.
+uniform sampler3D features0;  // Codes of up to two features each.
 #if FEATURES > 1
 uniform sampler3D features1;
 #endif

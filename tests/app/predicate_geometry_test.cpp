@@ -56,7 +56,10 @@ TEST(PredicateLayersTest, RefusesByName) {
   EXPECT_TRUE(refused(layers_text("{\"heights_mm\": [1, 2]}"), {"surfaces[0]", "16 numbers"}));
   EXPECT_TRUE(refused(layers_text("{}"), {"surfaces[0]", "heights_mm", "16 numbers"}));
   EXPECT_TRUE(refused(layers_text(flat_surface(1), ", \"colour\": 1"), {"colour"}));
-  EXPECT_TRUE(refused("{\"sonde_layers\": 2}", {"sonde_layers", "expected 1", "2"}));
+  EXPECT_TRUE(refused("{\"sonde_layers\": 0}", {"sonde_layers", "expected 1", "0"}));
+  EXPECT_TRUE(test::refuses(read_layers(written("bad_layers.json", "{\"sonde_layers\": 2}"), grid),
+                            ErrorCode::kUnsupportedData,
+                            {"sonde_layers", "version 1", "found 2", "a newer Sonde"}));
   EXPECT_TRUE(refused("{\"sonde_layers\": 1, \"axis\": 3}", {"axis", "0 to 2", "3"}));
   EXPECT_FALSE(read_layers(written("none.json", layers_text("")), grid)) << "no surface";
 }
@@ -97,6 +100,8 @@ TEST(PredicateScanLinesTest, RefusesByName) {
   EXPECT_NE(refusal("{\"sonde_scan_lines\": 1, \"planes\": []}").find("bad_lines.json"),
             std::string::npos);
   EXPECT_NE(refusal("{\"sonde_scan_lines\": 1, \"plane\": []}").find("no such member"),
+            std::string::npos);
+  EXPECT_NE(refusal("{\"sonde_scan_lines\": 2}").find("version 1, found 2, which a newer Sonde"),
             std::string::npos);
   EXPECT_FALSE(predicates.scan);
 }

@@ -80,5 +80,36 @@ TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
   EXPECT_EQ(scene.features.volumes.count(feature::kConfidence), 1U);
 }
 
+TEST(DerivedFeaturesTest, ConfidenceFollowsDirectionsPerVoxelAsItDoesOneForAll) {
+  const auto volume = tube();
+  const VoxelGrid& grid = volume->grid();
+  derived::DerivedVolumes service;
+  PredicateScene parallel = asking_for({"confidence"});
+  parallel.scan = ParallelScan{grid.at({0, 0, 0}), {{0, 1, 0}}};
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, {}, service, parallel)));
+  PredicateScene each = asking_for({"confidence"});
+  each.scan = VoxelScan{std::make_shared<const std::vector<Eigen::Vector3f>>(
+      grid.voxel_count(), Eigen::Vector3f(0, 2, 0))};
+  const auto refused = add_derived_features(volume, {}, service, each);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("no feature depth"));
+  std::vector<float> depth_mm;
+  for (int k = 0; k < 32; ++k) {
+    for (int j = 0; j < 32; ++j) depth_mm.insert(depth_mm.end(), 40, 0.5F * static_cast<float>(j));
+  }
+  each.features.volumes.emplace(feature::kDepth,
+                                *FeatureVolume::create(grid, depth_mm, feature::kDepth));
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, {}, service, each)));
+  const FeatureVolume& a = parallel.features.volumes.at(feature::kConfidence);
+  const FeatureVolume& b = each.features.volumes.at(feature::kConfidence);
+  double worst = 0;
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    worst = std::max(worst, std::abs(a.offset() + a.scale() * a.codes()->hu()[i] - b.offset() -
+                                     b.scale() * b.codes()->hu()[i]));
+  }
+  constexpr double kSolved = 2e-3;  // Twice what a solve may be off; directions of 16 bits.
+  EXPECT_LT(worst, kSolved);
+}
+
 }  // namespace
 }  // namespace nav::render
