@@ -37,6 +37,7 @@ class RegistrationBench {
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
   void measure_effort();
   Result<void> compare();
+  Result<void> measure_motion();
   void write(const std::vector<bench::Trial>& trials);
   [[nodiscard]] Json json() const;
 
@@ -46,6 +47,7 @@ class RegistrationBench {
   std::ofstream trials_;
   std::optional<bench::CohortSummary> development_, evaluation_;
   std::vector<bench::EffortPoint> curve_;
+  std::vector<bench::MotionPoint> motion_;
   std::optional<bench::PeerComparison> peer_;
 };
 
@@ -125,6 +127,28 @@ Result<void> RegistrationBench::compare() {
   return {};
 }
 
+Result<void> RegistrationBench::measure_motion() {
+  console_.begin("patients who breathe");
+  bench::MotionCurveOptions options;
+  options.first_seed = kDevelopmentSeed;
+  options.model = options_.model;
+  if (options_.quick) {
+    options.patients = 1;
+    options.duration_s = 8;
+    options.kinds = {sim::BreathingKind::kSmooth};
+    options.picture_strides = {2, 1};
+    options.harmonics = {1};
+  }
+  if (options_.patients > 0) options.patients = options_.patients;
+  auto points =
+      bench::measure_motion(options, [&](double fraction) { console_.progress(fraction); });
+  if (!points) return points.error();
+  console_.end();
+  motion_ = std::move(*points);
+  std::cout << bench::to_text(motion_) << std::flush;
+  return {};
+}
+
 /// At once: a long run can be looked at while it lasts.
 void RegistrationBench::write(const std::vector<bench::Trial>& trials) {
   if (trials_.is_open()) trials_ << bench::to_csv(trials) << std::flush;
@@ -151,6 +175,7 @@ Json RegistrationBench::json() const {
   json["summary_seeds"] = evaluation_ ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
   json["curve"] = json_of(curve_);
+  json["motion"] = json_of(motion_);
   json["peer"] = peer_ ? json_of(*peer_) : Json::array();
   return json;
 }
@@ -166,6 +191,9 @@ Result<void> RegistrationBench::run() {
     if (options_.evaluate) evaluation_ = judge("evaluation seeds", kEvaluationSeed);
   }
   if (wants("curve")) measure_effort();
+  if (wants("motion")) {
+    if (auto ok = measure_motion(); !ok) return ok;
+  }
   if (wants("peer")) {
     if (auto ok = compare(); !ok) return ok;
   }

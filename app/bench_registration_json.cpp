@@ -73,4 +73,21 @@ Json json_of(const std::vector<bench::EffortPoint>& points) {
   return rows;
 }
 
+Json json_of(const std::vector<bench::MotionPoint>& points) {
+  Json rows = Json::array();
+  for (const auto& p : points) {
+    rows.push_back({{"breathing", sim::to_string(p.kind)},
+                    {"pictures", p.pictures},
+                    {"harmonics", p.harmonics},
+                    {"trials", p.trials},
+                    {"supported", p.supported},
+                    {"common_mm", json_number(p.common_mm)},
+                    {"error_median_mm", json_number(p.error_median_mm)},
+                    {"error_worst_mm", json_number(p.error_worst_mm)},
+                    {"motion_cpu_s", json_number(p.motion_cpu_s)},
+                    {"motion_wall_s", json_number(p.motion_wall_s)}});
+  }
+  return rows;
+}
+
 }  // namespace nav::app

@@ -6,6 +6,7 @@
 
 #include "app/report.hpp"
 #include "bench/registration/effort_curve.hpp"
+#include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
 #include "bench/registration/summary.hpp"
 
@@ -15,5 +16,6 @@ namespace nav::app {
 Json json_of(const bench::CohortSummary& s);
 Json json_of(const bench::PeerComparison& comparison);
 Json json_of(const std::vector<bench::EffortPoint>& points);
+Json json_of(const std::vector<bench::MotionPoint>& points);
 
 }  // namespace nav::app

@@ -15,6 +15,7 @@ struct DeformableOptions {
   double bending = 3e-4;    ///< Weight of the bending energy against the cost, > 0.
   int max_iterations = 15;  ///< Of each fit, [1, 100].
   double ridge = 0.01;      ///< As ImageRegistrationOptions::ridge, > 0.
+  int threads = 2;          ///< [1, 64]; the result does not depend on it.
   /// Weight of a patch: this power of its contrast, [0, 3]. Flat patches are noise, which fits
   /// better wherever the CT has more structure and pulls the field there.
   double contrast_power = 1.5;
@@ -38,8 +39,12 @@ struct DeformableResult {
   /// Pictures that a fit of the others did not see: their mean cost without and with deformation.
   double held_out_rigid, held_out_deformed;
   double gain_sigmas;      ///< Their difference over its standard error.
-  double min_determinant;  ///< Of the fitted map, over the box.
-  int iterations;
+  double min_determinant;  ///< Of the fitted map, over the box; 1 where none was fitted.
+  /// No two points come nearer to each other than 1 − this share of their distance: below 1 the map
+  /// is one-to-one everywhere, see SplineField::gradient_bound(). 0 where none was fitted.
+  double max_gradient;
+  double bending_energy_mm;  ///< Of the field, see SplineField::bending().
+  int iterations;            ///< Of all fits.
 };
 
 /// Refines a rigid registration by a smooth displacement: LC² of each patch, which moves as a

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "registration/ct_channels.hpp"
 #include "registration/image_registration.hpp"
 #include "registration/patches.hpp"
@@ -14,13 +17,19 @@ struct MotionEvidence {
   PatchSet patches;
 };
 
-/// Both motions are smooth and have many unknowns: a middle level with many patches.
+/// A deformation is smooth and has many unknowns: a middle level with many patches.
 inline constexpr LevelOptions kMotionLevel{1.6, 9, 1500, 1.0};
 
-/// Errors: those of shadow_masks() and make_ct_channels().
+/// Patches of one level, those where the CT has structure at the pose where the level chooses
+/// evenly. Errors: those of shadow_masks() and make_ct_channels().
 Result<MotionEvidence> motion_evidence(const Volume& ct, const Sweep& sweep,
                                        const Transform<frames::Ct, frames::Reference>& pose,
                                        const ShadowMaskOptions& mask,
                                        const LevelOptions& level = kMotionLevel);
+
+/// The same of several levels, masked once.
+Result<std::vector<MotionEvidence>> motion_evidence(
+    const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& pose,
+    const ShadowMaskOptions& mask, std::span<const LevelOptions> levels);
 
 }  // namespace nav::registration

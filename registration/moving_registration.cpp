@@ -16,10 +16,11 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// A breath is longer than the fine level can see from the common pose. Some 50 patches for each
-// picture: with a dozen a motion could not be told from the noise of what it was fitted to.
-constexpr LevelOptions kCoarseLevel{4.0, 7, 3000, 1.0};
-constexpr LevelOptions kFineLevel{1.6, 9, 6000, 1.0};
+// A breath is longer than the fine level can see from the common pose. Patches spread evenly: those
+// of most contrast rule over all others, and put a patient who lies still millimetres off.
+constexpr std::array<LevelOptions, 2> kLevels = {
+    LevelOptions{2.4, 9, 3000, 1.0, PatchChoice::kEven},
+    LevelOptions{1.2, 9, 6000, 1.0, PatchChoice::kEven}};
 constexpr int kRestSteps = 64;
 constexpr double kRestHalfWidth = 1.0 / 6;
 // Farther off it is another minimum than the one that the phases were fitted about.
@@ -33,7 +34,7 @@ Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     if (std::isnan(phases[i])) continue;
     TrackedFrame tracked = sweep.frames()[i];
-    const PhaseMotion& judge = found.unseen[static_cast<std::size_t>(found.half[i])];
+    const PhaseMotion& judge = found.unseen[static_cast<std::size_t>(found.part[i])];
     tracked.reference_from_image =
         reference_from_ct * judge.ct_from_reference(phases[i]) * tracked.reference_from_image;
     still.push_back(std::move(tracked));
@@ -93,12 +94,10 @@ Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
                                         std::to_string(sweep.frames().size()) +
                                         " pictures, found " + std::to_string(phases.size())};
   }
-  const auto coarse = motion_evidence(ct, sweep, common, solver.mask, kCoarseLevel);
-  if (!coarse) return coarse.error();
-  const auto fine = motion_evidence(ct, sweep, common, solver.mask, kFineLevel);
-  if (!fine) return fine.error();
-  const std::array<PhaseLevel, 2> levels = {PhaseLevel{coarse->ct, coarse->patches},
-                                            PhaseLevel{fine->ct, fine->patches}};
+  const auto evidence = motion_evidence(ct, sweep, common, solver.mask, kLevels);
+  if (!evidence) return evidence.error();
+  std::vector<PhaseLevel> levels;
+  for (const MotionEvidence& level : *evidence) levels.push_back({level.ct, level.patches});
   auto found = refine_by_phase(levels, phases, common, fit);
   if (!found) return found.error();
   MovingRegistration moving{*found, found->motion, 0, {}, {}, 0};

@@ -2,69 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/pose_solver.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <ceres/ceres.h>
 #include <cmath>
 #include <optional>
 
-#include "nav/matrices.hpp"
 #include "registration/cost_solver.hpp"
+#include "registration/secant_curvature.hpp"
 
 namespace nav::registration {
 namespace {
 
 // A start that needs more than this from one level is in another basin.
 constexpr double kMaxTravelMm = 60;
-
-/// Gauss–Newton takes a patch that follows its noise for curvature: it is up to ten times stiffer
-/// than the cost, and steps fall short as often. The change of the exact gradient over the last
-/// step says what is too much (structured BFGS: Dennis, Martinez and Tapia 1989).
-class Curvature {
- public:
-  /// Gauss–Newton's Hessian corrected by what the steps so far have shown; positive definite where
-  /// that is.
-  Matrix6d corrected(const Vector6d& delta, const Vector6d& gradient, const Matrix6d& stiff) {
-    Matrix6d b = stiff + correction_;
-    if (known_) update(delta - delta_, gradient - gradient_, stiff, b);
-    known_ = true;
-    delta_ = delta;
-    gradient_ = gradient;
-    b = within(stiff, b);
-    correction_ = b - stiff;
-    return b;
-  }
-
- private:
-  static void update(const Vector6d& step, const Vector6d& change, const Matrix6d& stiff,
-                     Matrix6d& b) {
-    const Vector6d bs = b * step;
-    const double sbs = step.dot(bs);
-    const double sy = step.dot(change);
-    if (!(sbs > 0) || !(sy > kLeast * step.dot(stiff * step))) return;
-    b += change * change.transpose() / sy - bs * bs.transpose() / sbs;
-  }
-  /// b with its eigenvalues relative to the stiff Hessian held in [kLeast, 1].
-  static Matrix6d within(const Matrix6d& stiff, const Matrix6d& b) {
-    const Eigen::LLT<Matrix6d> llt(stiff);
-    if (llt.info() != Eigen::Success) return stiff;
-    const Matrix6d root = llt.matrixL();
-    const Matrix6d inner = root.triangularView<Eigen::Lower>().solve(b);
-    Matrix6d relative = root.triangularView<Eigen::Lower>().solve(inner.transpose());
-    relative = 0.5 * (relative + relative.transpose()).eval();
-    const auto eigen = eigenpairs(relative);
-    const Vector6d held = eigen.values.cwiseMax(kLeast).cwiseMin(1.0);
-    const Matrix6d vectors = root * eigen.vectors;
-    const Matrix6d out = vectors * held.asDiagonal() * vectors.transpose();
-    return out.allFinite() ? out : stiff;
-  }
-
-  static constexpr double kLeast = 0.05;
-  bool known_ = false;
-  Vector6d delta_ = Vector6d::Zero();
-  Vector6d gradient_ = Vector6d::Zero();
-  Matrix6d correction_ = Matrix6d::Zero();
-};
 
 /// Equation: R(δ)ᵀR(δ) = E(moved(start, c, δ)); 7 residuals, dimensionless; δ = [60 ω | t] mm.
 class TwistCost final : public ceres::SizedCostFunction<7, 6> {
@@ -121,8 +71,9 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
   Eigen::Vector3d centre_;
   int& non_finite_;
   mutable std::optional<Vector6d> tried_;
-  mutable CostTerms terms_;      // At tried_.
-  mutable Curvature curvature_;  // Ceres asks one thread for Jacobians, once for each step taken.
+  mutable CostTerms terms_;  // At tried_.
+  mutable SecantCurvature<6>
+      curvature_;  // Ceres asks one thread for Jacobians, once for each step taken.
 };
 
 }  // namespace

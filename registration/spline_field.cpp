@@ -107,6 +107,33 @@ double SplineField::min_determinant() const {
   return least;
 }
 
+double SplineField::gradient_bound() const {
+  double squares = 0;
+  const std::array<int, 3> stride = {1, size_[0], size_[0] * size_[1]};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double steepest = 0;
+    for (int n = 0; n < control_points(); ++n) {
+      const int place = n / stride[axis] % size_[axis];
+      const Eigen::Vector3d here = coefficients_.segment<3>(3 * n);
+      // Beyond the last there is nothing: the field fades to it.
+      const Eigen::Vector3d next =
+          place + 1 < size_[axis]
+              ? Eigen::Vector3d(coefficients_.segment<3>(3 * (n + stride[axis])))
+              : Eigen::Vector3d::Zero();
+      steepest = std::max(steepest, (next - here).norm());
+      if (place == 0) steepest = std::max(steepest, here.norm());
+    }
+    squares += steepest * steepest;
+  }
+  return std::sqrt(squares) / spacing_mm_;
+}
+
+double SplineField::bending_energy_mm() const {
+  using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  const Eigen::Map<const Points> c(coefficients_.data(), control_points(), 3);
+  return (c.array() * (bending() * c).array()).sum();
+}
+
 Eigen::SparseMatrix<double> SplineField::bending() const {
   // Pairs of second derivatives: xx, yy, zz once, xy, xz, yz twice; each product of three one
   // dimensional integrals has the scale h³ / h⁴.

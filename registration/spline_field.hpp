@@ -32,9 +32,17 @@ class SplineField {
   /// that folds has one <= 0.
   [[nodiscard]] double min_determinant() const;
 
+  /// Upper bound of |u(a) − u(b)| / |a − b| anywhere: the slope of a spline along an axis is a mean
+  /// of the differences of neighbouring coefficients over the spacing, and the three axes' bounds
+  /// add up in squares. Below 1 the map is one-to-one (a contraction moves no two points together).
+  [[nodiscard]] double gradient_bound() const;
+
   /// Sum of the squared second derivatives of all three components over space, mm, is
   /// coefficientsᵀ (bending ⊗ I₃) coefficients. Exact; symmetric, positive definite.
   [[nodiscard]] Eigen::SparseMatrix<double> bending() const;
+
+  /// That sum for this field.
+  [[nodiscard]] double bending_energy_mm() const;
 
   [[nodiscard]] int control_points() const { return size_[0] * size_[1] * size_[2]; }
   /// Three per control point.

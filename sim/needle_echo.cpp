@@ -60,20 +60,19 @@ void NeedleEcho::look(const Piece& piece, const ScanLine& ray, std::span<Nearest
   }
 }
 
-void NeedleEcho::add(int line, std::span<std::complex<float>> samples) const {
-  if (pieces_.empty()) return;
+void NeedleEcho::add(int line, std::span<const float> left,
+                     std::span<std::complex<float>> samples) const {
+  if (empty()) return;
+  NAV_CHECK(left.size() == samples.size(), left.size(), samples.size());
   const ScanLine ray = geometry_.line(line);
   std::vector<Nearest> best(samples.size(), Nearest{kSilent, 0, 0});
   for (const Piece& piece : pieces_) look(piece, ray, best);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Nearest& n = best[i];
     if (!(n.exponent < kSilent)) continue;
-    const double along = static_cast<double>(i) * geometry_.sample_mm();
     const double tip_boost = 1 + 1.5 * std::exp(-n.behind_tip_mm * n.behind_tip_mm / 2.0);
     const double amplitude = 0.12 * tip_boost * (0.15 + n.facing * n.facing);
-    const double loss = 2 * probe_.tgc_db_per_cm_mhz * probe_.frequency_mhz * along / 10.0;
-    samples[i] +=
-        static_cast<float>(amplitude * std::exp(-0.5 * n.exponent)) * amplitude_from_db(-loss);
+    samples[i] += static_cast<float>(amplitude * std::exp(-0.5 * n.exponent)) * left[i];
   }
 }
 

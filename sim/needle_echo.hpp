@@ -12,14 +12,17 @@
 namespace nav::sim {
 
 /// Echo of a needle in one picture: a thin bright line where the shaft lies within the slice,
-/// strongest where the beam meets it square, with a brighter tip. Private to sim/. Geometry and
-/// probe must outlive it. Thread-safe to read.
+/// strongest where the beam meets it square, with a brighter tip, weakened as any echo by the
+/// tissue in front of it. Private to sim/. Geometry and probe must outlive it. Thread-safe to read.
 class NeedleEcho {
  public:
   NeedleEcho(const NeedleShaft& needle, const Transform<frames::Ct, frames::Image>& ct_from_image,
              const ScanGeometry& geometry, const ProbeModel& probe);
-  /// Adds what a scan line receives, before depth gain. line: all samples.
-  void add(int line, std::span<std::complex<float>> samples) const;
+  /// No needle: nothing to add.
+  [[nodiscard]] bool empty() const { return pieces_.empty(); }
+  /// Adds what a scan line receives, before depth gain, to all its samples. left: amplitude that is
+  /// left of an echo from each after the way there and back, (0, 1].
+  void add(int line, std::span<const float> left, std::span<std::complex<float>> samples) const;
 
  private:
   /// A straight piece of the shaft, Image coordinates.

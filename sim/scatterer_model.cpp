@@ -67,11 +67,11 @@ class Model {
         layers_(make_layers()),
         way_(way_down(patient, geometry, probe, paths_, absorption_)) {}
 
-  std::vector<Complex> echoes() {
+  LineEchoes echoes() && {
     std::vector<Complex> raw(lines_ * n_);
     add_scatterers(raw);
     add_mirrors(raw);
-    return pulse_and_beam(raw, geometry_, probe_);
+    return {pulse_and_beam(raw, geometry_, probe_), std::move(way_.left)};
   }
 
  private:
@@ -322,10 +322,10 @@ class Model {
 
 }  // namespace
 
-std::vector<std::complex<float>> scatterer_echoes(
-    const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image,
-    const Warp* warp) {
+LineEchoes scatterer_echoes(const Anatomy& patient, const ScanGeometry& geometry,
+                            const ProbeModel& probe, std::uint64_t seed,
+                            const Transform<frames::Ct, frames::Image>& ct_from_image,
+                            const Warp* warp) {
   return Model(patient, geometry, probe, seed, ct_from_image, warp).echoes();
 }
 

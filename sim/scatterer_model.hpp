@@ -12,6 +12,13 @@
 
 namespace nav::sim {
 
+/// Echoes of all lines, one after the other, and the amplitude that is left of an echo from each
+/// sample after the way there and back.
+struct LineEchoes {
+  std::vector<std::complex<float>> echo;
+  std::vector<float> left;
+};
+
 /// The second acoustic model, built differently from the rays of UltrasoundSimulator. Private to
 /// sim/. Point scatterers, fixed in the tissue, are projected into beam coordinates with the phase
 /// of their range and convolved with pulse and beam (Gao et al., COLE, 2009); elevation is a weight
@@ -23,9 +30,9 @@ namespace nav::sim {
 /// Complex echoes of lines x samples before depth gain and noise, on the scale of the ray model.
 /// warp: where the tissue has gone, with its scatterers; nullptr: at rest. The same bytes for any
 /// number of threads.
-std::vector<std::complex<float>> scatterer_echoes(
-    const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-    std::uint64_t seed, const Transform<frames::Ct, frames::Image>& ct_from_image,
-    const Warp* warp);
+LineEchoes scatterer_echoes(const Anatomy& patient, const ScanGeometry& geometry,
+                            const ProbeModel& probe, std::uint64_t seed,
+                            const Transform<frames::Ct, frames::Image>& ct_from_image,
+                            const Warp* warp);
 
 }  // namespace nav::sim

@@ -44,7 +44,7 @@ struct UltrasoundSimulator::Tables {
                               int line) const;
   void sample_tissue(const RestPath& path, std::span<TissueSample> out) const;
   void echoes(const RestPath& path, int line, std::span<const TissueSample> tissue,
-              std::span<Complex> out) const;
+              std::span<float> kept, std::span<Complex> out) const;
   void blur_along(std::span<Complex> line) const;
   [[nodiscard]] std::vector<Complex> ray_echoes(const Transform<frames::Ct, frames::Image>& pose,
                                                 const NeedleEcho& needle, const Warp* warp) const;
@@ -138,10 +138,11 @@ void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
   }
 }
 
-/// tissue: all lines, one after the other.
+/// tissue: all lines, one after the other. kept: takes the amplitude that is left of an echo from
+/// each sample; may be empty.
 void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
                                          std::span<const TissueSample> tissue,
-                                         std::span<Complex> out) const {
+                                         std::span<float> kept, std::span<Complex> out) const {
   const std::size_t stride = tissue_samples();
   const auto row = [&](int l) {
     return tissue.subspan(static_cast<std::size_t>(std::clamp(l, 0, probe.lines - 1)) * stride,
@@ -184,7 +185,9 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
       signal += kInterfaceGain * std::min(0.5F, slope * step / (a.impedance + b.impedance)) *
                 directed * std::max(0.2F, roughness);
     }
-    out[i] = signal * passed * std::exp(static_cast<float>(-2 * std::numbers::ln10 / 20 * loss_db));
+    const float fading = std::exp(static_cast<float>(-2 * std::numbers::ln10 / 20 * loss_db));
+    out[i] = signal * passed * fading;
+    if (!kept.empty()) kept[i] = passed * fading;
     loss_db += step * (a.loss_db_per_mm + share * (b.loss_db_per_mm - a.loss_db_per_mm));
     passed *= 1 - reflection * reflection;
   }
@@ -279,22 +282,22 @@ ScanLineImage UltrasoundSimulator::envelope(
   const std::size_t n = t.samples();
   const bool rays = t.probe.model == AcousticModel::kRays;
   const NeedleEcho needle_echo(needle, ct_from_image, t.geometry, t.probe);
-  std::vector<Complex> echo =
-      rays ? t.ray_echoes(ct_from_image, needle_echo, warp)
+  const LineEchoes heard =
+      rays ? LineEchoes{t.ray_echoes(ct_from_image, needle_echo, warp), {}}
            : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image, warp);
   ScanLineImage image;
   image.lines = t.probe.lines;
   image.samples = t.geometry.samples();
   image.sample_mm = t.geometry.sample_mm();
-  image.amplitude.resize(echo.size());
+  image.amplitude.resize(heard.echo.size());
   tbb::parallel_for(0, image.lines, [&](int line) {
     const std::size_t first = static_cast<std::size_t>(line) * n;
     std::vector<Complex> sum(n);
     if (rays) {
-      sum = t.across(echo, line);
+      sum = t.across(heard.echo, line);
     } else {
-      std::copy_n(echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
-      needle_echo.add(line, sum);
+      std::copy_n(heard.echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
+      needle_echo.add(line, std::span(heard.left).subspan(first, n), sum);
     }
     if (t.probe.reverberation > 0) t.add_reverberation(sum);
     t.detect(sum, line, sequence, std::span(image.amplitude).subspan(first, n));
@@ -319,8 +322,9 @@ std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
   std::vector<Complex> echo(at(probe.lines) * n);
   tbb::parallel_for(0, probe.lines, [&](int line) {
     const auto out = std::span(echo).subspan(at(line) * n, n);
-    echoes(paths[at(line)], line, tissue, out);
-    needle.add(line, out);
+    std::vector<float> kept(needle.empty() ? 0 : n);
+    echoes(paths[at(line)], line, tissue, kept, out);
+    if (!needle.empty()) needle.add(line, kept, out);
     blur_along(out);
   });
   return echo;

@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/registration/motion_curve.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "bench/measure.hpp"
+#include "registration/moving_registration.hpp"
+#include "sim/ct_scanner.hpp"
+#include "sim/session/simulated_session.hpp"
+
+namespace nav::bench {
+namespace {
+
+using registration::Pose;
+
+constexpr double kStartMm = 5;
+constexpr double kStartRad = 0.07;
+
+/// A patient who breathes under the probe.
+struct MotionCase {
+  Volume ct;
+  Sweep sweep;
+  std::vector<double> phases;
+  Pose truth;  ///< At the end of expiration, as the CT was made.
+  std::vector<Point<frames::Ct>> targets;
+};
+
+Result<MotionCase> make_case(const MotionCurveOptions& options, sim::BreathingKind kind,
+                             std::uint64_t seed) {
+  sim::SimulatedSessionOptions session;
+  const auto patient = sim::make_patient(session.family, {seed, sim::Contrast::kPortal});
+  if (!patient) return patient.error();
+  session.seed = seed;
+  session.probe = patient->views.front().probe;
+  session.probe.model = options.model;
+  session.standard_view = true;
+  session.duration_s = options.duration_s;
+  session.frame_rate_hz = options.frame_rate_hz;
+  session.breathing.kind = kind;
+  session.breathing.period_s = options.period_s;
+  session.breathing.amplitude_mm *= options.breathing_mm / -session.breathing.amplitude_mm.z();
+  const auto made = sim::SimulatedSession::create(session, *patient);
+  if (!made) return made.error();
+  sim::CtOptions scan;
+  scan.seed = seed;
+  auto ct = sim::scan_ct(made->patient(), scan);
+  if (!ct) return ct.error();
+  std::vector<TrackedFrame> frames;
+  std::vector<double> phases;
+  const auto pictures = made->frames();
+  const Pose truth = made->ct_from_reference();
+  for (int i = 0; i < made->frame_count(); ++i) {
+    auto frame = pictures->next(Timestamp::max());
+    if (!frame) return frame.error();
+    const double breaths = to_seconds(frame->acquired - made->frame_time(0)) / options.period_s;
+    phases.push_back(breaths - std::floor(breaths));
+    frames.push_back(
+        {std::move(*frame), truth.inverse() * made->truth(i).ct_from_image, Duration{0}});
+  }
+  auto sweep = Sweep::create(std::move(frames), "simulated");
+  if (!sweep) return sweep.error();
+  return MotionCase{std::move(*ct), std::move(*sweep), std::move(phases), truth,
+                    made->patient().targets()};
+}
+
+/// Every so manieth picture.
+Result<Sweep> thinned(const MotionCase& all, int stride, std::vector<double>& phases) {
+  std::vector<TrackedFrame> frames;
+  for (std::size_t i = 0; i < all.phases.size(); i += static_cast<std::size_t>(stride)) {
+    frames.push_back(all.sweep.frames()[i]);
+    phases.push_back(all.phases[i]);
+  }
+  return Sweep::create(std::move(frames), "simulated");
+}
+
+double error_mm(const MotionCase& one, const Pose& found) {
+  double sum = 0;
+  for (const auto& target : one.targets) {
+    sum += (found * (one.truth.inverse() * target) - target).v.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(one.targets.size()));
+}
+
+/// What one setting gives on one case.
+struct MotionTrial {
+  double common_mm, cpu_s, wall_s;
+  std::optional<double> error_mm;
+};
+
+Result<MotionTrial> run(const MotionCase& one, int stride, int harmonics, int threads) {
+  std::vector<double> phases;
+  const auto sweep = thinned(one, stride, phases);
+  if (!sweep) return sweep.error();
+  registration::ImageRegistrationOptions solver;
+  solver.threads = threads;
+  registration::PhaseOptions fit;
+  fit.threads = threads;
+  fit.harmonics = harmonics;
+  const Eigen::Vector3d centre = (one.truth * sweep->centroid()).mm;
+  registration::Vector6d off;
+  off << kStartRad, 0, 0, 0, kStartMm, 0;
+  CollectingDiagnostics diagnostics;
+  const auto common = registration::register_sweep(
+      one.ct, *sweep, registration::moved(one.truth, centre, off), solver, diagnostics);
+  if (!common) return common.error();
+  MotionTrial trial{error_mm(one, common->ct_from_reference), process_time_s(), 0, {}};
+  const auto start = std::chrono::steady_clock::now();
+  const auto moving = registration::register_moving(
+      one.ct, *sweep, phases, common->ct_from_reference, fit, solver, diagnostics);
+  if (!moving) return moving.error();
+  trial.cpu_s = process_time_s() - trial.cpu_s;
+  trial.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (moving->at_rest) trial.error_mm = error_mm(one, moving->at_rest->ct_from_reference);
+  return trial;
+}
+
+Result<MotionPoint> measure(const std::vector<MotionCase>& cases, sim::BreathingKind kind,
+                            int stride, int harmonics, int threads) {
+  MotionPoint point{kind, 0, harmonics, 0, 0, 0, 0, 0, 0, 0};
+  std::vector<double> commons, errors, cpu, wall;
+  for (const MotionCase& one : cases) {
+    const auto trial = run(one, stride, harmonics, threads);
+    if (!trial) return trial.error();
+    point.pictures =
+        static_cast<int>((one.phases.size() - 1) / static_cast<std::size_t>(stride)) + 1;
+    ++point.trials;
+    commons.push_back(trial->common_mm);
+    cpu.push_back(trial->cpu_s);
+    wall.push_back(trial->wall_s);
+    if (trial->error_mm) errors.push_back(*trial->error_mm);
+  }
+  point.supported = static_cast<int>(errors.size());
+  point.common_mm = median(commons);
+  point.error_median_mm = median(errors);
+  point.error_worst_mm = errors.empty() ? std::nan("") : *std::ranges::max_element(errors);
+  point.motion_cpu_s = median(cpu);
+  point.motion_wall_s = median(wall);
+  return point;
+}
+
+}  // namespace
+
+Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& options,
+                                                const std::function<void(double)>& progress) {
+  std::vector<MotionPoint> points;
+  const auto settings = static_cast<double>(
+      options.kinds.size() * (options.picture_strides.size() + options.harmonics.size()));
+  double done = 0;
+  for (const sim::BreathingKind kind : options.kinds) {
+    std::vector<MotionCase> cases;
+    for (int i = 0; i < options.patients; ++i) {
+      auto one = make_case(options, kind, options.first_seed + static_cast<std::uint64_t>(i));
+      if (!one) return one.error();
+      cases.push_back(std::move(*one));
+    }
+    const auto add = [&](int stride, int harmonics) -> Result<void> {
+      auto point = measure(cases, kind, stride, harmonics, options.threads);
+      if (!point) return point.error();
+      points.push_back(*point);
+      if (progress) progress(++done / settings);
+      return {};
+    };
+    const int usual = registration::PhaseOptions().harmonics;
+    for (const int stride : options.picture_strides) {
+      if (auto ok = add(stride, usual); !ok) return ok.error();
+    }
+    for (const int harmonics : options.harmonics) {
+      if (harmonics == usual) continue;
+      if (auto ok = add(options.picture_strides.back(), harmonics); !ok) return ok.error();
+    }
+  }
+  return points;
+}
+
+std::string to_text(const std::vector<MotionPoint>& points) {
+  std::ostringstream text;
+  text
+      << std::fixed << std::setprecision(2)
+      << "\nbreathing: RMS error over the targets at the end of expiration, mm; processor and wall "
+         "s of the motion\n";
+  for (const MotionPoint& p : points) {
+    text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right
+         << std::setw(5) << p.pictures << " pictures, harmonics " << p.harmonics << ": supported "
+         << p.supported << '/' << p.trials << ", common pose " << p.common_mm << ", at rest median "
+         << p.error_median_mm << ", worst " << p.error_worst_mm << "; " << p.motion_cpu_s << ", "
+         << p.motion_wall_s << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace nav::bench

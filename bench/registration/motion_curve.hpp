@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "nav/result.hpp"
+#include "sim/motion/breathing.hpp"
+#include "sim/probe_model.hpp"
+
+namespace nav::bench {
+
+/// A setting of the refinement of sweeps of patients who breathe: run time against error at rest.
+struct MotionPoint {
+  sim::BreathingKind kind;
+  int pictures;  ///< Evenly chosen of the sweep's.
+  int harmonics;
+  int trials;
+  int supported;           ///< Where the pictures say that the patient moves.
+  double common_mm;        ///< Median error of the common pose at the targets, RMS of each trial.
+  double error_median_mm;  ///< Likewise of the pose at rest, of the supported; NaN without.
+  double error_worst_mm;
+  double motion_cpu_s;   ///< Median processor time of register_moving(), its preparation included.
+  double motion_wall_s;  ///< The same by the clock.
+};
+
+struct MotionCurveOptions {
+  std::uint64_t first_seed = 1;
+  int patients = 2;
+  sim::AcousticModel model = sim::AcousticModel::kRays;
+  std::vector<sim::BreathingKind> kinds{sim::BreathingKind::kRigid, sim::BreathingKind::kAffine,
+                                        sim::BreathingKind::kSmooth};
+  double breathing_mm = 8;  ///< Towards the feet, mean.
+  double period_s = 4;
+  double duration_s = 16;
+  double frame_rate_hz = 15;
+  std::vector<int> picture_strides{4, 2, 1};  ///< With the usual harmonics.
+  std::vector<int> harmonics{1, 2, 3};        ///< With the last of the strides.
+  int threads = 2;
+};
+
+/// Common pose from 5 mm off the truth, then the motion with the breath by its mean period.
+/// Errors: those of the simulator, register_sweep() and register_moving().
+Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& options,
+                                                const std::function<void(double)>& progress = {});
+
+std::string to_text(const std::vector<MotionPoint>& points);
+
+}  // namespace nav::bench

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "nav/matrices.hpp"
+
+namespace nav::registration {
+
+/// Gauss–Newton takes a patch that follows its noise for curvature: it is up to ten times stiffer
+/// than the cost, and steps fall short as often. The change of the exact gradient over the last
+/// step says what is too much (structured BFGS: Dennis, Martinez and Tapia 1989). N parameters, or
+/// Eigen::Dynamic.
+template <int N>
+class SecantCurvature {
+ public:
+  using Vector = Eigen::Matrix<double, N, 1>;
+  using Matrix = Eigen::Matrix<double, N, N>;
+
+  /// Gauss–Newton's Hessian corrected by what the steps so far have shown; positive definite where
+  /// that is.
+  Matrix corrected(const Vector& delta, const Vector& gradient, const Matrix& stiff) {
+    Matrix b = stiff;
+    if (known_) {
+      b += correction_;
+      update(delta - delta_, gradient - gradient_, stiff, b);
+      b = within(stiff, b);
+    }
+    known_ = true;
+    delta_ = delta;
+    gradient_ = gradient;
+    correction_ = b - stiff;
+    return b;
+  }
+
+ private:
+  static void update(const Vector& step, const Vector& change, const Matrix& stiff, Matrix& b) {
+    const Vector bs = b * step;
+    const double sbs = step.dot(bs);
+    const double sy = step.dot(change);
+    if (!(sbs > 0) || !(sy > kLeast * step.dot(stiff * step))) return;
+    b += change * change.transpose() / sy - bs * bs.transpose() / sbs;
+  }
+  /// b with its eigenvalues relative to the stiff Hessian held in [kLeast, 1].
+  static Matrix within(const Matrix& stiff, const Matrix& b) {
+    const Eigen::LLT<Matrix> llt(stiff);
+    if (llt.info() != Eigen::Success) return stiff;
+    const Matrix root = llt.matrixL();
+    const Matrix inner = root.template triangularView<Eigen::Lower>().solve(b);
+    Matrix relative = root.template triangularView<Eigen::Lower>().solve(inner.transpose());
+    relative = 0.5 * (relative + relative.transpose()).eval();
+    const auto eigen = eigenpairs<N>(relative);
+    const Vector held = eigen.values.cwiseMax(kLeast).cwiseMin(1.0);
+    const Matrix vectors = root * eigen.vectors;
+    const Matrix out = vectors * held.asDiagonal() * vectors.transpose();
+    return out.allFinite() ? out : stiff;
+  }
+
+  static constexpr double kLeast = 0.05;
+  bool known_ = false;
+  Vector delta_, gradient_;
+  Matrix correction_;
+};
+
+}  // namespace nav::registration
