@@ -416,7 +416,8 @@ void CommandLine::add_simulate() {
   verb->add_option("--family", o.family, "of patients")->capture_default_str();
   verb->add_option("--seed", o.seed, "which patient, room, hand and breath")->capture_default_str();
   verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
-  verb->add_option("--length-mm", o.length_mm, "of the slide")->capture_default_str();
+  verb->add_option("--length-mm", o.length_mm, "of the slide; 0: 60 convex, 40 linear, 16 sector")
+      ->capture_default_str();
   verb->add_option("--angle-deg", o.angle_deg, "of the swing")->capture_default_str();
   verb->add_option("--probe", o.probe,
                    "standard (the family's own, in its usual view), convex, linear or sector")

@@ -14,6 +14,7 @@
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
 #include "registration/acceptance.hpp"
+#include "registration/skin_search.hpp"
 
 namespace nav::app {
 namespace {
@@ -193,6 +194,25 @@ Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibratio
   return Sweep::create(std::move(frames), calibration_id);
 }
 
+/// From the start that was given; without one all over the body, or from the centre rule where the
+/// CT shows no skin that the sweep fits on.
+Result<registration::ImageRegistrationResult> register_from(
+    const Placement& start, const Volume& ct, const Sweep& sweep,
+    const registration::ImageRegistrationOptions& solver, Console& console) {
+  const auto progress = [&](double fraction) {
+    console.progress(fraction);
+    return true;
+  };
+  if (start.kind == "centred") {
+    auto found = registration::register_on_skin(ct, sweep, solver, {}, console, progress);
+    if (found || found.error().code != ErrorCode::kRefused) return found;
+    console.report(Severity::kWarning, "register",
+                   found.error().message + "; the search begins from: " + start.statement);
+  }
+  return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, solver, console,
+                                      progress);
+}
+
 }  // namespace
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
@@ -243,20 +263,13 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (ground->landmarks) {
     start->placement.ct_from_reference = ground->landmarks->fit.ct_from_reference;
     start->kind = "landmarks";
-  } else if (start->kind == "centred") {
-    console.report(Severity::kWarning, "register",
-                   "no start pose was given; the search begins from: " + start->statement);
   }
   const auto sweep = read_sweep(*session, config.source.plus_config.string());
   if (!sweep) return sweep.error();
 
   console.begin("registration");
   const auto& initial = start->placement.ct_from_reference;
-  const auto result = registration::register_sweep(*ground->ct, *sweep, initial, solver, console,
-                                                   [&](double fraction) {
-                                                     console.progress(fraction);
-                                                     return true;
-                                                   });
+  const auto result = register_from(*start, *ground->ct, *sweep, solver, console);
   if (!result) return result.error();
   const Point<frames::Ct> target = options.target_ct
                                        ? Point<frames::Ct>{*options.target_ct}

@@ -29,6 +29,20 @@ Result<sim::ProbeModel> probe_of(const SimulateOptions& options, const sim::Pati
   return probe;
 }
 
+/// A convex probe is led over an organ, a linear one along a part of the neck or a limb, a sector
+/// probe within a craniotomy.
+double usual_length_mm(sim::ProbeKind probe) {
+  switch (probe) {
+    case sim::ProbeKind::kConvex:
+      return 60;
+    case sim::ProbeKind::kLinear:
+      return 40;
+    case sim::ProbeKind::kSector:
+      return 16;
+  }
+  return 0;
+}
+
 Duration milliseconds_of(double ms) { return from_seconds(1e-3 * ms); }
 
 /// A picture that is stamped late arrives no earlier than its stamp.
@@ -83,7 +97,7 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.family = options.family;
   out.seed = options.seed;
   out.path.kind = *path;
-  out.path.length_mm = options.length_mm;
+  out.path.length_mm = options.length_mm > 0 ? options.length_mm : usual_length_mm(probe->kind);
   out.path.angle_rad = options.angle_deg * kRadPerDegree;
   out.duration_s = options.duration_s;
   out.frame_rate_hz = options.frame_rate_hz;

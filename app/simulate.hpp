@@ -18,7 +18,7 @@ struct SimulateOptions {
   std::string family = "abdomen";
   std::uint64_t seed = 1;
   std::string path = "sweep";  ///< sweep, fan, rock or tilt.
-  double length_mm = 60;       ///< Of a slide.
+  double length_mm = 0;        ///< Of a slide; 0: what the probe is usually led over.
   double angle_deg = 50;       ///< Of a swing.
   /// The family's own in its standard view; convex, linear or sector, held where the way is free.
   std::string probe = "standard";

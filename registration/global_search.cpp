@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include "registration/starts.hpp"
 
@@ -26,6 +28,8 @@ constexpr std::size_t kSolvedPerRound = 8;
 constexpr double kShrink = 0.4;
 constexpr std::size_t kFinished = 4;
 constexpr double kSameMm = 4;
+// Of poses all over the body many more are solved: the right one need not be among the cheapest.
+constexpr std::size_t kSolvedPlaces = 400;
 // Found poses are refined on other levels: a few tenths of a millimetre are near enough.
 constexpr double kTolerance = 3e-4;
 
@@ -38,10 +42,9 @@ bool cheaper(const Ranked& a, const Ranked& b) { return a.cost < b.cost; }
 
 class Search {
  public:
-  Search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
-         const SearchOptions& options, const std::function<bool()>& keep_going, int& non_finite)
+  Search(const Lc2Cost& cost, const SweepPoints& points, const SearchOptions& options,
+         const std::function<bool()>& keep_going, int& non_finite)
       : cost_(cost),
-        initial_(initial),
         points_(points),
         options_(options),
         keep_going_(keep_going),
@@ -49,21 +52,28 @@ class Search {
         screen_patches_(screen_of(cost.patches())),
         screen_(cost.on(screen_patches_)) {}
 
-  std::vector<Found> run() {
-    found_.push_back({solve(cost_, initial_, options_.max_iterations), true});
+  std::vector<Found> run(const Pose& initial) {
+    found_.push_back({solve(cost_, initial, options_.max_iterations), true});
     if (options_.starts == 0 || stopped()) return std::move(found_);
     const auto twists =
         spread_twists(options_.starts, options_.range_rad, options_.range_mm, options_.seed);
     const auto first = std::min<std::size_t>(kFirstStarts, twists.size());
-    rank({twists.begin(), twists.begin() + static_cast<std::ptrdiff_t>(first)}, initial_);
+    rank({twists.begin(), twists.begin() + static_cast<std::ptrdiff_t>(first)}, initial);
     learn_limit();
     if (screen_.cost(found_[0].solution.pose).cost <= clear_) return std::move(found_);
-    rank({twists.begin() + static_cast<std::ptrdiff_t>(first), twists.end()}, initial_);
+    rank({twists.begin() + static_cast<std::ptrdiff_t>(first), twists.end()}, initial);
     solve_best(kSolvedStarts);
-    double shrink = kShrink;
-    for (int round = 0; round < kRounds && !clear() && !stopped(); ++round, shrink *= kShrink) {
-      search_about_best(shrink, static_cast<std::uint64_t>(round));
-    }
+    search_about(options_.range_rad, options_.range_mm);
+    finish();
+    return std::move(found_);
+  }
+
+  std::vector<Found> run_among(const std::vector<Pose>& poses, double spacing_mm) {
+    rank(poses);
+    learn_limit();
+    solve_best(kSolvedPlaces);
+    // What neighbours of a pose leave between them, twice.
+    search_about(spacing_mm / kRotationScaleMm / kShrink, spacing_mm / kShrink);
     finish();
     return std::move(found_);
   }
@@ -91,12 +101,25 @@ class Search {
 
   void rank(const std::vector<Vector6d>& twists, const Pose& about) {
     const Eigen::Vector3d centre = (about * points_.centroid).mm;
-    for (const Vector6d& twist : twists) {
-      const Pose pose = moved(about, centre, twist);
-      const CostTerms terms = screen_.cost(pose);
-      non_finite_ = std::max(non_finite_, terms.non_finite);
-      ranked_.push_back({terms.cost, pose});
-    }
+    std::vector<Pose> poses;
+    for (const Vector6d& twist : twists) poses.push_back(moved(about, centre, twist));
+    rank(poses);
+  }
+
+  /// Poses side by side: one alone is too little work to be shared.
+  void rank(const std::vector<Pose>& poses) {
+    const std::size_t first = ranked_.size();
+    for (const Pose& pose : poses) ranked_.push_back({0, pose});
+    std::vector<int> non_finite(poses.size(), 0);
+    tbb::task_arena arena(options_.threads);
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+        const CostTerms terms = screen_.cost(poses[i]);
+        ranked_[first + i].cost = terms.cost;
+        non_finite[i] = terms.non_finite;
+      });
+    });
+    for (const int count : non_finite) non_finite_ = std::max(non_finite_, count);
   }
 
   /// What a cost must be below to be no chance.
@@ -135,15 +158,21 @@ class Search {
     solved_ = std::move(kept);
   }
 
-  void search_about_best(double shrink, std::uint64_t round) {
+  /// Rounds in ever smaller boxes about the best.
+  void search_about(double range_rad, double range_mm) {
+    double shrink = kShrink;
+    for (int round = 0; round < kRounds && !clear() && !stopped(); ++round, shrink *= kShrink) {
+      search_about_best(shrink * range_rad, shrink * range_mm, static_cast<std::uint64_t>(round));
+    }
+  }
+
+  void search_about_best(double range_rad, double range_mm, std::uint64_t round) {
     const std::vector<Ranked> centres(
         solved_.begin(),
         solved_.begin() + static_cast<std::ptrdiff_t>(std::min(kCentres, solved_.size())));
     std::uint64_t seed = options_.seed + 17 * (round + 1);
     for (const Ranked& centre : centres) {
-      rank(spread_twists(kStartsPerCentre, shrink * options_.range_rad, shrink * options_.range_mm,
-                         ++seed),
-           centre.pose);
+      rank(spread_twists(kStartsPerCentre, range_rad, range_mm, ++seed), centre.pose);
     }
     solve_best(kSolvedPerRound);
   }
@@ -159,7 +188,6 @@ class Search {
   }
 
   const Lc2Cost& cost_;
-  const Pose& initial_;
   const SweepPoints& points_;
   const SearchOptions& options_;
   const std::function<bool()>& keep_going_;
@@ -177,7 +205,14 @@ class Search {
 std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
                           const SearchOptions& options, const std::function<bool()>& keep_going,
                           int& non_finite) {
-  return Search(cost, initial, points, options, keep_going, non_finite).run();
+  return Search(cost, points, options, keep_going, non_finite).run(initial);
+}
+
+std::vector<Found> search_among(const Lc2Cost& cost, const std::vector<Pose>& poses,
+                                double spacing_mm, const SweepPoints& points,
+                                const SearchOptions& options,
+                                const std::function<bool()>& keep_going, int& non_finite) {
+  return Search(cost, points, options, keep_going, non_finite).run_among(poses, spacing_mm);
 }
 
 }  // namespace nav::registration

@@ -17,6 +17,7 @@ struct SearchOptions {
   double range_rad = 0;     ///< Half width of the box of rotation vectors.
   int max_iterations = 30;  ///< Of a solve.
   std::uint64_t seed = 1;
+  int threads = 1;  ///< 1 to 64; the result does not depend on it.
 };
 
 /// A pose that the search ended in.
@@ -33,5 +34,12 @@ struct Found {
 std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
                           const SearchOptions& options, const std::function<bool()>& keep_going,
                           int& non_finite);
+
+/// The same among given poses that lie about spacing_mm apart, instead of seeded starts about one:
+/// ranked, solved, searched about. Best first; empty where there are none.
+std::vector<Found> search_among(const Lc2Cost& cost, const std::vector<Pose>& poses,
+                                double spacing_mm, const SweepPoints& points,
+                                const SearchOptions& options,
+                                const std::function<bool()>& keep_going, int& non_finite);
 
 }  // namespace nav::registration

@@ -146,8 +146,9 @@ bool Registrar::keep_going() {
 /// First level: the plain solve, and a search where that is not clearly right.
 void Registrar::solve_starts(const Level& level) {
   const auto start = std::chrono::steady_clock::now();
-  const SearchOptions box{options_.starts, options_.start_range_mm, options_.start_range_rad,
-                          options_.max_iterations, options_.seed};
+  const SearchOptions box{
+      options_.starts,         options_.start_range_mm, options_.start_range_rad,
+      options_.max_iterations, options_.seed,           options_.threads};
   for (Found& found : search(
            level.cost, initial_, points_, box, [this] { return keep_going(); }, non_finite_)) {
     const PoseSolution& solution = found.solution;

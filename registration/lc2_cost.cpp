@@ -14,6 +14,8 @@ namespace {
 
 // Fixed, so that the order of the sum does not depend on the threads.
 constexpr std::size_t kPatchesPerChunk = 32;
+// Threads cost more than they save below: some 0.1 ms of work.
+constexpr std::size_t kLeastParallelPatches = 400;
 
 }  // namespace
 
@@ -60,7 +62,7 @@ void Lc2Cost::for_each_chunk(const Visit& visit) const {
   const auto run = [&](std::size_t chunk) {
     visit(chunk, chunk * kPatchesPerChunk, std::min((chunk + 1) * kPatchesPerChunk, n));
   };
-  if (threads_ == 1 || chunks < 2) {
+  if (threads_ == 1 || n < kLeastParallelPatches) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     return;
   }

@@ -7,13 +7,12 @@
 #include <sstream>
 
 #include "registration/assessment.hpp"
+#include "registration/picture_outline.hpp"
 
 namespace nav::registration {
 namespace {
 
 constexpr const char* kSource = "registration";
-// c.4: scale space of both pictures for samples one step apart.
-constexpr double kSigmaPerStep = 0.75;
 // Room around the sweep for the way that a solve travels.
 constexpr double kTravelMm = 12;
 
@@ -46,18 +45,19 @@ Result<PreparedCt> PreparedCt::create(const Volume& ct, const ImageRegistrationO
   CtBox box = region.value_or(CtBox{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
   if (!region) box = box_of(ct.grid());
   for (const LevelOptions& level : options.levels) {
-    auto channels = make_ct_channels(ct, box, kSigmaPerStep * level.sample_step_mm);
+    auto channels = make_ct_channels(ct, box, sigma_of(level.sample_step_mm));
     if (!channels) return channels.error();
     prepared.levels_.push_back(std::make_shared<const CtChannels>(std::move(*channels)));
   }
   return prepared;
 }
 
-Result<PreparedSweep> PreparedSweep::create(const Sweep& sweep,
+Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
                                             const ImageRegistrationOptions& options,
                                             Diagnostics& diagnostics,
                                             const std::function<bool()>& keep_going) {
   if (const auto ok = validate(options); !ok) return ok.error();
+  const Sweep sweep = with_outline(as_recorded);
   const auto masks = shadow_masks(sweep, options.mask);
   if (!masks) return masks.error();
   PreparedSweep prepared;
@@ -69,7 +69,7 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& sweep,
     }
     const auto start = std::chrono::steady_clock::now();
     const LevelOptions& level = options.levels[i];
-    PatchSet patches = make_patches(sweep, *masks, level, kSigmaPerStep * level.sample_step_mm);
+    PatchSet patches = make_patches(sweep, *masks, level, sigma_of(level.sample_step_mm));
     const std::size_t found = patches.patches.size();
     if (found >= kMinPatches && !prepared.points_.points.empty()) {
       prepared.levels_.push_back({i, level, std::move(patches), seconds_since(start)});

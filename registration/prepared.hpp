@@ -16,6 +16,9 @@
 
 namespace nav::registration {
 
+/// Scale space of both pictures for samples one step apart, mm.
+constexpr double sigma_of(double sample_step_mm) { return 0.75 * sample_step_mm; }
+
 /// The CT as every registration to it sees it, on all levels. Copies share the channels;
 /// thread-safe to read.
 class PreparedCt {

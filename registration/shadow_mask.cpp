@@ -11,6 +11,8 @@
 #include <sstream>
 #include <string>
 
+#include "registration/picture_outline.hpp"
+
 namespace nav::registration {
 namespace {
 
@@ -175,35 +177,14 @@ std::vector<int> line_ends(const std::vector<float>& means, const std::vector<in
   return ends;
 }
 
-/// 1 where a sweep without an outline never shows anything, as far as that is connected to the
-/// picture's border: around a sector there is no echo, and its edge is none either. Black that is
-/// enclosed may be a vessel.
-std::vector<std::uint8_t> never_lit(const Sweep& sweep) {
-  constexpr std::uint8_t kNothing = 2;  // What lossy compression leaves of black.
+/// Where a sweep without an outline shows nothing, wider by the pixels of the edge, which are half
+/// lit.
+std::vector<std::uint8_t> outside_of(const Sweep& sweep) {
   const Image2d<std::uint8_t>& first = sweep.frames().front().frame.pixels;
-  cv::Mat dark(first.height(), first.width(), CV_8U, cv::Scalar(1));
-  for (const auto& tracked : sweep.frames()) {
-    const auto pixels = tracked.frame.pixels.pixels();
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (pixels[i] > kNothing) dark.data[i] = 0;
-    }
-  }
-  cv::Mat parts;
-  const int count = cv::connectedComponents(dark, parts, 4, CV_32S);
-  std::vector<bool> at_border(static_cast<std::size_t>(count), false);
-  const auto mark = [&](int row, int column) {
-    at_border[static_cast<std::size_t>(parts.at<int>(row, column))] = true;
-  };
-  for (int row = 0; row < dark.rows; ++row) mark(row, 0), mark(row, dark.cols - 1);
-  for (int column = 0; column < dark.cols; ++column) mark(0, column), mark(dark.rows - 1, column);
-  for (int row = 0; row < dark.rows; ++row) {
-    for (int column = 0; column < dark.cols; ++column) {
-      const auto part = static_cast<std::size_t>(parts.at<int>(row, column));
-      if (!at_border[part]) dark.at<std::uint8_t>(row, column) = 0;
-    }
-  }
-  cv::Mat wider;  // By the pixels of the edge, which are half lit.
-  cv::dilate(dark, wider, cv::Mat::ones(3, 3, CV_8U));
+  std::vector<std::uint8_t> dark = never_lit(sweep);
+  const cv::Mat narrow(first.height(), first.width(), CV_8U, dark.data());
+  cv::Mat wider;
+  cv::dilate(narrow, wider, cv::Mat::ones(3, 3, CV_8U));
   return {wider.datastart, wider.dataend};
 }
 
@@ -270,7 +251,7 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
 
   const std::vector<std::uint8_t> outside =
-      first.outline ? std::vector<std::uint8_t>() : never_lit(sweep);
+      first.outline ? std::vector<std::uint8_t>() : outside_of(sweep);
   std::vector<Image2d<std::uint8_t>> masks;
   masks.reserve(frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) {

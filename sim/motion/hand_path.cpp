@@ -94,16 +94,21 @@ HandPath::HandPath(const Pose& middle, const HandPathOptions& options)
   NAV_CHECK(ok.has_value(), ok.has_value() ? "" : ok.error().message);
 }
 
+HandPath::HandPath(const Anatomy& patient, const Pose& middle, const HandPathOptions& options)
+    : HandPath(middle, options) {
+  skin_.emplace(patient, middle, 0.5 * options.length_mm);
+}
+
 HandPath::Pose HandPath::steady(Timestamp time) const {
   const double share =
       smooth_step(to_seconds(time - options_.begin) / to_seconds(options_.end - options_.begin));
   const double way = share - 0.5;
-  Vec shift = Vec::Zero();
+  double slide_mm = 0;
   Vec axis = Vec::UnitX();
   double angle = 0;
   switch (options_.kind) {
     case HandPathKind::kSweep:
-      shift.z() = way * options_.length_mm;
+      slide_mm = way * options_.length_mm;
       break;
     case HandPathKind::kFan:
       angle = way * options_.angle_rad;
@@ -113,13 +118,14 @@ HandPath::Pose HandPath::steady(Timestamp time) const {
       angle = way * options_.angle_rad;
       break;
     case HandPathKind::kTilt:
-      shift.z() = way * options_.length_mm;
+      slide_mm = way * options_.length_mm;
       angle = 0.5 * options_.angle_rad * std::sin(2 * std::numbers::pi * way);
       break;
   }
-  const Transform<frames::Image, frames::Image> step(
-      Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), shift);
-  return middle_ * step;
+  using Step = Transform<frames::Image, frames::Image>;
+  const Pose there = skin_ ? skin_->at(slide_mm)
+                           : middle_ * Step(Eigen::Quaterniond::Identity(), {0, 0, slide_mm});
+  return there * Step(Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), Vec::Zero());
 }
 
 HandPath::Pose HandPath::at(Timestamp time) const {

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "nav/result.hpp"
 #include "nav/time.hpp"
 #include "nav/transform.hpp"
+#include "sim/motion/skin_track.hpp"
 
 namespace nav::sim {
 
@@ -53,12 +55,15 @@ struct HandWobble {
 };
 HandWobble wobble_at(const HandTremor& tremor, Timestamp time);
 
-/// A freehand path about a pose that it passes half way. Closed form in time; thread-safe.
+/// A freehand path about a pose that it passes half way. Closed form in time, but for the skin;
+/// thread-safe.
 class HandPath {
  public:
   using Pose = Transform<frames::Ct, frames::Image>;
   /// Precondition: validate(options), otherwise a Bug.
   HandPath(const Pose& middle, const HandPathOptions& options);
+  /// The same on the skin of a patient, which a slide follows.
+  HandPath(const Anatomy& patient, const Pose& middle, const HandPathOptions& options);
   [[nodiscard]] const HandPathOptions& options() const { return options_; }
   /// The path without the hand's wobble.
   [[nodiscard]] Pose steady(Timestamp time) const;
@@ -67,6 +72,7 @@ class HandPath {
  private:
   Pose middle_;
   HandPathOptions options_;
+  std::optional<SkinTrack> skin_;  ///< Absent: slides are straight.
 };
 
 }  // namespace nav::sim

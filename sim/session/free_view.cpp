@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/session/free_view.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <string>
 
 namespace nav::sim {
@@ -52,7 +52,32 @@ Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, d
   return {Eigen::Quaterniond(axes).normalized(), skin + press_mm * into};
 }
 
+/// Out of the patient, over the footprint of a probe.
+Vec outward(const Anatomy& patient, const Vec& skin) {
+  constexpr double kFootprintMm = 15;
+  Vec slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec step = kFootprintMm * Vec::Unit(axis);
+    slope[axis] = patient.skin_distance_mm({skin + step}) - patient.skin_distance_mm({skin - step});
+  }
+  return slope.normalized();
+}
+
+double lean_rad(const Anatomy& patient, const Vec& skin, const Vec& into) {
+  return std::acos(std::clamp(-into.dot(outward(patient, skin)), -1.0, 1.0));
+}
+
 }  // namespace
+
+std::optional<Transform<frames::Ct, frames::Image>> settled(
+    const Anatomy& patient, const Transform<frames::Ct, frames::Image>& view, double press_mm) {
+  constexpr double kBackMm = 20;
+  const Vec into = view.rotation() * Vec::UnitY();
+  // From inside along the beam outwards.
+  const auto skin = skin_along(patient, view.translation_mm() + kBackMm * into, -into);
+  if (!skin || lean_rad(patient, *skin, into) > kMostLeanRad) return std::nullopt;
+  return Transform<frames::Ct, frames::Image>(view.rotation(), *skin + press_mm * into);
+}
 
 Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, double press_mm) {
   const auto targets = patient.targets();
@@ -70,9 +95,10 @@ Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, d
       const auto skin = skin_along(patient, centre, out);
       if (!skin) continue;
       const Vec side = out.cross(Vec::UnitZ()).normalized();
-      // As free as possible first; among the free the shortest way.
+      // As free as possible first, held as it can be; among these the shortest way.
+      const double too_far = std::max(lean_rad(patient, *skin, -out) - kMostLeanRad, 0.0);
       const double score =
-          blocked_share(patient, *skin, centre, side) + 2e-4 * (*skin - centre).norm();
+          blocked_share(patient, *skin, centre, side) + too_far + 2e-4 * (*skin - centre).norm();
       if (score >= best) continue;
       best = score;
       view = looking(*skin, -out, press_mm);

@@ -212,7 +212,9 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
                                                   const Patient& patient) {
   if (const auto ok = validate(options); !ok) return ok.error();
   if (options.standard_view) {
-    return about(options, patient.anatomy, patient.views.front().ct_from_image);
+    const auto& standard = patient.views.front().ct_from_image;
+    const auto view = settled(*patient.anatomy, standard, press_of(options.probe));
+    if (view) return about(options, patient.anatomy, *view);
   }
   const auto middle = free_view(*patient.anatomy, press_of(options.probe));
   if (!middle) return middle.error();
@@ -239,7 +241,7 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
     : options_(options),
       patient_(std::move(patient)),
       breathing_(breathing_options(options)),
-      path_(middle, path_options(options)),
+      path_(*patient_, middle, path_options(options)),
       ultrasound_(patient_, options.probe, options.seed),
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
       ct_from_reference_(place_reference(middle, Random(options.seed, 0x726566))),

@@ -34,7 +34,8 @@ struct SimulatedSessionOptions {
   double duration_s = 4;
   double frame_rate_hz = 15;
   ProbeModel probe = convex_abdominal();
-  /// Held as the family's first standard view says; else where the way to the targets is free.
+  /// Held as the family's first standard view says, unless its face would lose the skin at one
+  /// side (kMostLeanRad); else where the way to the targets is free.
   bool standard_view = false;
   TrackerKind tracker = TrackerKind::kOptical;
   TrackerTiming timing;

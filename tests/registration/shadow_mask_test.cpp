@@ -6,6 +6,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "registration/picture_outline.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::registration {
@@ -155,6 +156,45 @@ TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
   EXPECT_TRUE(test::refuses(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
       ErrorCode::kMalformedData, {"frame 0", "radius"}));
+}
+
+TEST(PictureOutlineTest, FindsTheSectorThatARecordingDoesNotName) {
+  const SectorOutline truth{{2, -30}, 42, 118, 0.45};
+  // Shadows and a vessel here and there; a gap of contact at one side of the face.
+  const auto grey = [&](int f, const Eigen::Vector2d& p) {
+    if (!truth.contains(p)) return 0;
+    const Eigen::Vector2d d = p - truth.apex_mm;
+    if (std::atan2(d.x(), d.y()) < -0.38 && d.norm() < 50) return 0;
+    if ((p - Eigen::Vector2d(5, 40)).norm() < 6) return 0;
+    return f == 1 && p.x() > 10 ? 0 : 90;
+  };
+  const auto found = sector_of(painted(grey));
+  ASSERT_TRUE(found.has_value());
+  // Half a pixel at the edge turns a side of 60 mm by half a degree.
+  EXPECT_LE((found->apex_mm - truth.apex_mm).norm(), 1.5);
+  EXPECT_NEAR(found->half_angle_rad, truth.half_angle_rad, 0.015);
+  EXPECT_NEAR(found->apex_mm.y() + found->radius_min_mm, truth.apex_mm.y() + 42, 1);
+  EXPECT_NEAR(found->apex_mm.y() + found->radius_max_mm, truth.apex_mm.y() + 118, 1);
+  EXPECT_EQ(with_outline(painted(grey)).frames().back().frame.outline->half_angle_rad,
+            found->half_angle_rad);
+}
+
+TEST(PictureOutlineTest, ALinearProbeOrABlackSweepHasNoSector) {
+  const auto none = [](const std::function<int(int, Eigen::Vector2d)>& grey) {
+    return !sector_of(painted(grey)).has_value();
+  };
+  EXPECT_TRUE(none([](int, const Eigen::Vector2d&) { return 80; }));
+  EXPECT_TRUE(none([](int, const Eigen::Vector2d& p) { return std::abs(p.x()) < 30 ? 80 : 0; }));
+  EXPECT_TRUE(none([](int, const Eigen::Vector2d&) { return 0; }));
+  // A shadow that lies over one side of a rectangle is no sector either.
+  EXPECT_TRUE(
+      none([](int, const Eigen::Vector2d& p) { return p.x() > 0.6 * p.y() - 50 ? 80 : 0; }));
+}
+
+TEST(PictureOutlineTest, AnOutlineThatCameWithThePicturesStays) {
+  const SectorOutline own{{0, -20}, 25, 100, 0.3};
+  const auto sweep = with_outline(painted([](int, const Eigen::Vector2d&) { return 80; }, own));
+  EXPECT_EQ(sweep.frames().front().frame.outline->radius_max_mm, 100);
 }
 
 }  // namespace

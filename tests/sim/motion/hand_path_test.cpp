@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/sim/block.hpp"
+
 namespace nav::sim {
 namespace {
 
@@ -99,6 +101,61 @@ TEST(HandPathTest, RefusesWhatCannotBe) {
   EXPECT_FALSE(validate(options));
   EXPECT_FALSE(hand_path_kind_from("zigzag"));
   EXPECT_EQ(*hand_path_kind_from("rock"), HandPathKind::kRock);
+}
+
+/// A round body about the z axis.
+class Barrel final : public Anatomy {
+ public:
+  explicit Barrel(double radius_mm) : radius_mm_(radius_mm) {}
+  [[nodiscard]] std::string name() const override { return "barrel"; }
+  [[nodiscard]] Tissue tissue(const Point<frames::Ct>&) const override { return Tissue::kLiver; }
+  [[nodiscard]] double hu(const Point<frames::Ct>&) const override { return 0; }
+  [[nodiscard]] ValueAndGradient hu_with_gradient(const Point<frames::Ct>&) const override {
+    return {0, {Vec::Zero()}};
+  }
+  [[nodiscard]] Acoustics acoustics(const Point<frames::Ct>&) const override {
+    return tissue_acoustics(Tissue::kLiver);
+  }
+  [[nodiscard]] double skin_distance_mm(const Point<frames::Ct>& p) const override {
+    return p.mm.head<2>().norm() - radius_mm_;
+  }
+  [[nodiscard]] Eigen::AlignedBox3d region_mm() const override {
+    return {Vec::Constant(-200), Vec::Constant(200)};
+  }
+  [[nodiscard]] std::vector<NamedPoint> landmarks() const override { return {}; }
+  [[nodiscard]] std::vector<Point<frames::Ct>> targets() const override { return {}; }
+
+ private:
+  double radius_mm_;
+};
+
+TEST(HandPathTest, ASlideFollowsTheSkinAtItsDepthAndAngle) {
+  constexpr double kRadius = 60, kPress = 3, kLength = 50;
+  const Barrel patient(kRadius);
+  // From the front, leaning by 0.2 rad across the way, which leads around the body.
+  Eigen::Matrix3d axes;
+  axes << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+  const Transform<Ct, Image> middle(
+      (Eigen::Quaterniond(axes) * Eigen::AngleAxisd(0.2, Vec::UnitX())).normalized(),
+      {0, -(kRadius - kPress), 10});
+  HandPathOptions options;
+  options.length_mm = kLength;
+  const HandPath path(patient, middle, options);
+  // Between poses a millimetre apart a chord lies 0.002 mm below the skin.
+  EXPECT_LE((path.steady(at(2)).translation_mm() - middle.translation_mm()).norm(), 1e-9);
+  for (const double s : {0.0, 1.0, 1.7, 3.1, 4.0}) {
+    const auto pose = path.steady(at(s));
+    const Vec face = pose.translation_mm();
+    EXPECT_NEAR(patient.skin_distance_mm({face}), -kPress, 5e-3) << s;
+    const Vec inward = Vec(-face.x(), -face.y(), 0).normalized();
+    EXPECT_NEAR(std::acos(inward.dot(pose.rotation() * Vec::UnitY())), 0.2, 5e-3) << s;
+    EXPECT_NEAR(face.z(), 10, 1e-6) << s;
+  }
+  const double angle = kLength / 2 / (kRadius - kPress);
+  const Vec end = path.steady(at(4)).translation_mm();
+  EXPECT_LE(
+      (end - (kRadius - kPress) * Vec(std::sin(angle), -std::cos(angle), 0) - Vec(0, 0, 10)).norm(),
+      0.1);
 }
 
 }  // namespace

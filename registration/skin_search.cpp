@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/skin_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "registration/body_surface.hpp"
+#include "registration/global_search.hpp"
+#include "registration/picture_outline.hpp"
+#include "registration/prepared.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+// A face is pressed into the skin up to a centimetre, or floats on gel; the surface is as coarse.
+constexpr double kPressMm = 4;
+constexpr double kPressSpreadMm = 10;
+constexpr double kLeastInside = 0.85;
+constexpr double kLeastOverlap = 0.6;
+constexpr std::size_t kFacesLookedAt = 12;
+constexpr std::size_t kPointsLookedAt = 60;
+constexpr double kSamePlaceMm = 5;
+
+/// The middle of the transducer's face, Image.
+Point<frames::Image> face_of(const UltrasoundFrame& frame) {
+  if (frame.outline) {
+    const Eigen::Vector2d p =
+        frame.outline->apex_mm + Eigen::Vector2d(0, frame.outline->radius_min_mm);
+    return {{p.x(), p.y(), 0}};
+  }
+  return frame.grid.at(0.5 * (frame.pixels.width() - 1), 0);
+}
+
+/// Evenly chosen at most count of these.
+template <class T>
+std::vector<T> some_of(const std::vector<T>& all, std::size_t count) {
+  const std::size_t stride = std::max<std::size_t>(1, all.size() / count);
+  std::vector<T> out;
+  for (std::size_t i = stride / 2; i < all.size(); i += stride) out.push_back(all[i]);
+  return out;
+}
+
+/// What a sweep says about how it was held.
+struct Held {
+  std::vector<Point<frames::Reference>> faces, points;
+  Point<frames::Reference> face{{0, 0, 0}};  ///< Of the middle picture.
+  Eigen::Matrix3d axes;                      ///< Lateral, deep, across: of the middle picture.
+};
+
+Held held(const Sweep& sweep, const SweepPoints& points) {
+  Held out;
+  for (const TrackedFrame& tracked : sweep.frames()) {
+    out.faces.push_back(tracked.reference_from_image * face_of(tracked.frame));
+  }
+  const std::size_t middle = sweep.frames().size() / 2;
+  out.face = out.faces[middle];
+  out.axes = sweep.frames()[middle].reference_from_image.rotation().toRotationMatrix();
+  out.faces = some_of(out.faces, kFacesLookedAt);
+  out.points = some_of(points.points, kPointsLookedAt);
+  return out;
+}
+
+/// Whether the whole sweep stands on the body and looks into it.
+bool stands(const Held& held, const BodySurface& body, const VoxelGrid& grid, const Pose& pose) {
+  double squares = 0;
+  for (const auto& face : held.faces) {
+    const double off = body.depth_mm(pose * face) - kPressMm;
+    squares += off * off / static_cast<double>(held.faces.size());
+  }
+  if (!(squares <= kPressSpreadMm * kPressSpreadMm)) return false;
+  std::size_t inside = 0, in_ct = 0;
+  const Eigen::Array3d last =
+      Eigen::Array3d(grid.size[0], grid.size[1], grid.size[2]) - Eigen::Array3d::Ones();
+  for (const auto& point : held.points) {
+    const auto p = pose * point;
+    inside += body.depth_mm(p) > 0 ? 1 : 0;
+    const Eigen::Array3d index = grid.index_of(p).array();
+    in_ct += (index >= 0).all() && (index <= last).all() ? 1 : 0;
+  }
+  const auto count = static_cast<double>(held.points.size());
+  return static_cast<double>(inside) >= kLeastInside * count &&
+         static_cast<double>(in_ct) >= kLeastOverlap * count;
+}
+
+/// Leans of the probe off the skin's normal: about its two other axes.
+std::vector<Eigen::Quaterniond> leans(double lean_rad) {
+  std::vector<Eigen::Quaterniond> out{Eigen::Quaterniond::Identity()};
+  if (lean_rad <= 0) return out;
+  for (const Vec& axis : {Vec(Vec::UnitX()), Vec(Vec::UnitZ())}) {
+    for (const double sign : {-1.0, 1.0}) {
+      out.emplace_back(Eigen::AngleAxisd(sign * lean_rad, axis));
+    }
+  }
+  return out;
+}
+
+std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, const VoxelGrid& grid,
+                                 const SkinSearchOptions& options) {
+  std::vector<Pose> poses;
+  const auto tilts = leans(options.lean_rad);
+  for (const SkinPoint& skin : body.points(options.spacing_mm)) {
+    Eigen::Matrix3d upright;  // x, y (into the body), z of a picture.
+    upright.col(1) = skin.inward;
+    upright.col(0) = skin.inward.unitOrthogonal();
+    upright.col(2) = upright.col(0).cross(upright.col(1));
+    for (int turn = 0; turn < options.turns; ++turn) {
+      const Eigen::AngleAxisd about(2 * std::numbers::pi * turn / options.turns, Vec::UnitY());
+      for (const auto& tilt : tilts) {
+        const Eigen::Matrix3d axes = upright * (about * tilt).toRotationMatrix();
+        const Eigen::Quaterniond q(Eigen::Matrix3d(axes * held.axes.transpose()));
+        const Vec face = skin.place.mm + kPressMm * skin.inward;
+        const Pose pose(q.normalized(), face - q.normalized() * held.face.mm);
+        if (stands(held, body, grid, pose)) poses.push_back(pose);
+      }
+    }
+  }
+  return poses;
+}
+
+/// The cheapest end, and its margin to the others.
+ImageRegistrationResult best_of(std::vector<ImageRegistrationResult> ends,
+                                const SweepPoints& points) {
+  std::stable_sort(ends.begin(), ends.end(),
+                   [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
+  ImageRegistrationResult best = std::move(ends.front());
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const auto& pose = ends[i].ct_from_reference;
+    if (distance_mm(points, best.ct_from_reference, pose) <= kSamePlaceMm) continue;
+    const double margin = ends[i].final_cost / std::max(best.final_cost, 1e-12) - 1;
+    best.margin = std::min(best.margin.value_or(margin), margin);
+  }
+  return best;
+}
+
+}  // namespace
+
+Result<ImageRegistrationResult> register_on_skin(
+    const Volume& ct, const Sweep& as_recorded, const ImageRegistrationOptions& options,
+    const SkinSearchOptions& search_options, Diagnostics& diagnostics,
+    const std::function<bool(double fraction)>& progress) {
+  const Sweep sweep = with_outline(as_recorded);
+  const auto prepared = PreparedSweep::create(sweep, options, diagnostics);
+  if (!prepared) return prepared.error();
+  const BodySurface body(ct);
+  const auto poses =
+      standing_poses(held(sweep, prepared->points()), body, ct.grid(), search_options);
+  if (poses.empty()) {
+    return Error{ErrorCode::kRefused, "registration without a start pose: expected skin in " +
+                                          ct.name() + " that the sweep fits on, found none"};
+  }
+  const PreparedLevel& level = prepared->levels().front();
+  const auto channels =
+      make_ct_channels(ct, box_of(ct.grid()), sigma_of(level.options.sample_step_mm));
+  if (!channels) return channels.error();
+  const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads, options.similarity);
+  bool stopped = false;
+  const auto keep_going = [&] {
+    stopped = stopped || (progress && !progress(0));
+    return !stopped;
+  };
+  int non_finite = 0;
+  const SearchOptions about{0, 0, 0, options.max_iterations, options.seed, options.threads};
+  const auto found = search_among(cost, poses, search_options.spacing_mm, prepared->points(), about,
+                                  keep_going, non_finite);
+  ImageRegistrationOptions plain = options;
+  plain.starts = 0;
+  std::vector<ImageRegistrationResult> ends;
+  for (const Found& one : found) {
+    if (ends.size() == static_cast<std::size_t>(search_options.followed)) break;
+    const Pose& start = one.solution.pose;
+    const auto ready = PreparedCt::create(ct, plain, reachable_box(*prepared, start, plain));
+    if (!ready) continue;  // A place outside the CT.
+    auto end = register_prepared(*ready, *prepared, start, plain, progress);
+    if (!end) return end.error();
+    ends.push_back(std::move(*end));
+  }
+  if (ends.empty()) {
+    return Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
+                                          ct.name() + " that the sweep shows, found none"};
+  }
+  return best_of(std::move(ends), prepared->points());
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "nav/result.hpp"
+#include "nav/sweep.hpp"
+#include "nav/volume.hpp"
+#include "registration/image_registration.hpp"
+
+namespace nav::registration {
+
+/// Poses at which the probe could stand on the body that the CT shows: its face on the skin in
+/// every picture, the pictures inside the body. All places, spacing_mm apart, all turns about the
+/// beam, and leaning by up to lean_rad.
+struct SkinSearchOptions {
+  double spacing_mm = 20;  ///< > 0.
+  int turns = 12;          ///< About the beam, >= 1.
+  double lean_rad = 0.35;  ///< [0, 1].
+  int followed = 3;        ///< Different places that are registered to the end, >= 1.
+};
+
+/// register_sweep() without a start pose. Every such pose is ranked by the similarity of the first
+/// level; the surroundings of the best are searched as register_sweep() does, and the best places
+/// are registered to the end. The answer is the cheapest of these; its margin counts the others.
+/// Errors: those of register_sweep(); kRefused where the CT shows no skin that the sweep fits on.
+Result<ImageRegistrationResult> register_on_skin(
+    const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,
+    const SkinSearchOptions& search, Diagnostics& diagnostics,
+    const std::function<bool(double fraction)>& progress = {});
+
+}  // namespace nav::registration

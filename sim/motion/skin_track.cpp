@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/motion/skin_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "nav/check.hpp"
+
+namespace nav::sim {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+constexpr double kStepMm = 1;
+constexpr double kFootprintMm = 8;
+// What takes a step back to its depth; the distance is of first order only.
+constexpr int kCorrections = 3;
+
+/// Out of the patient.
+Vec outward(const Anatomy& patient, const Vec& at) {
+  Vec slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec step = kFootprintMm * Vec::Unit(axis);
+    slope[axis] = patient.skin_distance_mm({at + step}) - patient.skin_distance_mm({at - step});
+  }
+  return slope.normalized();
+}
+
+/// One step along the picture's z, turned with the skin and back at the depth.
+SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double way_mm,
+                     double depth_mm) {
+  const Vec here = from.translation_mm();
+  const Vec normal = outward(patient, here);
+  const Vec across = from.rotation() * Vec::UnitZ();
+  const Vec tangent = (across - across.dot(normal) * normal).normalized();
+  Vec there = here + way_mm * tangent;
+  const Vec next = outward(patient, there);
+  for (int i = 0; i < kCorrections; ++i) {
+    there -= (patient.skin_distance_mm({there}) - depth_mm) * next;
+  }
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(normal, next);
+  const SkinTrack::Pose moved((turn * from.rotation()).normalized(), there);
+  // A skin without a slope leads nowhere.
+  return there.allFinite() ? moved : from;
+}
+
+}  // namespace
+
+SkinTrack::SkinTrack(const Anatomy& patient, const Pose& start, double reach_mm)
+    : poses_{start}, reach_mm_(kStepMm * std::ceil(reach_mm / kStepMm)) {
+  NAV_CHECK(reach_mm >= 0, reach_mm);
+  const double depth_mm = patient.skin_distance_mm({start.translation_mm()});
+  const int steps = static_cast<int>(std::lround(reach_mm_ / kStepMm));
+  for (int i = 0; i < steps; ++i) {
+    poses_.push_back(step(patient, poses_.back(), kStepMm, depth_mm));
+  }
+  std::vector<Pose> before{start};
+  for (int i = 0; i < steps; ++i) {
+    before.push_back(step(patient, before.back(), -kStepMm, depth_mm));
+  }
+  poses_.insert(poses_.begin(), before.rbegin(), before.rend() - 1);
+}
+
+SkinTrack::Pose SkinTrack::at(double along_mm) const {
+  const double place = (std::clamp(along_mm, -reach_mm_, reach_mm_) + reach_mm_) / kStepMm;
+  const auto last = poses_.size() - 1;
+  const auto index = std::min(static_cast<std::size_t>(place), last == 0 ? 0 : last - 1);
+  if (last == 0) return poses_.front();
+  return interpolate(poses_[index], poses_[index + 1], place - static_cast<double>(index));
+}
+
+}  // namespace nav::sim

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/skin_search.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "registration/body_surface.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr double kRadiusX = 95, kRadiusY = 70;
+
+/// Below 0 inside an elliptic trunk along z, mm to first order.
+double trunk(const Eigen::Vector3d& p) {
+  const double r = std::hypot(p.x() / kRadiusX, p.y() / kRadiusY);
+  const double slope = std::hypot(p.x() / (kRadiusX * kRadiusX), p.y() / (kRadiusY * kRadiusY));
+  return slope > 0 ? (r - 1) * r / slope : -kRadiusY;
+}
+
+/// Blobs in a trunk in air, with a lung that the CT's upper end cuts.
+struct Trunk {
+  test::BlobPatient blobs{11, 110, 75};
+  [[nodiscard]] static bool lung(const Eigen::Vector3d& p) {
+    return p.z() > 60 && std::hypot(p.x() - 30, p.y()) < 30;
+  }
+  [[nodiscard]] double hu(const Eigen::Vector3d& p) const {
+    if (trunk(p) > 0) return -1000;
+    return lung(p) ? -850 : blobs.hu(p);
+  }
+};
+
+const Volume& trunk_ct() {
+  static const Volume ct = [] {
+    VoxelGrid grid = test::cubic_grid(125, 2.5);
+    grid.size[2] = 65;
+    grid.origin_mm.z() = -80;
+    return test::blob_ct(Trunk(), grid);
+  }();
+  return ct;
+}
+
+TEST(BodySurfaceTest, KnowsTheDepthBelowTheSkin) {
+  const BodySurface body(trunk_ct());
+  for (const double angle : {0.0, 0.7, 1.6, 3.0, 4.4, 5.5}) {
+    const Eigen::Vector3d skin(kRadiusX * std::cos(angle), kRadiusY * std::sin(angle), -10);
+    const Eigen::Vector3d inward =
+        -Eigen::Vector3d(std::cos(angle) / kRadiusX, std::sin(angle) / kRadiusY, 0).normalized();
+    for (const double depth : {-8.0, 0.0, 10.0}) {
+      // Half a cell, and what the skin curves within the smoothing.
+      EXPECT_NEAR(body.depth_mm({skin + depth * inward}), depth, 4) << angle << ' ' << depth;
+    }
+  }
+  EXPECT_GE(body.depth_mm({{0, 0, 0}}), 19);
+  EXPECT_GE(body.depth_mm({{30, 0, 70}}), 10) << "a lung is inside, cut or not";
+}
+
+TEST(BodySurfaceTest, ItsPointsLieOnTheSkinAndLookInwards) {
+  const auto points = BodySurface(trunk_ct()).points(20);
+  // The trunk's sides over the CT's height; its cut ends have no skin.
+  EXPECT_GE(points.size(), 100u);
+  EXPECT_LE(points.size(), 500u);
+  for (const auto& [place, inward] : points) {
+    EXPECT_LE(std::abs(trunk(place.mm)), 5) << place.mm.transpose();
+    const Eigen::Vector3d expected = -Eigen::Vector3d(place.mm.x() / (kRadiusX * kRadiusX),
+                                                      place.mm.y() / (kRadiusY * kRadiusY), 0)
+                                          .normalized();
+    EXPECT_GE(inward.dot(expected), std::cos(0.3)) << place.mm.transpose();
+  }
+}
+
+TEST(BodySurfaceTest, ACtWithoutAirHasNoSkin) {
+  const Volume ct = test::blob_ct(test::BlobPatient(3), test::cubic_grid(40, 4));
+  EXPECT_TRUE(BodySurface(ct).points(20).empty());
+}
+
+/// A sweep over the side of the trunk: linear pictures that begin 3 mm below the skin.
+Sweep side_sweep(const Trunk& patient) {
+  std::vector<TrackedFrame> frames;
+  std::mt19937 random(9);
+  for (int f = 0; f < 20; ++f) {
+    const double angle = 3.9 + 0.012 * (f - 10);
+    const Eigen::Vector3d skin(kRadiusX * std::cos(angle), kRadiusY * std::sin(angle),
+                               -20 + 2.5 * (f - 10));
+    Eigen::Matrix3d axes;
+    axes.col(1) =
+        -Eigen::Vector3d(std::cos(angle) / kRadiusX, std::sin(angle) / kRadiusY, 0).normalized();
+    axes.col(2) = Eigen::Vector3d::UnitZ();
+    axes.col(0) = axes.col(1).cross(axes.col(2));
+    const Transform<frames::Ct, frames::Image> pose(
+        Eigen::Quaterniond(axes) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()),
+        skin + 3 * axes.col(1));
+    UltrasoundFrame frame;
+    frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
+    frame.grid = PixelGrid::centred(90, 1, 1);
+    const Eigen::Vector3d beam = pose.rotation() * Eigen::Vector3d::UnitY();
+    std::vector<std::uint8_t> grey;
+    for (int row = 0; row < 90; ++row) {
+      for (int column = 0; column < 90; ++column) {
+        const Eigen::Vector3d p = (pose * frame.grid.at(column, row)).mm;
+        const double noise = 4.0 * (static_cast<double>(random()) / 2147483648.0 - 1.0);
+        const double value =
+            60 + 0.7 * patient.blobs.hu(p) + 4 * std::abs(patient.blobs.slope(p, beam)) + noise;
+        grey.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
+      }
+    }
+    frame.pixels = Image2d<std::uint8_t>(90, 90, std::move(grey));
+    frames.push_back({std::move(frame), test::true_pose().inverse() * pose, Duration{0}});
+  }
+  return *Sweep::create(std::move(frames), "synthetic");
+}
+
+TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {
+  const Sweep sweep = side_sweep(Trunk());
+  ImageRegistrationOptions options;
+  options.threads = 1;
+  CollectingDiagnostics diagnostics;
+  const auto found = register_on_skin(trunk_ct(), sweep, options, {}, diagnostics);
+  ASSERT_TRUE(test::has_value(found));
+  for (const TrackedFrame& tracked : sweep.frames()) {
+    const auto p = tracked.reference_from_image * tracked.frame.grid.at(45, 45);
+    EXPECT_LE(((found->ct_from_reference * p) - (test::true_pose() * p)).v.norm(), 1);
+  }
+}
+
+TEST(SkinSearchTest, ACtWithoutSkinIsRefused) {
+  const Volume ct = test::blob_ct(test::BlobPatient(3), test::cubic_grid(60, 3));
+  CollectingDiagnostics diagnostics;
+  const auto found = register_on_skin(ct, side_sweep(Trunk()), {}, {}, diagnostics);
+  ASSERT_FALSE(found.has_value());
+  EXPECT_EQ(found.error().code, ErrorCode::kRefused);
+  EXPECT_NE(found.error().message.find("skin"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nav::registration
