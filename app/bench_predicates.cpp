@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <iostream>
 
 #include "app/bench.hpp"
 #include "app/report.hpp"
 #include "bench/predicate_bench.hpp"
+#include "bench/two_volumes.hpp"
 
 namespace nav::app {
 namespace {
@@ -70,6 +72,21 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)}}}};
 }
 
+Json report_json(const bench::TwoVolumesReport& report) {
+  Json rows = Json::array();
+  for (const auto& row : report.rows) {
+    rows.push_back({{"step_voxels", row.step_voxels},
+                    {"rms", row.rms},
+                    {"ct_cpu_ms", row.ct_cpu_ms},
+                    {"ultrasound_cpu_ms", row.ultrasound_cpu_ms},
+                    {"both_cpu_ms", row.both_cpu_ms},
+                    {"ct_samples", row.ct_samples},
+                    {"ultrasound_samples", row.ultrasound_samples},
+                    {"both_samples", row.both_samples}});
+  }
+  return {{"reference_rms", report.reference_rms}, {"steps", std::move(rows)}};
+}
+
 }  // namespace
 
 Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console) {
@@ -92,6 +109,16 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   if (!report) return report.error();
   console.end();
   std::cout << bench::to_text(*report) << std::flush;
+  std::optional<bench::TwoVolumesReport> two;
+  if (bench.cpu && bench.volume.empty()) {
+    console.begin("a CT with ultrasound in it");
+    auto measured = bench::measure_two_volumes(std::min(bench.side, 512), bench.width, bench.height,
+                                               bench.repeats);
+    if (!measured) return measured.error();
+    two = *std::move(measured);
+    console.end();
+    std::cout << bench::to_text(*two) << std::flush;
+  }
   if (!options.json) return {};
   Json json;
   json["verb"] = "bench predicates";
@@ -101,6 +128,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   json["width"] = bench.width;
   json["height"] = bench.height;
   json.update(report_json(*report));
+  json["two_volumes"] = two ? report_json(*two) : Json();
   return write_json(json, *options.json);
 }
 

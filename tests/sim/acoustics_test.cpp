@@ -15,7 +15,6 @@ using Vec = Eigen::Vector3d;
 using frames::Ct;
 using frames::Image;
 
-double nowhere(const Vec&) { return 1e3; }
 double plate(const Vec& p) { return std::abs(p.y() - 33) - 3; }  // Front at 30 mm.
 double slab(const Vec& p) { return std::abs(p.y() - 15) - 5; }
 double disc(const Vec& p) {

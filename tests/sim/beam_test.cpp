@@ -19,7 +19,6 @@ using Vec = Eigen::Vector3d;
 using frames::Ct;
 using frames::Image;
 
-double nowhere(const Vec&) { return 1e3; }
 double shallow_plate(const Vec& p) { return std::abs(p.y() - 18) - 3; }  // Front at 15 mm.
 
 /// Liver for both models: even depth gain, no noise, wide beams that many lines sample.

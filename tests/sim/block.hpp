@@ -10,6 +10,9 @@
 
 namespace nav::sim {
 
+/// The shape of a block that is liver all over.
+inline double nowhere(const Eigen::Vector3d&) { return 1e3; }
+
 /// Liver below y = 0 with, where the distance is negative, something else. The probe looks along
 /// +y from the origin.
 class Block final : public Anatomy {
