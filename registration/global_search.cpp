@@ -28,8 +28,11 @@ constexpr std::size_t kSolvedPerRound = 8;
 constexpr double kShrink = 0.4;
 constexpr std::size_t kFinished = 4;
 constexpr double kSameMm = 4;
-// Of poses all over the body many more are solved: the right one need not be among the cheapest.
-constexpr std::size_t kSolvedPlaces = 400;
+// Of poses all over the body many more are tried for a few steps: the nearest to the right one need
+// not be among the cheapest.
+constexpr std::size_t kTriedPlaces = 1500;
+constexpr int kTrialIterations = 4;
+constexpr std::size_t kSolvedPlaces = 150;
 // Found poses are refined on other levels: a few tenths of a millimetre are near enough.
 constexpr double kTolerance = 3e-4;
 
@@ -69,9 +72,10 @@ class Search {
   }
 
   std::vector<Found> run_among(const std::vector<Pose>& poses, double spacing_mm) {
+    if (poses.empty()) return {};
     rank(poses);
     learn_limit();
-    solve_best(kSolvedPlaces);
+    try_places();
     // What neighbours of a pose leave between them, twice.
     search_about(spacing_mm / kRotationScaleMm / kShrink, spacing_mm / kShrink);
     finish();
@@ -144,6 +148,35 @@ class Search {
     }
     ranked_.clear();
     drop_duplicates();
+  }
+
+  /// A few steps from the cheapest ranked poses, then all the way from the best of these.
+  void try_places() {
+    std::stable_sort(ranked_.begin(), ranked_.end(), cheaper);
+    ranked_.resize(std::min(kTriedPlaces, ranked_.size()), ranked_.front());
+    solved_ = solve_all(ranked_, kTrialIterations);
+    ranked_.clear();
+    drop_duplicates();
+    solved_.resize(std::min(kSolvedPlaces, solved_.size()), solved_.front());
+    if (!stopped()) solved_ = solve_all(solved_, kScreenIterations);
+    drop_duplicates();
+  }
+
+  /// Side by side; only between calls is anybody asked whether to go on.
+  std::vector<Ranked> solve_all(const std::vector<Ranked>& starts, int iterations) {
+    std::vector<Ranked> out = starts;
+    std::vector<int> non_finite(starts.size(), 0);
+    tbb::task_arena arena(options_.threads);
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
+        const PoseSolution solution =
+            solve_pose(screen_, starts[i].pose, points_.centroid, {iterations, kTolerance}, {});
+        out[i] = {solution.final_cost, solution.pose};
+        non_finite[i] = solution.non_finite;
+      });
+    });
+    for (const int count : non_finite) non_finite_ = std::max(non_finite_, count);
+    return out;
   }
 
   void drop_duplicates() {

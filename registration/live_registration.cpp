@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 
 #include "nav/check.hpp"
@@ -105,6 +106,10 @@ Result<void> validate(const LiveOptions& o) {
   if (!(o.patches_per_measurement >= 1)) return refuse("patches_per_measurement >= 1");
   if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
   if (!(o.max_cost > 0 && o.max_cost <= 1)) return refuse("max_cost in (0, 1]");
+  if (o.evidence_pictures < 1 || o.evidence_pictures > 10000) {
+    return refuse("1 to 10000 evidence_pictures");
+  }
+  if (!(o.max_mean_cost > 0 && o.max_mean_cost <= 1)) return refuse("max_mean_cost in (0, 1]");
   if (o.lost_after < 1) return refuse("lost_after >= 1");
   if (!positive(o.drift_mm) || !positive(o.drift_s)) return refuse("drift_mm and drift_s > 0");
   if (!(o.jump_mm > o.drift_mm)) return refuse("jump_mm > drift_mm");
@@ -134,6 +139,8 @@ void LiveRegistration::accept(const Pose& pose) {
   mean_twist_.setZero();
   mean_centre_ct_.reset();
   unusable_ = 0;
+  costs_.clear();
+  withdrawn_.reset();
 }
 
 /// The mask of one picture needs others to know how bright an unshadowed echo is.
@@ -243,6 +250,17 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
   return best;
 }
 
+/// One picture says little about whose CT it is; the mean over many does.
+void LiveRegistration::weigh(double cost) {
+  costs_.push_back(cost);
+  const auto count = static_cast<std::size_t>(options_.evidence_pictures);
+  if (costs_.size() > count) costs_.pop_front();
+  if (costs_.size() < count) return;
+  const double mean =
+      std::accumulate(costs_.begin(), costs_.end(), 0.0) / static_cast<double>(count);
+  if (mean > options_.max_mean_cost) withdrawn_ = mean;
+}
+
 void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   update.displacement_mm = picture_distance_mm(picture, accepted_, update.ct_from_reference);
   const Pose mean =
@@ -250,7 +268,12 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   update.mean_displacement_mm = picture_distance_mm(picture, accepted_, mean);
   std::ostringstream text;
   text.precision(3);
-  if (unusable_ >= options_.lost_after) {
+  if (withdrawn_) {
+    update.state = LiveState::kLost;
+    text << "expected a mean cost of at most " << options_.max_mean_cost << " over "
+         << options_.evidence_pictures << " pictures, found " << *withdrawn_
+         << ": the CT may be another patient's";
+  } else if (unusable_ >= options_.lost_after) {
     update.state = LiveState::kLost;
     text << "expected a usable picture in the last " << options_.lost_after << ", found none";
   } else if (update.displacement_mm > options_.jump_mm) {
@@ -292,6 +315,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
     const Solution found = solve(window_patches(), centre_ct_, prior);
     out.cost = found.cost;
     out.iterations = found.iterations;
+    if (found.finite) weigh(found.cost);
     usable = found.finite && found.cost <= options_.max_cost;
     if (usable) {
       pose_ = found.pose;

@@ -36,8 +36,13 @@ struct LiveOptions {
   ShadowMaskOptions mask;
 
   /// A picture whose cost is higher does not move the pose, (0, 1]. Simulated abdomens cost 0.5 at
-  /// the truth; what shows another patient is acceptance before, not this.
+  /// the truth; what shows another patient is acceptance before, and the mean below.
   double max_cost = 0.75;
+  /// Another patient's CT costs 0.51 to 0.66 on average, the patient's own 0.32 to 0.42 (simulated
+  /// abdomens); over ten pictures the two overlap. A higher mean over so many pictures withdraws
+  /// the registration until another is accepted.
+  int evidence_pictures = 60;   ///< [1, 10000].
+  double max_mean_cost = 0.46;  ///< (0, 1].
   int lost_after = 5;  ///< Unusable pictures in a row until the registration is lost, >= 1.
   /// The pose's mean over drift_s may be this far from the accepted one: breathing averages out to
   /// less, a patient who was moved or a reference that was knocked does not. > 0.
@@ -53,7 +58,9 @@ enum class LiveState {
   kFollowing,  ///< The pose is that of the newest picture.
   kHolding,    ///< The newest picture was not usable: the pose is that of an earlier one.
   kDrifted,    ///< The patient does not lie any more as when the CT was accepted.
-  kLost,       ///< Too long without a usable picture. The pose must not be shown.
+  /// Too long without a usable picture, or too many that do not match the CT. The pose must not be
+  /// shown.
+  kLost,
 };
 const char* to_string(LiveState state);
 
@@ -106,6 +113,7 @@ class LiveRegistration {
   [[nodiscard]] Solution solve(const PatchSet& patches, const Eigen::Vector3d& centre,
                                const Matrix6d& prior) const;
   void predict(Timestamp now, const Eigen::Vector3d& centre);
+  void weigh(double cost);
   void judge(LiveUpdate& update, const TrackedFrame& picture);
 
   std::shared_ptr<const CtChannels> ct_;
@@ -119,6 +127,8 @@ class LiveRegistration {
   Vector6d mean_twist_ = Vector6d::Zero();  ///< From the accepted pose, low-pass, about its place.
   std::optional<Eigen::Vector3d> mean_centre_ct_;
   int unusable_ = 0;
+  std::deque<double> costs_;         ///< Of the newest pictures, at most evidence_pictures.
+  std::optional<double> withdrawn_;  ///< The mean cost that the registration was withdrawn for.
 };
 
 }  // namespace nav::registration

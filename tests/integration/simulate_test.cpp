@@ -7,6 +7,7 @@
 
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
+#include "app/replay.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/needle_bending.hpp"
 #include "tests/support/matchers.hpp"
@@ -98,6 +99,84 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     }
     EXPECT_GE(truth.at("targets_ct_mm").size(), 100u);
   }
+}
+
+/// A patient whose sweep and CT lie in a folder.
+struct Recorded {
+  using Pose = Transform<frames::Ct, frames::Reference>;
+  SimulateOptions options;
+  Json truth;
+  Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path) {
+    const std::string name = std::to_string(seed);
+    options.out = folder / (name + ".igs.mha");
+    options.ct = folder / (name + ".ct.mha");
+    options.seed = seed;
+    options.path = path;
+    options.duration_s = 3;
+    options.ct_spacing_mm = 2;
+    Console console(false);
+    const auto written = run_simulate(options, console);
+    EXPECT_TRUE(written) << written.error().message;
+    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  }
+  [[nodiscard]] Pose ct_from_reference() const {
+    return transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
+  }
+};
+
+/// What 'sonde register' says, whether it accepts or refuses.
+Json registered(const Recorded& sweep, const std::filesystem::path& ct,
+                const std::optional<Recorded::Pose>& start, const std::filesystem::path& report) {
+  SessionConfig config;
+  config.source.recording = sweep.options.out;
+  config.ct.path = ct;
+  if (start) config.placement.ct_from_reference = start->matrix();
+  Console console(false);
+  const auto done = run_register(config, {}, report.string(), console);
+  EXPECT_TRUE(done || done.error().code == ErrorCode::kRefused) << done.error().message;
+  Json json = read_json(report);
+  EXPECT_EQ(json.at("registration").at("accepted"), done.has_value());
+  return json;
+}
+
+/// RMS over the targets of the truth file, mm.
+double target_error_mm(const Recorded& sweep, const Json& report) {
+  const auto found = transform_of<frames::Ct, frames::Reference>(
+      report.at("registration").at("ct_from_reference_mm"));
+  const auto back = sweep.ct_from_reference().inverse();
+  double sum = 0;
+  int count = 0;
+  for (const Json& target : sweep.truth.at("targets_ct_mm")) {
+    const auto at = [&](std::size_t axis) { return target.at(axis).get<double>(); };
+    const Point<frames::Ct> p{Eigen::Vector3d(at(0), at(1), at(2))};
+    sum += (found * (back * p) - p).v.squaredNorm();
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
+  const test::TemporaryFolder folder;
+  const Recorded sweep(folder, 1, "sweep");
+  const Recorded fan(folder, 2, "fan");
+  const auto report = folder / "report.json";
+  for (const Recorded* patient : {&sweep, &fan}) {
+    const auto truth = patient->ct_from_reference();
+    const Eigen::AngleAxisd turn(0.05, Eigen::Vector3d(1, 2, -1).normalized());
+    const Recorded::Pose start(
+        Eigen::Quaterniond(turn) * truth.rotation(),
+        Eigen::Quaterniond(turn) * truth.translation_mm() + Eigen::Vector3d(3, -4, 3));
+    const Json own = registered(*patient, patient->options.ct, start, report);
+    EXPECT_TRUE(own.at("registration").at("accepted")) << own.at("registration").dump(1);
+    EXPECT_LT(target_error_mm(*patient, own), 1);
+    const Recorded& other = patient == &sweep ? fan : sweep;
+    const Json wrong = registered(*patient, other.options.ct, start, report);
+    EXPECT_FALSE(wrong.at("registration").at("accepted"));
+  }
+  // Nobody says where the probe stood: the CT's skin does.
+  const Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
+  EXPECT_TRUE(found.at("registration").at("accepted")) << found.at("registration").dump(1);
+  EXPECT_LT(target_error_mm(sweep, found), 1);
 }
 
 TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {

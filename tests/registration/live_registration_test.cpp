@@ -107,6 +107,36 @@ TEST(LiveRegistrationTest, FollowsABreathingPatient) {
   RecordProperty("max_um", static_cast<int>(1000 * errors.back()));
 }
 
+TEST(LiveRegistrationTest, ManyPicturesOfAnotherPatientWithdrawTheRegistration) {
+  test::SweepSpec spec;
+  spec.frames = kFrames;
+  spec.step_mm = 1;
+  spec.size_px = 80;
+  const Sweep other = test::blob_sweep(test::BlobPatient(9, 150), spec);
+  LiveOptions options;
+  options.max_cost = 1;   // No picture is given up for itself,
+  options.drift_mm = 90;  // and wherever it leads, the pose is followed.
+  options.jump_mm = 100;
+  options.evidence_pictures = 40;
+  auto right = start(options);
+  auto wrong = start(options);
+  for (std::size_t i = 0; i < other.frames().size(); ++i) {
+    TrackedFrame picture = other.frames()[i];
+    picture.frame.acquired = scene().frames[i].frame.acquired;
+    const auto own = right.update(scene().frames[i]);
+    const auto update = wrong.update(picture);
+    ASSERT_TRUE(own);
+    ASSERT_TRUE(update);
+    EXPECT_EQ(own->state, LiveState::kFollowing) << own->cause;
+    EXPECT_EQ(update->state, i < 39 ? LiveState::kFollowing : LiveState::kLost) << i;
+    EXPECT_THAT(update->cause, HasSubstr(i < 39 ? "" : "another patient"));
+  }
+  wrong.accept(test::true_pose());
+  TrackedFrame next = scene().frames.back();
+  next.frame.acquired += std::chrono::seconds(1);
+  EXPECT_EQ(wrong.update(next)->state, LiveState::kFollowing) << "a new registration counts anew";
+}
+
 TEST(LiveRegistrationTest, StaysWhereAStillPatientLies) {
   auto live = start({});
   double worst = 0;
