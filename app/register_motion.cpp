@@ -48,9 +48,11 @@ Json json_of(const registration::PhaseResult& found, double period_s) {
           {"gain_sigmas", found.gain_sigmas}};
 }
 
-Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
+Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target,
+             double spacing_mm) {
   const Eigen::Vector3d moved = found.field.displacement(target.mm);
   return {{"supported", found.supported},
+          {"model", found.supported ? "free-form" : "rigid"},
           {"reason", found.reason},
           {"displacement_at_target_mm", {moved.x(), moved.y(), moved.z()}},
           {"rigid_cost", found.rigid_cost},
@@ -58,7 +60,13 @@ Json json_of(const registration::DeformableResult& found, const Point<frames::Ct
           {"held_out_rigid", found.held_out_rigid},
           {"held_out_deformed", found.held_out_deformed},
           {"gain_sigmas", found.gain_sigmas},
-          {"min_determinant", found.min_determinant}};
+          {"displacement_rms_mm", found.displacement_mm},
+          {"min_determinant", found.min_determinant},
+          {"max_gradient", found.max_gradient},
+          {"one_to_one", found.max_gradient < 1},
+          {"bending_energy_mm", found.bending_energy_mm},
+          {"spacing_mm", spacing_mm},
+          {"iterations", found.iterations}};
 }
 
 }  // namespace
@@ -154,8 +162,9 @@ Result<void> refine_tissue(const Volume& ct, const Sweep& sweep, const Point<fra
     if (!seen) return seen.error();
     registration::DeformableOptions fit;
     fit.ridge = solver.ridge;
+    fit.threads = solver.threads;
     const auto found = registration::refine_deformable(seen->ct, seen->patches, pose, fit);
-    json = found ? json_of(*found, target) : not_tried(found.error().message);
+    json = found ? json_of(*found, target, fit.spacing_mm) : not_tried(found.error().message);
   }
   say("deformable", json, console);
   return {};

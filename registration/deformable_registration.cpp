@@ -46,6 +46,14 @@ double mean_cost(const DeformedCost& cost, const SplineField* field) {
   return sum;
 }
 
+double rms_displacement(const DeformedCost& cost, const SplineField& field) {
+  double sum = 0;
+  for (const RestingPatch& p : cost.patches()) {
+    sum += p.weight * field.displacement(p.centre_ct).squaredNorm();
+  }
+  return std::sqrt(sum);
+}
+
 CtBox box_of_patches(const DeformedCost& cost) {
   CtBox box{Vec::Constant(1e300), Vec::Constant(-1e300)};
   for (const RestingPatch& p : cost.patches()) {
@@ -97,7 +105,7 @@ SplineField between(const SplineField& a, const SplineField& b) {
 Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices,
                                 const DeformableOptions& options) {
   const SplineField empty(box_of_patches(cost), options.spacing_mm);
-  DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 1, 0, 0, 0};
+  DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 0, 1, 0, 0, 0};
   result.final_cost = result.rigid_cost;
   const Error not_finite{ErrorCode::kNumerical,
                          "deformable registration: expected a finite similarity of every patch"};
@@ -127,6 +135,13 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   result.iterations = fits[0].iterations + fits[1].iterations + all.iterations;
   result.min_determinant = all.field.min_determinant();
   result.max_gradient = all.field.gradient_bound();
+  result.displacement_mm = rms_displacement(cost, all.field);
+  if (!(result.displacement_mm >= options.min_displacement_mm)) {
+    text << "rigid: the deformation moves tissue by " << result.displacement_mm
+         << " mm RMS, expected at least " << options.min_displacement_mm;
+    result.reason = text.str();
+    return result;
+  }
   if (!(result.min_determinant >= options.min_determinant)) {
     text << "rigid: the deformation squeezes tissue to " << result.min_determinant
          << " of its volume, expected at least " << options.min_determinant;
@@ -157,6 +172,7 @@ Result<void> validate(const DeformableOptions& o) {
   if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return refuse("contrast_power in [0, 3]");
   if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return refuse("min_gain_share in [0, 1)");
   if (!(o.min_gain_sigmas > 0)) return refuse("min_gain_sigmas > 0");
+  if (!(o.min_displacement_mm >= 0)) return refuse("min_displacement_mm >= 0");
   if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
   if (!(o.min_determinant > 0 && o.min_determinant < 1)) return refuse("min_determinant in (0, 1)");
   return {};

@@ -16,13 +16,16 @@ struct DeformableOptions {
   int max_iterations = 15;  ///< Of each fit, [1, 100].
   double ridge = 0.01;      ///< As ImageRegistrationOptions::ridge, > 0.
   int threads = 2;          ///< [1, 64]; the result does not depend on it.
-  /// Weight of a patch: this power of its contrast, [0, 3]. Flat patches are noise, which fits
-  /// better wherever the CT has more structure and pulls the field there.
-  double contrast_power = 1.5;
+  /// Weight of a patch: this power of its contrast, [0, 3]. A mild one: bright interfaces differ
+  /// between the two pictures by what looks like a deformation, also to pictures left out.
+  double contrast_power = 0.3;
   /// By how many standard errors the pictures that were left out must match better with the
   /// deformation than without, > 0.
   double min_gain_sigmas = 3;
-  double min_gain_share = 0.1;   ///< And by which share of their cost, [0, 1).
+  double min_gain_share = 0.04;  ///< And by which share of their cost, [0, 1).
+  /// RMS over the patches, >= 0: less is not told from the difference between two pictures of the
+  /// same edge.
+  double min_displacement_mm = 1;
   double min_determinant = 0.3;  ///< Of the map's Jacobian anywhere, (0, 1).
 };
 
@@ -39,6 +42,7 @@ struct DeformableResult {
   /// Pictures that a fit of the others did not see: their mean cost without and with deformation.
   double held_out_rigid, held_out_deformed;
   double gain_sigmas;      ///< Their difference over its standard error.
+  double displacement_mm;  ///< RMS over the patches, of the fitted field; 0 where none was fitted.
   double min_determinant;  ///< Of the fitted map, over the box; 1 where none was fitted.
   /// No two points come nearer to each other than 1 − this share of their distance: below 1 the map
   /// is one-to-one everywhere, see SplineField::gradient_bound(). 0 where none was fitted.

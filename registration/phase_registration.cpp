@@ -16,6 +16,9 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
+// A share of the cost that is worth some 0.2 mm.
+constexpr double kNearTolerance = 1e-3;
+
 std::vector<PhasePicture> pictures_of(const PatchSet& all, std::span<const double> phases,
                                       const std::vector<int>& parts) {
   std::vector<double> weights(phases.size(), 0);
@@ -76,14 +79,17 @@ struct Rivals {
 Rivals fit_whole(const std::vector<PhasePictures>& levels, const PhaseFit& start,
                  const PhaseOptions& options) {
   constexpr Eigen::Index kFirstHarmonic = 3;
+  PhaseOptions near = options;  // To within the reach of the finest level.
+  near.cost_tolerance = std::max(options.cost_tolerance, kNearTolerance);
   Rivals out{start, start};
   for (const PhasePictures& level : levels) {
     const ChosenPictures pictures = level.all();
-    out.still = fit_phases(level.ct, pictures, out.still, 1, options);
+    const PhaseOptions& here = &level == &levels.back() ? options : near;
+    out.still = fit_phases(level.ct, pictures, out.still, 1, here);
     if (&level == &levels.front()) {
-      out.moving = fit_phases(level.ct, pictures, out.still, kFirstHarmonic, options);
+      out.moving = fit_phases(level.ct, pictures, out.still, kFirstHarmonic, near);
     }
-    out.moving = fit_phases(level.ct, pictures, out.moving, 1 + 2 * options.harmonics, options);
+    out.moving = fit_phases(level.ct, pictures, out.moving, 1 + 2 * options.harmonics, here);
   }
   return out;
 }

@@ -20,7 +20,7 @@ struct PhaseOptions {
   /// the feet (11.9, 3.8 and 1.3 mm: Liang et al. 2018, J. Appl. Clin. Med. Phys. 19).
   Vector6d usual_mm = (Vector6d() << 2, 2, 2, 1.3, 3.8, 11.9).finished();
   int max_iterations = 40;       ///< Of each fit, [1, 200].
-  double cost_tolerance = 1e-5;  ///< As SolveLimits, of each fit, > 0.
+  double cost_tolerance = 3e-5;  ///< As SolveLimits, of fits on the finest level, > 0.
   double ridge = 0.01;           ///< As ImageRegistrationOptions::ridge, > 0.
   int threads = 2;               ///< [1, 64]; the result does not depend on it.
   int min_pictures = 12;         ///< With patches and a phase, >= 8.

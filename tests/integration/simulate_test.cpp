@@ -4,7 +4,9 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <sstream>
 
+#include "app/command_line.hpp"
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
 #include "app/replay.hpp"
@@ -303,6 +305,84 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   SimulateOptions options = small(folder);
   options.faults = "2";
   EXPECT_FALSE(run_simulate(options, console));
+}
+
+/// 'sonde register' of three breaths, 8 mm deep, from 5 mm beside the truth. Errors are those of
+/// the pose at the end of expiration at the patient's targets, whatever the verdict.
+struct Registered {
+  Json report;
+  double error_mm, common_mm;
+};
+
+Registered register_breathing(const std::string& breathing) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options;
+  options.out = folder / "sweep.igs.mha";
+  options.ct = folder / "ct.mha";
+  options.seed = 502;
+  options.breathing = breathing;
+  options.breathing_mm = 8;
+  options.duration_s = 12;
+  options.frame_rate_hz = 5;
+  EXPECT_TRUE(run_simulate(options, console));
+  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const auto true_pose =
+      transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
+  const Transform<frames::Ct, frames::Ct> off(Eigen::Quaterniond::Identity(), {3, -4, 0});
+  std::ostringstream start;
+  start.precision(12);
+  start << (off * true_pose).matrix().reshaped<Eigen::RowMajor>().transpose();
+  const std::string json = (folder / "report.json").string();
+  std::vector<std::string> words = {"sonde",
+                                    "register",
+                                    options.out.string(),
+                                    "--ct",
+                                    options.ct.string(),
+                                    "--ct-from-reference",
+                                    start.str(),
+                                    "--breath-period",
+                                    "4",
+                                    "--deformable",
+                                    "--json",
+                                    json};
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  run_command_line(static_cast<int>(arguments.size()), arguments.data());
+  Registered out{read_json(json), 0, 0};
+  const auto error = [&](const Json& matrix) {
+    const auto pose = transform_of<frames::Ct, frames::Reference>(matrix);
+    double sum = 0;
+    for (const auto& at : truth.at("targets_ct_mm")) {
+      const Point<frames::Ct> p{
+          Eigen::Vector3d(at[0].get<double>(), at[1].get<double>(), at[2].get<double>())};
+      sum += ((pose * (true_pose.inverse() * p)) - p).v.squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(truth.at("targets_ct_mm").size()));
+  };
+  out.error_mm = error(out.report.at("registration").at("ct_from_reference_mm"));
+  const Json& breath = out.report.at("breath");
+  if (breath.contains("common")) out.common_mm = error(breath["common"]["ct_from_reference_mm"]);
+  return out;
+}
+
+TEST(RegisterBreathingTest, ThePoseAtRestOfTissueThatMovesAndBendsIsFound) {
+  const Registered found = register_breathing("smooth");
+  RecordProperty("error_um", static_cast<int>(1000 * found.error_mm));
+  RecordProperty("common_um", static_cast<int>(1000 * found.common_mm));
+  EXPECT_GE(found.report.at("breath").at("gain_sigmas"), 3) << found.report.at("breath").dump();
+  EXPECT_LT(found.error_mm, 1.0);
+  EXPECT_GT(found.common_mm, 1.2);
+  // At rest the tissue lies as in the CT: there is nothing to bend.
+  EXPECT_FALSE(found.report.at("deformable").at("supported")) << found.report.at("deformable");
+}
+
+TEST(RegisterBreathingTest, APatientWhoLiesStillNeitherMovesNorBends) {
+  const Registered found = register_breathing("none");
+  EXPECT_LT(found.error_mm, 0.6);
+  EXPECT_FALSE(found.report.at("breath").at("supported")) << found.report.at("breath");
+  EXPECT_FALSE(found.report.at("deformable").at("supported")) << found.report.at("deformable");
+  EXPECT_FALSE(found.report.at("deformable").at("reason").get<std::string>().empty());
 }
 
 }  // namespace
