@@ -194,10 +194,10 @@ Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibratio
   return Sweep::create(std::move(frames), calibration_id);
 }
 
-/// From the start that was given; without one all over the body, or from the centre rule where the
-/// CT shows no skin that the sweep fits on.
+/// From the start that was given; without one all over the body, which is then what the start's
+/// kind says, or from the centre rule where the CT shows no skin that the sweep fits on.
 Result<registration::ImageRegistrationResult> register_from(
-    const Placement& start, const Volume& ct, const Sweep& sweep,
+    Placement& start, const Volume& ct, const Sweep& sweep,
     const registration::ImageRegistrationOptions& solver, Console& console) {
   const auto progress = [&](double fraction) {
     console.progress(fraction);
@@ -205,6 +205,7 @@ Result<registration::ImageRegistrationResult> register_from(
   };
   if (start.kind == "centred") {
     auto found = registration::register_on_skin(ct, sweep, solver, {}, console, progress);
+    if (found) start.kind = "skin";
     if (found || found.error().code != ErrorCode::kRefused) return found;
     console.report(Severity::kWarning, "register",
                    found.error().message + "; the search begins from: " + start.statement);
@@ -290,7 +291,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["ct_sha256"] = ct_digest(*ground->ct);
   json["reference"] = session->reference_statement();
   json["reference_frame"] = session->reference_frame();
-  json["start"] = {{"kind", start->kind}, {"ct_from_reference_mm", app::json_of(initial.matrix())}};
+  json["start"] = {{"kind", start->kind},
+                   {"ct_from_reference_mm",
+                    start->kind == "skin" ? Json(nullptr) : app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
   json["similarity"] = options.similarity;
   json["registration"] = app::json_of(answer, decision, target);

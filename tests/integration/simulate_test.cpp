@@ -179,6 +179,8 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   const Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
   EXPECT_TRUE(found.at("registration").at("accepted")) << found.at("registration").dump(1);
   EXPECT_LT(target_error_mm(sweep, found), 1);
+  EXPECT_EQ(found.at("start").at("kind"), "skin");
+  EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
 }
 
 TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
