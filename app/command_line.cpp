@@ -241,8 +241,8 @@ void CommandLine::add_replay() {
   replay->add_flag("--us-alone", config_.predicates.alone, "--us-volume instead of the CT");
   replay
       ->add_option("--ct-importance", config_.predicates.ct_importance,
-                   "what the CT counts beside --us-volume, 0 to 1: 0 lets the ultrasound shine "
-                   "through")
+                   "what the CT counts beside --us-volume; 1: as a predicate of average "
+                   "importance; 0: all ultrasound shines through")
       ->capture_default_str();
   const CLI::Option* set_up = replay->add_option("--predicates", config_.predicates.set_up,
                                                  "how --us-volume is drawn: a preset, or a file");

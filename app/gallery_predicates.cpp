@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <functional>
+#include <tuple>
 
 #include "app/engines.hpp"
 #include "app/predicate_picture.hpp"
 #include "app/predicate_scribbles.hpp"
 #include "bench/predicate_patient.hpp"
 #include "bench/scene_set.hpp"
+#include "bench/two_volumes.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "render/engine.hpp"
@@ -57,6 +59,7 @@ class PredicateGallery {
   Result<void> scribbles();
   Result<void> prostate();
   Result<void> spine();
+  Result<void> inside();
   [[nodiscard]] bool wanted(const std::string& name) const {
     return ("predicates-" + name).find(options_.only) != std::string::npos;
   }
@@ -261,6 +264,27 @@ Result<void> PredicateGallery::spine() {
               {{-0.5, -0.6, -1}, 1.3}, **volume);
 }
 
+/// A CT with a 3D ultrasound volume in it.
+Result<void> PredicateGallery::inside() {
+  if (!wanted("inside") || options_.engine == "gl") return {};
+  auto scene = bench::two_volumes_scene(kSide, options_.width, options_.height);
+  if (!scene) return scene.error();
+  const auto model = scene->ultrasound->predicates.model;
+  render::Scene alone = *scene;
+  alone.ultrasound.reset();
+  render::Scene through = *scene;
+  through.ultrasound->ct_importance = 0;
+  std::vector<PredicatePanel> panels;
+  for (const auto& [title, drawn, legend] :
+       {std::tuple{"(a) CT", &alone, false}, std::tuple{"(b) CT and ultrasound", &*scene, true},
+        std::tuple{"(c) the same, CT of no importance", &through, true}}) {
+    auto picture = rendered(*drawn);
+    if (!picture) return picture.error();
+    panels.push_back({title, *std::move(picture), legend ? std::optional(model) : std::nullopt});
+  }
+  return write("inside", panels);
+}
+
 }  // namespace
 
 Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputFolder& folder,
@@ -286,7 +310,8 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputF
       [&] { return gallery.carried(); },
       [&] { return gallery.scribbles(); },
       [&] { return gallery.prostate(); },
-      [&] { return gallery.spine(); }};
+      [&] { return gallery.spine(); },
+      [&] { return gallery.inside(); }};
   double done = 0;
   for (const auto& picture : pictures) {
     if (auto ok = picture(); !ok) return ok;

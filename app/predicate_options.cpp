@@ -40,7 +40,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
     ranges.push_back({"histogram.hue_deg", edit.hue_deg.value_or(0), -360, 360});
     ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
   }
-  ranges.push_back({"ct_importance", o.ct_importance, 0, 1});
+  ranges.push_back({"ct_importance", o.ct_importance, 0, 1024});
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;
     std::ostringstream expected;

@@ -29,7 +29,7 @@ struct PredicateOptions {
   std::string phantom = "neck";   ///< "neck", or a simulated patient (bench/predicate_patient.hpp).
   int phantom_side = 192;         ///< Voxels, [32, 512].
   bool alone = false;             ///< In a replay: instead of the CT, not inside it.
-  double ct_importance = 1;       ///< Of the CT beside it: render::UltrasoundVolume.
+  double ct_importance = 1;       ///< Impact of the CT beside it: render::UltrasoundVolume.
   std::filesystem::path picture;  ///< PNG to write.
   std::string set_up = "carotid-vessel";      ///< Name of a preset, or a file.
   std::vector<HistogramEdit> histogram;       ///< In order.

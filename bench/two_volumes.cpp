@@ -31,13 +31,13 @@ Result<std::shared_ptr<const Volume>> ct_of_the_patient() {
 
 /// On the line into the neck, from the left, the front and a little above.
 render::Camera camera_at(const Point<frames::Ct>& target, const Eigen::Vector3d& into) {
-  constexpr double kDistanceMm = 260;
-  constexpr double kAsideRad = 0.6;
+  constexpr double kDistanceMm = 230;
+  constexpr double kAsideRad = 0.7;
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d aside = into.cross(up).normalized();
   render::Camera camera;
   camera.look_at_ct = target;
-  camera.eye_ct = {target.mm + kDistanceMm * (-into * std::cos(kAsideRad) +
+  camera.eye_ct = {target.mm + kDistanceMm * (-into * std::cos(kAsideRad) -
                                               aside * std::sin(kAsideRad) + 0.25 * up)};
   camera.up_ct = {up};
   return camera;
@@ -109,7 +109,7 @@ Result<render::Scene> two_volumes_scene(int side, int width, int height) {
                       {},  camera_at(volume->ultrasound->grid().centre(), into), {}};
   scene.width = width;
   scene.height = height;
-  scene.ultrasound = render::UltrasoundVolume{volume->ultrasound, volume->predicates, 0.3};
+  scene.ultrasound = render::UltrasoundVolume{volume->ultrasound, volume->predicates};
   return scene;
 }
 

@@ -57,7 +57,7 @@ CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates
       surface_importance_(predicates.greatest()),
       initial_importance_(predicates.initial()),
       beside_(beside),
-      ct_importance_(predicates.of_share(beside.importance)),
+      ct_importance_(predicates.of_impact(beside.importance)),
       rays_of_(scene, vector ? vector_marches() : portable_marches(), cutaway, field, kSampleInCell,
                in_.base.overlay_cells),
       tiles_across_((scene.width + kTile - 1) / kTile),

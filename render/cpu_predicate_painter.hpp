@@ -21,7 +21,7 @@ class CpuPredicatePainter {
   /// A CT that the volume lies in.
   struct Beside {
     const CpuCtBeside* ct = nullptr;  ///< Null: none.
-    double importance = 1;            ///< Share of the greatest impact, [0, 1].
+    double importance = 1;            ///< Its impact.
     double termination_error = 0;     ///< The ray ends when no more than this may still change.
   };
   /// All must outlive it. vector: with the marches of vector_marches(), which there must be then.

@@ -125,10 +125,11 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 }  // namespace
 
-void CpuPredicates::update(const Scene& scene, int threads, double beside) {
+void CpuPredicates::update(const Scene& scene, int threads, std::optional<double> beside) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   set_ = std::move(set);
-  blend_ = set_->uniform() && beside == 1                      ? PredicateBlend::kOver
+  const bool alike = set_->uniform() && (!beside || *beside >= set_->greatest_impact());
+  blend_ = alike                                               ? PredicateBlend::kOver
            : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
                                                                : PredicateBlend::kLog;
   if (known_.update(*set_, threads)) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -20,9 +21,9 @@ namespace nav::render {
 /// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
 class CpuPredicates {
  public:
-  /// Prepares for a validated scene with predicates whose volume fits. beside: importance, as a
-  /// share of the greatest impact, of what else is composited with it but for surfaces.
-  void update(const Scene& scene, int threads, double beside = 1);
+  /// Prepares for a validated scene with predicates whose volume fits. beside: impact of what
+  /// else is composited with it but for surfaces.
+  void update(const Scene& scene, int threads, std::optional<double> beside = {});
 
   [[nodiscard]] const PredicateSet& set() const { return *set_; }
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
@@ -30,9 +31,9 @@ class CpuPredicates {
   [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
   /// In the measure of PredicateLook: of surfaces.
   [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }
-  /// In the measure of PredicateLook: of a share of the greatest impact.
-  [[nodiscard]] float of_share(double share) const {
-    return measure(share * set_->greatest_impact());
+  /// In the measure of PredicateLook: of an impact, held at the greatest.
+  [[nodiscard]] float of_impact(double impact) const {
+    return measure(std::min(impact, set_->greatest_impact()));
   }
   [[nodiscard]] float initial() const { return blend_ == PredicateBlend::kLog ? 0 : measure(0); }
   [[nodiscard]] std::size_t bricks() const { return importance_.size(); }

@@ -61,7 +61,7 @@
 /// t = m H: what lies of the CT in slab m is composited in front of what lies there of the
 /// ultrasound where m is even, behind it where m is odd, so that the order in depth is right to the
 /// second order of H. The CT's part of a slab is composited for itself as above; then it is one
-/// sample of importance ct_importance times the greatest impact, which is composited with surfaces
+/// sample of importance ct_importance, which is composited with surfaces
 /// and with the samples of the ultrasound as predicate_spec.hpp and predicate_scene.hpp say. With
 /// equal importances that is plain compositing of everything.
 ///

@@ -76,7 +76,7 @@ struct SecondVolume {
       : scene(ultrasound_scene(s)),
         predicates(scene),
         view(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())),
-        ct_importance(s.ultrasound->ct_importance * predicates.greatest_impact()),
+        ct_importance(std::min(s.ultrasound->ct_importance, predicates.greatest_impact())),
         slab(slab_mm(s)) {}
 
   Scene scene;

@@ -283,7 +283,7 @@ Result<void> check_ultrasound(const Scene& scene) {
   }
   if (const auto ok = first_of(
           {check_place("ultrasound.volume.grid.origin_mm", ultrasound.volume->grid().origin_mm),
-           check_range("ultrasound.ct_importance", ultrasound.ct_importance, 0, 1)});
+           check_range("ultrasound.ct_importance", ultrasound.ct_importance, 0, 1024)});
       !ok) {
     return ok;
   }

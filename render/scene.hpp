@@ -157,9 +157,9 @@ struct Quality {
 struct UltrasoundVolume {
   std::shared_ptr<const Volume> volume;  ///< Required. Its grid lies in the CT's frame.
   PredicateScene predicates;
-  /// What the CT counts beside it, as a share of the greatest impact of the model, [0, 1]. 1: as
-  /// much as surfaces do, so that the most important ultrasound and the CT hide each other by depth
-  /// alone. 0: all that predicates show shines through the CT.
+  /// What the CT counts beside it: an impact, [0, 1024], held at the greatest of the model. 1: as
+  /// much as a predicate of average importance, so that what is more important shines through the
+  /// CT and what is less hides nothing of it. 0: all that predicates show shines through.
   double ct_importance = 1;
 };
 
@@ -191,7 +191,7 @@ struct Scene {
 /// anywhere, steps outside [1/64, 16], a plane whose grid is invalid, theta1 > theta2, angles
 /// outside (0, pi/2), a negative overlay, polygons that are not flat; whatever
 /// validate(PredicateScene) does; ultrasound without a volume, beside predicates of the CT, or
-/// whose ct_importance lies outside [0, 1].
+/// whose ct_importance lies outside its range.
 Result<void> validate(const Scene& scene);
 
 }  // namespace nav::render

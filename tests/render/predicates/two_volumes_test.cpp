@@ -126,7 +126,7 @@ Scene random_two(std::mt19937& random, int i) {
   const auto us = test::small_ultrasound(grid, static_cast<unsigned>(i));
   Scene scene =
       test::random_predicate_scene(random, us, test::random_features(us, static_cast<unsigned>(i)));
-  scene.ultrasound = UltrasoundVolume{us, *scene.predicates, i % 3 == 0 ? 1 : unit(random)};
+  scene.ultrasound = UltrasoundVolume{us, *scene.predicates, i % 3 == 0 ? 1024 : 2 * unit(random)};
   scene.ultrasound->predicates.termination_error = 0;
   scene.predicates.reset();
   scene.quality.opaque_at = 1;
@@ -256,7 +256,7 @@ TEST(TwoVolumes, RefusesWhatCannotBeDrawn) {
   EXPECT_EQ(message(bad), "ultrasound.volume: expected a volume, found none");
   bad = good;
   bad.ultrasound->ct_importance = std::nan("");
-  EXPECT_EQ(message(bad), "ultrasound.ct_importance: expected a number in [0, 1], found nan");
+  EXPECT_EQ(message(bad), "ultrasound.ct_importance: expected a number in [0, 1024], found nan");
   bad = good;
   bad.predicates = good.ultrasound->predicates;
   EXPECT_EQ(message(bad), "ultrasound: expected no predicates of the CT beside it, found both");
