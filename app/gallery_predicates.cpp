@@ -272,12 +272,12 @@ Result<void> PredicateGallery::inside() {
   const auto model = scene->ultrasound->predicates.model;
   render::Scene alone = *scene;
   alone.ultrasound.reset();
-  render::Scene through = *scene;
-  through.ultrasound->ct_importance = 0;
+  render::Scene equal = *scene;
+  equal.ultrasound->ct_importance = 1024;  // Held at the greatest of the predicates.
   std::vector<PredicatePanel> panels;
   for (const auto& [title, drawn, legend] :
        {std::tuple{"(a) CT", &alone, false}, std::tuple{"(b) CT and ultrasound", &*scene, true},
-        std::tuple{"(c) the same, CT of no importance", &through, true}}) {
+        std::tuple{"(c) CT as important as the vessel", &equal, true}}) {
     auto picture = rendered(*drawn);
     if (!picture) return picture.error();
     panels.push_back({title, *std::move(picture), legend ? std::optional(model) : std::nullopt});
