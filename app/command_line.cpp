@@ -543,7 +543,8 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
   verb->add_option("--height", predicates_.height, "as --width")
       ->check(CLI::Range(32, 4096))
       ->capture_default_str();
-  verb->add_option("--volume", predicates_.volume, "only volumes whose name begins so: neck, …");
+  verb->add_option("--volume", predicates_.volume,
+                   "only volumes whose name begins so: neck, …, two-volumes");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
       ->check(CLI::IsMember({"cpu", "gl", "both"}))
       ->capture_default_str();
