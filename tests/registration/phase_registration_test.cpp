@@ -96,6 +96,11 @@ TEST(PhaseRegistrationTest, FollowsEightMillimetresOfBreath) {
   EXPECT_LT(result->final_cost, result->rigid_cost);
   EXPECT_LT(result->held_out_moving, result->held_out_rigid);
   EXPECT_GT(result->motion.amplitude_mm({{0, 0, 0}}), 6);
+  const auto alone =
+      refine_by_phase(moving.ct, moving.patches, moving.phases, test::true_pose(), {.threads = 1});
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->motion.series(), result->motion.series()) << "whatever the threads";
+  EXPECT_EQ(alone->final_cost, result->final_cost);
 }
 
 Result<MovingRegistration> hold_still(const Volume& ct, const Breathing& patient,
