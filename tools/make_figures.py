@@ -355,9 +355,10 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
     keys = ["trials", "tre_median_mm", "tre_p95_mm", "success_local_10mm", "success_from_40mm",
             "false_accepts", "false_accept_bound", "false_refusals", "right", "hopeless_refused",
             "coverage_95", "local_cpu_s", "global_cpu_s", "ct_cpu_s"]
+    counts = {"trials", "false_accepts", "false_refusals", "right"}
     summary = table(["", "development", "evaluation"],
-                    [[key, number(report["development"][key], 3), number(report["summary"][key], 3)]
-                     for key in keys])
+                    [[key] + [number(report[seeds][key], 0 if key in counts else 3)
+                              for seeds in ["development", "summary"]] for key in keys])
     return f"""## Registration: accuracy, success, refusals, time
 
 {when(kept)}
