@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "nav/image.hpp"
 #include "nav/result.hpp"
 
 namespace nav::bench {
@@ -16,6 +17,8 @@ double process_time_s();
 std::size_t resident_bytes();
 /// NaN for no values.
 double median(std::vector<double> values);
+/// Root mean square over the colours of two pictures of one size.
+double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b);
 
 /// What one run took.
 struct Taken {

@@ -23,16 +23,6 @@ Result<render::TransferFunction> flat_tissues() {
                                                            {3000, {1, 1, 0.9}, 0.3, 0.8}});
 }
 
-double rms_of(const render::RenderedImage& a, const render::RenderedImage& b) {
-  double squares = 0;
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    for (const float d : {x[i].r - y[i].r, x[i].g - y[i].g, x[i].b - y[i].b}) squares += d * d;
-  }
-  return std::sqrt(squares / (3 * static_cast<double>(x.size())));
-}
-
 render::Scene few_pixels(render::Scene scene) {
   scene.width = 32;
   scene.height = 24;
@@ -54,7 +44,7 @@ Result<void> measure_points(const render::Scene& scene, const Repeats& repeats,
     one.quality.adaptive_error = point.adaptive_error;
     const auto small = render::make_cpu_engine()->render(few_pixels(one));
     if (!small) return small.error();
-    point.rms = rms_of(*small, *truth);
+    point.rms = rms_difference(small->pixels, truth->pixels);
     cameras.emplace_back(std::move(one));
   }
   for (MovingCamera& camera : cameras) {

@@ -27,16 +27,6 @@ Result<std::vector<Taken>> time_scenes(std::vector<MovingCamera>& cameras, const
   return time_in_turn(tasks, repeats);
 }
 
-double rms_of(const Image2d<RgbaF>& found, const Image2d<RgbaF>& truth) {
-  double sum = 0;
-  for (std::size_t i = 0; i < truth.pixels().size(); ++i) {
-    const RgbaF& a = found.pixels()[i];
-    const RgbaF& b = truth.pixels()[i];
-    sum += std::pow(a.r - b.r, 2) + std::pow(a.g - b.g, 2) + std::pow(a.b - b.b, 2);
-  }
-  return std::sqrt(sum / (3.0 * static_cast<double>(truth.pixels().size())));
-}
-
 }  // namespace
 
 Result<CutawayCost> measure_cutaway(const render::Scene& scene, const Repeats& repeats) {
@@ -154,7 +144,7 @@ Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& 
     small.quality.step_voxels = found.step = step;
     const auto image = engine->render(small);
     if (!image) return image.error();
-    found.rms = rms_of(image->pixels, truth->pixels);
+    found.rms = rms_difference(image->pixels, truth->pixels);
     if (found.rms <= kRms) break;
   }
   render::Scene full = named.scene;

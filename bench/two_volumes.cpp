@@ -43,19 +43,6 @@ render::Camera camera_at(const Point<frames::Ct>& target, const Eigen::Vector3d&
   return camera;
 }
 
-double rms_difference(const render::RenderedImage& a, const render::RenderedImage& b) {
-  double sum = 0;
-  const auto pixels = a.pixels.pixels();
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const RgbaF& p = pixels[i];
-    const RgbaF& q = b.pixels.pixels()[i];
-    for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b}) {
-      sum += static_cast<double>(d) * static_cast<double>(d);
-    }
-  }
-  return std::sqrt(sum / (3 * static_cast<double>(pixels.size())));
-}
-
 render::Scene with_step(render::Scene scene, double step) {
   scene.quality.step_voxels = step;
   return scene;
@@ -126,14 +113,14 @@ Result<TwoVolumesReport> measure_two_volumes(int side, int width, int height,
   const auto coarser = reference->render(with_step(small, 1.0 / 8));
   if (!coarser) return coarser.error();
   TwoVolumesReport report;
-  report.reference_rms = rms_difference(*coarser, *truth);
+  report.reference_rms = rms_difference(coarser->pixels, truth->pixels);
   const auto engine = render::make_cpu_engine({.threads = 1});
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     auto row = measure(with_step(*scene, step), repeats);
     if (!row) return row.error();
     const auto drawn = engine->render(with_step(small, step));
     if (!drawn) return drawn.error();
-    row->rms = rms_difference(*drawn, *truth);
+    row->rms = rms_difference(drawn->pixels, truth->pixels);
     report.rows.push_back(*row);
   }
   return report;

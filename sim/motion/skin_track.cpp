@@ -17,25 +17,15 @@ constexpr double kFootprintMm = 8;
 // What takes a step back to its depth; the distance is of first order only.
 constexpr int kCorrections = 3;
 
-/// Out of the patient.
-Vec outward(const Anatomy& patient, const Vec& at) {
-  Vec slope;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec step = kFootprintMm * Vec::Unit(axis);
-    slope[axis] = patient.skin_distance_mm({at + step}) - patient.skin_distance_mm({at - step});
-  }
-  return slope.normalized();
-}
-
 /// One step along the picture's z, turned with the skin and back at the depth.
 SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double way_mm,
                      double depth_mm) {
   const Vec here = from.translation_mm();
-  const Vec normal = outward(patient, here);
+  const Vec normal = outward(patient, here, kFootprintMm);
   const Vec across = from.rotation() * Vec::UnitZ();
   const Vec tangent = (across - across.dot(normal) * normal).normalized();
   Vec there = here + way_mm * tangent;
-  const Vec next = outward(patient, there);
+  const Vec next = outward(patient, there, kFootprintMm);
   for (int i = 0; i < kCorrections; ++i) {
     there -= (patient.skin_distance_mm({there}) - depth_mm) * next;
   }
@@ -46,6 +36,16 @@ SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double
 }
 
 }  // namespace
+
+Vec outward(const Anatomy& patient, const Vec& at_ct_mm, double footprint_mm) {
+  Vec slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec step = footprint_mm * Vec::Unit(axis);
+    slope[axis] =
+        patient.skin_distance_mm({at_ct_mm + step}) - patient.skin_distance_mm({at_ct_mm - step});
+  }
+  return slope.normalized();
+}
 
 SkinTrack::SkinTrack(const Anatomy& patient, const Pose& start, double reach_mm)
     : poses_{start}, reach_mm_(kStepMm * std::ceil(reach_mm / kStepMm)) {

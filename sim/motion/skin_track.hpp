@@ -2,12 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "nav/transform.hpp"
 #include "sim/anatomy/anatomy.hpp"
 
 namespace nav::sim {
+
+/// Out of the patient, unit, where the skin is near: the slope of its distance over a footprint of
+/// so many mm to each side, > 0.
+Eigen::Vector3d outward(const Anatomy& patient, const Eigen::Vector3d& at_ct_mm,
+                        double footprint_mm);
 
 /// Where a probe is that slides over the skin across its picture's plane, without a hand's wobble:
 /// as deep in the skin, and at the same angle to it, as at the start. What the skin is counts over

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string>
 
+#include "sim/motion/skin_track.hpp"
+
 namespace nav::sim {
 namespace {
 
@@ -52,19 +54,9 @@ Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, d
   return {Eigen::Quaterniond(axes).normalized(), skin + press_mm * into};
 }
 
-/// Out of the patient, over the footprint of a probe.
-Vec outward(const Anatomy& patient, const Vec& skin) {
-  constexpr double kFootprintMm = 15;
-  Vec slope;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec step = kFootprintMm * Vec::Unit(axis);
-    slope[axis] = patient.skin_distance_mm({skin + step}) - patient.skin_distance_mm({skin - step});
-  }
-  return slope.normalized();
-}
-
 double lean_rad(const Anatomy& patient, const Vec& skin, const Vec& into) {
-  return std::acos(std::clamp(-into.dot(outward(patient, skin)), -1.0, 1.0));
+  constexpr double kFootprintMm = 15;  // Of a probe.
+  return std::acos(std::clamp(-into.dot(outward(patient, skin, kFootprintMm)), -1.0, 1.0));
 }
 
 }  // namespace
