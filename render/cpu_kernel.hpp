@@ -80,6 +80,7 @@ class Marcher {
     F t_b;
     F v_a;  ///< HU.
     F v_b;
+    F bow;  ///< HU; spec::bow_of().
     M active;
   };
   struct Classified {
@@ -90,7 +91,7 @@ class Marcher {
 
   void add_cell(F cell, M active, M fresh) {
     const F next = V::add(cell, cells_);
-    Part part{cell, V::max(cell, begin_), V::min(next, end_), {}, {}, active};
+    Part part{cell, V::max(cell, begin_), V::min(next, end_), {}, {}, V::set(0.0F), active};
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
     if constexpr (kPre) {
       add_pre_integrated(part, next, fresh);
@@ -123,6 +124,13 @@ class Marcher {
     const F rise = V::sub(v1, v0);
     part.v_a = V::select(cut_a, V::madd(V::sub(part.t_a, part.cell), rise, v0), v0);
     part.v_b = V::select(cut_b, V::madd(V::sub(part.t_b, part.cell), rise, v0), v1);
+    M bowed = V::both(V::negate(V::either(cut_a, cut_b)), V::less(V::set(1.5F), part.cell));
+    if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
+    set_before(part.cell, V::both(part.active, bowed), fresh);
+    const F rise_before = V::sub(v0, before_);
+    part.bow = V::mask(bowed, V::mul(V::sub(rise_before, rise), V::set(1.0F / 12)));
+    before_ = v0;
+    if constexpr (kAdaptive) before_at_ = part.cell;
     front_ = v1;
     if (!may_show(part)) {
       front_classified_ = false;
@@ -136,6 +144,18 @@ class Marcher {
     // A lane cut at its back ends there, so that no lane that goes on has another value there.
     front_end_ = 1 - front_end_;
     front_classified_ = true;
+  }
+
+  /// Makes before_ the value at the lattice point in front of a cell, where that is needed.
+  void set_before(F cell, M needed, M fresh) {
+    const F there = V::sub(cell, V::set(1.0F));
+    M unknown = V::both(needed, fresh);
+    if constexpr (kAdaptive) {
+      unknown = V::both(needed, V::either(fresh, V::less(before_at_, there)));
+    }
+    if (!V::any(unknown)) return;
+    before_ = V::select(unknown, sampler_.value(there), before_);
+    counts_.samples += static_cast<std::uint64_t>(V::count(unknown));
   }
 
   [[nodiscard]] bool may_show(const Part& part) const {
@@ -172,7 +192,8 @@ class Marcher {
     Classified c;
     c.importance = V::set(1.0F);
     if constexpr (kPre) {
-      integrals_.mean(part.v_a, part.v_b, ends_[front_end_], ends_[1 - front_end_], c.rgb, c.tau);
+      integrals_.mean(part.v_a, part.v_b, part.bow, ends_[front_end_], ends_[1 - front_end_], c.rgb,
+                      c.tau);
     } else {
       const auto s = table_.at(part.v_a, gradient, needs_importance());
       for (int i = 0; i < 3; ++i) c.rgb[i] = s.rgb[i];
@@ -258,6 +279,8 @@ class Marcher {
   F alpha_;
   F cells_ = V::set(1.0F);        ///< Of the segment: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
+  F before_{};                    ///< HU at the begin of the segment before.
+  F before_at_{};                 ///< Where that is; only with kAdaptive.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;
   bool front_classified_ = false;  ///< ends_[front_end_] is that of front_.

@@ -10,6 +10,8 @@ namespace nav::render {
 
 /// spec::kFadeSteps; this file may not include what has inline functions.
 inline constexpr int kMarchFadeSteps = 4;
+/// spec::kMaxBowShare.
+inline constexpr float kMarchMaxBowShare = 0.5F;
 /// Values closer than this, in HU, are averaged instead of dividing differences of integrals.
 inline constexpr float kCloseHu = 0.5F;
 
@@ -83,12 +85,15 @@ struct Integrals {
   }
 
   /// Mean colour, weighted by extinction, and mean extinction per mm.
-  void mean(F a_hu, F b_hu, const State& a, const State& b, F* rgb, F& tau) const {
+  void mean(F a_hu, F b_hu, F bow_hu, const State& a, const State& b, F* rgb, F& tau) const {
+    const F nothing = V::set(0.0F);
     const F change = V::sub(b_hu, a_hu);
     const M close = V::less(V::abs(change), V::set(kCloseHu));
+    const F most = V::mul(V::abs(change), V::set(kMarchMaxBowShare));
+    const F bow = V::max(V::min(bow_hu, most), V::sub(nothing, most));
     F value[4];
-    V::mean(a, b, close, V::div(V::set(1.0F), V::select(close, V::set(2.0F), change)), value);
-    const F nothing = V::set(0.0F);
+    V::mean(a, b, close, V::mask(V::negate(close), bow),
+            V::div(V::set(1.0F), V::select(close, V::set(2.0F), change)), value);
     const F sum = V::max(value[3], nothing);
     const F per_sum = V::div(V::set(1.0F), V::max(sum, V::set(1e-20F)));
     for (int c = 0; c < 3; ++c) {

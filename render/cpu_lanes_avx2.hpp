@@ -294,15 +294,18 @@ struct Avx2 {
     integral_two<3>(table, lanes, w, out);
   }
   template <int i>
-  static F mean_two(const Integral& a, const Integral& b, F close, F scale) {
-    const F change = _mm256_cvtepi32_ps(_mm256_sub_epi32(b.sum[i], a.sum[i]));
+  static F mean_two(const Integral& a, const Integral& b, F close, F bow, F scale) {
+    const F sums = _mm256_cvtepi32_ps(_mm256_sub_epi32(b.sum[i], a.sum[i]));
+    const F change = madd(spread<i>(bow), sub(b.slope[i], a.slope[i]), sums);
     const F slopes = add(a.slope[i], b.slope[i]);
     return mul(_mm256_blendv_ps(change, slopes, spread<i>(close)), spread<i>(scale));
   }
-  /// scale times the change of the integrals; where close, scale times the sum of the derivatives.
-  static void mean(const Integral& a, const Integral& b, M close, F scale, F* out) {
-    const F pair[4] = {mean_two<0>(a, b, close.v, scale), mean_two<1>(a, b, close.v, scale),
-                       mean_two<2>(a, b, close.v, scale), mean_two<3>(a, b, close.v, scale)};
+  /// scale times the change of the integrals and bow times that of their derivatives; where close,
+  /// scale times the sum of the derivatives.
+  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
+    const F pair[4] = {
+        mean_two<0>(a, b, close.v, bow, scale), mean_two<1>(a, b, close.v, bow, scale),
+        mean_two<2>(a, b, close.v, bow, scale), mean_two<3>(a, b, close.v, bow, scale)};
     transpose(pair, out);
   }
 };

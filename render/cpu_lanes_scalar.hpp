@@ -109,9 +109,10 @@ struct Scalar {
       out.slope[i] = entry.here[i] + (rise + rise);
     }
   }
-  static void mean(const Integral& a, const Integral& b, M close, F scale, F* out) {
+  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
     for (int i = 0; i < 4; ++i) {
-      out[i] = scale * (close ? a.slope[i] + b.slope[i] : static_cast<F>(b.sum[i] - a.sum[i]));
+      const F change = madd(bow, b.slope[i] - a.slope[i], static_cast<F>(b.sum[i] - a.sum[i]));
+      out[i] = scale * (close ? a.slope[i] + b.slope[i] : change);
     }
   }
 };

@@ -234,6 +234,7 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("live_at", kLiveAt);
   resolve_program_->set("us_picture", kPicture);
   resolve_program_->set("plane_opacity", scene.plane->opacity);
+  resolve_program_->set("opaque_at", opaque_at(scene));
   resolve_program_->set("by_weight", static_cast<int>(drawn_by_predicates(scene)));
   bind(kFront, GL_TEXTURE_2D, front_.id());
   bind(kBehind, GL_TEXTURE_2D, behind_.id());

@@ -178,14 +178,16 @@ void set_rays(GlProgram& program, const Scene& scene) {
   set_volume(program, scene.ct->grid());
 }
 
+double opaque_at(const Scene& scene) {
+  constexpr double kNeverReached = 2;
+  return scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached;
+}
+
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
   set_rays(program, scene);
-  constexpr double kNeverReached = 2;
-  if (!features.predicates) {
-    program.set("opaque_at", scene.quality.opaque_at < 1 ? scene.quality.opaque_at : kNeverReached);
-  }
+  if (!features.predicates) program.set("opaque_at", opaque_at(scene));
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {
     const Shading& light = scene.shading;
     program.set("shade_light",

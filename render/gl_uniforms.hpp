@@ -57,6 +57,9 @@ void set_rays(GlProgram& program, const Scene& scene);
 void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
                     int unit);
 
+/// The alpha at which a ray ends; more than 1: never.
+double opaque_at(const Scene& scene);
+
 /// Sets every uniform of the program in use but those of predicates; geometry is prepared in
 /// double. depth: given exactly when features.shared_depth.
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,

@@ -30,7 +30,12 @@
 /// values va, vb of the line from v0 to v1 there and the length (b - a) h.
 ///
 /// Classification, by TransferTable, to extinction tau and colour:
-///   pre-integrated: mean(va, vb); post-classified: at(v).
+///   pre-integrated: mean(va, vb, bow); post-classified: at(v).
+/// The bow of a whole cell between lattice points k and k + 1 is that of the parabola through the
+/// values at k - 1, k and k + 1, bow_of(): by how much its mean over the cell lies above that of
+/// the line. 0 for a cell that is cut, for several cells taken as one, where the cutaway fades, and
+/// unless k - 1 lies behind the lattice point at or in front of the entry into the box.
+/// Without it all errors of a ray have one sign, and noise is drawn too faint.
 /// A function with gradient windows is always post-classified, with the gradient of the middle.
 /// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
 ///
@@ -54,7 +59,8 @@
 /// Surfaces are samples of their own alpha at their exact t, sorted by t (equal t: plane, needle,
 /// spheres in order, lines in order); the first of alpha 1 ends the ray. A surface is drawn if
 /// t > 0, inside the volume or not. Early termination: the ray ends once A >= quality.opaque_at (<
-/// 1). The pixel is C + (1 - A) · background, alpha 1.
+/// 1), and what it has gathered stands for the rest, C / A: no channel is wrong by more than 1 - A,
+/// and none always too dark. Otherwise the pixel is C + (1 - A) · background. Its alpha is 1.
 ///
 /// Two volumes. With scene.ultrasound the CT and the ultrasound have cells each on its own lattice,
 /// with its own h; H is the greater of the two. Where a ray runs through both boxes it is cut at

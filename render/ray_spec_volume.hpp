@@ -34,6 +34,12 @@ inline constexpr double kGhostOpacity = 0.4;
 /// A plane seen at less than this sine is edge-on and not drawn.
 inline constexpr double kEdgeOnSine = 1e-6;
 
+/// The bow of a cell: the mean over it of the parabola through three lattice values, less that of
+/// the line from v0 to v1. before: at the lattice point in front of v0.
+inline double bow_of(double before, double v0, double v1) { return (2 * v0 - before - v1) / 12; }
+/// The mean follows the bow by at most this share of the change from v0 to v1.
+inline constexpr double kMaxBowShare = 0.5;
+
 // ---- Rays -------------------------------------------------------------------------------------
 
 /// A ray, local mm; direction of unit length.

@@ -164,7 +164,8 @@ class Caster {
     double t_b;
     double v_a;
     double v_b;
-    Vec3 middle;  ///< Index, of the whole cell.
+    Vec3 middle;     ///< Index, of the whole cell.
+    double bow = 0;  ///< HU; spec::bow_of().
   };
   /// A classified cell; importance only with emphasis.
   struct Classified {
@@ -190,6 +191,7 @@ class Caster {
 
   void composite(const spec::Interval<double>& in) {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
+    bow_from_ = std::floor(in.begin / p_.step_mm - shift_) + 2;
     if (p_.predicates) {
       const auto light = p_.predicates->cast({ray_, in, shift_, span_, hits_}, counts_.samples);
       rgb_ = light.alpha * light.rgb;
@@ -208,6 +210,7 @@ class Caster {
   /// Light of two volumes: ray_spec.hpp. other: the ray in local mm of the ultrasound.
   void composite_both(const spec::Interval<double>& in, const spec::Ray<double>& other) {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
+    bow_from_ = std::floor(in.begin / p_.step_mm - shift_) + 2;
     const SecondVolume& second = *p_.second;
     const VoxelGrid& grid = second.scene.ct->grid();
     const auto in_other = spec::clip_to_box(spec::index_ray(other, grid), grid.size);
@@ -286,6 +289,8 @@ class Caster {
   void march(double begin, double end) {
     double last_k = std::numeric_limits<double>::quiet_NaN();
     double last_value = 0;
+    double before_k = last_k;  // Where the segment before began.
+    double before_value = 0;
     for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
       Cell cell{t_a, t_b, 0, 0, index_at(k + 0.5 * m)};
       if (p_.pre_integrated) {
@@ -293,6 +298,13 @@ class Caster {
         const double v1 = sample(index_at(k + m));
         last_k = k + m;
         last_value = v1;
+        const bool whole = t_a == (k + shift_) * p_.step_mm && t_b == (k + 1 + shift_) * p_.step_mm;
+        if (m == 1 && whole && k >= bow_from_) {
+          const double before = k - 1 == before_k ? before_value : sample(index_at(k - 1));
+          cell.bow = spec::bow_of(before, v0, v1);
+        }
+        before_k = k;
+        before_value = v0;
         const auto value = [&](double t) {
           return v0 + (t / p_.step_mm - k - shift_) / m * (v1 - v0);
         };
@@ -331,7 +343,7 @@ class Caster {
       const TransferSample s = p_.table.at(cell.v_a, gradient);
       return {s.rgb, s.tau_per_mm, needs_importance() ? s.importance : 1};
     }
-    const TransferSample s = p_.table.mean(cell.v_a, cell.v_b);
+    const TransferSample s = p_.table.mean(cell.v_a, cell.v_b, cell.bow);
     const double importance =
         needs_importance()
             ? steps(cell, gradient, [](double tau, double, double) { return tau; }).importance
@@ -389,6 +401,7 @@ class Caster {
   spec::Ray<double> index_;
   spec::CutawaySpan<double> span_{};
   double shift_ = 0;
+  double bow_from_ = 0;  ///< The first cell with a bow.
   std::vector<spec::Hit<double>> hits_;
   Vec3 rgb_;
   double alpha_ = 0;

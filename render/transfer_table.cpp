@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "render/ray_spec_volume.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -142,13 +144,25 @@ Eigen::Vector4d TransferTable::integral_to(double hu) const {
   return cumulative_[i] + w * here + 0.5 * w * w * (premultiplied(i + 1) - here);
 }
 
-TransferSample TransferTable::mean(double a_hu, double b_hu) const {
+Eigen::Vector4d TransferTable::premultiplied_at(double hu) const {
+  const double x = std::clamp(hu - first_hu_, 0.0, size_ - 1.0);
+  const auto i = std::min(static_cast<std::size_t>(x), size_of(size_ - 2));
+  const Eigen::Vector4d here = premultiplied(i);
+  return here + (x - static_cast<double>(i)) * (premultiplied(i + 1) - here);
+}
+
+TransferSample TransferTable::mean(double a_hu, double b_hu, double bow_hu) const {
   if (std::abs(b_hu - a_hu) < kSameHu) {
     TransferSample sample = at(0.5 * (a_hu + b_hu));
     sample.importance = 0;
     return sample;
   }
-  const Eigen::Vector4d mean = (integral_to(b_hu) - integral_to(a_hu)) / (b_hu - a_hu);
+  Eigen::Vector4d mean = (integral_to(b_hu) - integral_to(a_hu)) / (b_hu - a_hu);
+  if (bow_hu != 0) {
+    const double share =
+        std::clamp(bow_hu / (b_hu - a_hu), -spec::kMaxBowShare, spec::kMaxBowShare);
+    mean += share * (premultiplied_at(b_hu) - premultiplied_at(a_hu));
+  }
   if (!(mean[3] > 0)) return {Eigen::Vector3d::Zero(), 0, 0};
   return {(mean.head<3>() / mean[3]).cwiseMax(0).cwiseMin(1), mean[3], 0};
 }

@@ -44,7 +44,12 @@ class TransferTable {
   /// extinction, and colour weighted by extinction (pre-integrated classification: Engel et al.
   /// 2001, with the integrals of one variable; second order in the length of the stretch). Colour
   /// times extinction is linear between entries here. importance: 0. Precondition: rows() == 1.
-  [[nodiscard]] TransferSample mean(double a_hu, double b_hu) const;
+  ///
+  /// bow_hu: by how much the mean of the values lies above that of the line, (a + b) / 2. To first
+  /// order the mean of f changes by bow times the mean slope of f, (f(b) - f(a)) / (b - a): a
+  /// curved course costs no look-up, and where both ends show nothing neither does it. Held within
+  /// spec::kMaxBowShare of f(b) - f(a), because f may bend more than the values do.
+  [[nodiscard]] TransferSample mean(double a_hu, double b_hu, double bow_hu = 0) const;
 
   /// The integrals of mean() at the entries as whole numbers of quantum(), four per entry: colour
   /// times extinction, and extinction. Differences are exact, where those of floats cancel.
@@ -68,6 +73,8 @@ class TransferTable {
   [[nodiscard]] Entries entries_in(double low_hu, double high_hu) const;
   [[nodiscard]] Eigen::Vector4d entry(std::size_t i) const;
   [[nodiscard]] Eigen::Vector4d premultiplied(std::size_t i) const;
+  /// As premultiplied(), linear between entries and held outside.
+  [[nodiscard]] Eigen::Vector4d premultiplied_at(double hu) const;
   [[nodiscard]] Eigen::Vector4d integral_to(double hu) const;
   void add_row(const TransferFunction& transfer, double gradient_hu_per_mm);
   void integrate();

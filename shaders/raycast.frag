@@ -54,6 +54,9 @@ layout(location = 4) out uvec2 signature;
 
 vec4 picture;  // The layer that is being composited, premultiplied.
 float enough;  // Its alpha at which the ray ends.
+#ifdef PREINTEGRATED
+int bow_from;  // The first cell with a bow.
+#endif
 
 #ifndef PROJECTION
 #include "include/march.glsl"
@@ -131,6 +134,9 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   picture = vec4(0.0);
   enough = opaque_at;
+#ifdef PREINTEGRATED
+  bow_from = int(floor(cells_of(box.x))) + 2;
+#endif
 #ifdef PLANE
   live_at = vec2(-1.0e9);
 #endif
@@ -149,7 +155,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   colour = split ? front : picture;
   behind = split ? picture : vec4(0.0);
 #else
-  colour = picture;
+  colour = closed(picture, opaque_at);
 #endif
 }
 

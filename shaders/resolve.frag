@@ -11,6 +11,7 @@ uniform sampler2D behind;
 uniform sampler2D live_at;     // Column and row of the picture; far below 0 where it is not seen.
 uniform sampler2D us_picture;  // Grey in [0, 1], 16 bit; first texel row: shallowest.
 uniform float plane_opacity;   // (0, 1].
+uniform float opaque_at;       // As in raycast.frag.
 uniform bool by_weight;        // One layer, whose other part is the picture's weight in it.
 layout(location = 0) out vec4 colour;
 
@@ -32,11 +33,14 @@ void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 layers = texelFetch(front, pixel, 0);
   vec2 at = texelFetch(live_at, pixel, 0).xy;
-  if (at.x > -1.0e6 && by_weight) {
-    layers.rgb += texelFetch(behind, pixel, 0).r * picture_at(at);
-  } else if (at.x > -1.0e6) {
+  if (by_weight) {
+    if (at.x > -1.0e6) layers.rgb += texelFetch(behind, pixel, 0).r * picture_at(at);
+    colour = layers;
+    return;
+  }
+  if (at.x > -1.0e6) {
     put_behind(layers, vec3(picture_at(at)), plane_opacity);
     layers += (1.0 - layers.a) * texelFetch(behind, pixel, 0);
   }
-  colour = layers;
+  colour = closed(layers, opaque_at);
 }

@@ -8,6 +8,11 @@ float opacity_of(float x) {
   return x < 0.1 ? series : 1.0 - exp(-x);
 }
 
+// What a ray that ended early has gathered stands for the rest of it.
+vec4 closed(vec4 picture, float opaque_at) {
+  return picture.a >= opaque_at ? picture / picture.a : picture;
+}
+
 void put_behind(inout vec4 picture, vec3 rgb, float alpha) {
   float part = (1.0 - picture.a) * alpha;
   picture += vec4(part * rgb, part);

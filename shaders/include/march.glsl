@@ -77,6 +77,8 @@ struct Walk {
   int known;         // Lattice point of v0; far in front: none yet.
   float v0;
 #ifdef PREINTEGRATED
+  int before_at;     // Lattice point of before.
+  float before;
   Point a;
   bool has_a;        // a is what lies at the begin of the part of the cell after it.
 #endif
@@ -94,6 +96,8 @@ Walk begin_walk(float begin, float end) {
   w.known = w.j - 2;
   w.v0 = 0.0;
 #ifdef PREINTEGRATED
+  w.before_at = w.j;
+  w.before = 0.0;
   w.has_a = false;
 #endif
 #if defined(SKIPPING)
@@ -166,6 +170,13 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
 }
 
 #ifdef PREINTEGRATED
+// The bow of the segment from k on, whose values at its ends are v0 and v1; HU.
+float bow_of(inout Walk w, Cell cell, int k, float v1) {
+  if (w.size != 1 || k < bow_from || cell.begin > float(k) || cell.end < float(k + 1)) return 0.0;
+  if (w.before_at != k - 1) w.before = value_at(float(k - 1));
+  return (2.0 * w.v0 - w.before - v1) / 12.0;
+}
+
 // Takes the sample at j. True: it ends a cell, which is classified.
 bool take_sample(inout Walk w, out Cell cell, bool fading) {
   float v1 = value_at(float(w.j));
@@ -182,12 +193,14 @@ bool take_sample(inout Walk w, out Cell cell, bool fading) {
     bool at_begin = whole && !w.has_a;
     Point b = point_at(at_begin ? cell.v_a : whole ? cell.v_b : v1);
     classified = whole && w.has_a;
-    if (classified) cell.look = mean_between(w.a, b);
+    if (classified) cell.look = mean_between(w.a, b, bow_of(w, cell, k, v1));
     w.a = b;
     advance = !at_begin;
     w.has_a = whole || w.begin <= float(w.j);
   }
   if (advance) {
+    w.before_at = whole ? k : w.j;
+    w.before = w.v0;
     w.known = w.j;
     w.v0 = v1;
 #ifdef ADAPTIVE

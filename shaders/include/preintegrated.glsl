@@ -31,13 +31,16 @@ Point point_at(float hu) {
   return p;
 }
 
-// Mean over the values from a to b: rgb, not premultiplied, and extinction per mm.
-vec4 mean_between(Point a, Point b) {
+// Mean over the values from a to b: rgb, not premultiplied, and extinction per mm. bow: by how much
+// the mean of the values lies above that of the line, HU.
+vec4 mean_between(Point a, Point b, float bow) {
   const float kSame = 1.0 / 64.0;  // HU; so close, the mean of the ends is as good.
+  const float kMaxBowShare = 0.5;
   float dx = b.x - a.x;
   bool same = a.entry == b.entry || abs(dx) < kSame;
   vec4 area = vec4(b.integral - a.integral) * quantum + (b.rest - a.rest);
-  vec4 mean = same ? 0.5 * (a.here + b.here) : area / dx;
+  vec4 mean = 0.5 * (a.here + b.here);
+  if (!same) mean = area / dx + clamp(bow / dx, -kMaxBowShare, kMaxBowShare) * (b.here - a.here);
   if (!(mean.a > 0.0)) return vec4(0.0);
   return vec4(clamp(mean.rgb / mean.a, 0.0, 1.0), mean.a);
 }

@@ -156,6 +156,17 @@ TEST_P(OpticsTest, EarlyTerminationStaysWithinItsBound) {
   }
 }
 
+TEST_P(OpticsTest, ARayThatEndsEarlyShowsNothingOfTheBackground) {
+  Scene scene =
+      test::plain_scene(slab(41, 1.0), test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
+  scene.background_rgb = {0, 1, 0};
+  scene.quality.opaque_at = 0.9;
+  const RgbaF found = test::middle(test::draw(*engine_, scene));
+  EXPECT_NEAR(found.r, 0.5, 1e-5);
+  EXPECT_NEAR(found.g, 0.4, 1e-5);
+  EXPECT_NEAR(found.b, 0.3, 1e-5);
+}
+
 TEST_P(OpticsTest, CountsWhatItDid) {
   Scene scene = test::plain_scene(slab(33, 1.0), test::fog(0.01), test::frontal(64, 10, true));
   scene.quality.step_voxels = 0.5;

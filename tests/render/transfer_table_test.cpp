@@ -72,6 +72,39 @@ void expect_mean(const TransferTable& table, double a, double b) {
   }
 }
 
+TEST(TransferTableTest, ABowMovesTheMeanOfALinearFunctionByItself) {
+  const TransferTable table(*TransferFunction::create(
+      "ramp", {{0, {1, 1, 1}, 0, 1}, {1000, {1, 1, 1}, -std::expm1(-1.0), 1}}));
+  for (const auto& [a, b] : {std::pair{200.0, 600.0}, {600.0, 200.0}, {300.0, 340.0}}) {
+    for (const double bow : {-20.0, -3.0, 0.0, 7.0, 20.0}) {
+      const TransferSample there = table.mean(a, b, bow);
+      EXPECT_NEAR(there.tau_per_mm, table.at(0.5 * (a + b) + bow).tau_per_mm, 1e-5)
+          << a << ' ' << b << ' ' << bow;
+      EXPECT_EQ(there.tau_per_mm, table.mean(b, a, bow).tau_per_mm);
+    }
+    // Held where it is more than half of the change.
+    EXPECT_EQ(table.mean(a, b, 1e6).tau_per_mm, table.mean(a, b, 0.5 * std::abs(b - a)).tau_per_mm);
+  }
+}
+
+TEST(TransferTableTest, ABowShowsNothingBetweenInvisibleEndsAndNeverLessThanNothing) {
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 200; ++i) {
+    const TransferTable table(random_function(random, i % 2 == 0));
+    for (int j = 0; j < 50; ++j) {
+      const double a = 200 * unit(random);
+      const double b = 200 * unit(random);
+      const double bow = 100 * unit(random);
+      const TransferSample found = table.mean(a, b, bow);
+      EXPECT_GE(found.tau_per_mm, 0);
+      EXPECT_TRUE((found.rgb.array() >= 0).all() && (found.rgb.array() <= 1).all());
+      if (table.visible(std::min(a, b), std::max(a, b))) continue;
+      EXPECT_EQ(found.tau_per_mm, 0);
+    }
+  }
+}
+
 TEST(TransferTableTest, IsExactForNodesAtWholeHu) {
   std::mt19937 random(1);
   for (int f = 0; f < 20; ++f) {

@@ -121,6 +121,31 @@ TEST_P(VerificationTest, ConvergesWithSecondOrderInTheStep) {
   }
 }
 
+TEST_P(VerificationTest, CurvedValuesAreIntegratedToThirdOrder) {
+  // Values along a parabola, extinction proportional to them. Straight lines between samples miss
+  // h²/12 of its second derivative all along the ray, all with one sign; with the bow of the cells
+  // only those at the entry do.
+  constexpr double kPeakHu = 16000;
+  constexpr double kPeakTau = 0.03;
+  const auto value = [&](double s) { return kPeakHu * 4 * s / kLengthMm * (1 - s / kLengthMm); };
+  constexpr int kVoxels = 128;
+  const auto ct =
+      test::make_volume(test::centred_grid({5, kVoxels + 1, 5}, {4, kLengthMm / kVoxels, 4}),
+                        [&](int, int j, int) { return value(kLengthMm * j / kVoxels); });
+  const auto transfer = TransferFunction::create(
+      "proportional", {{0, {1, 1, 1}, 0, 1}, {kPeakHu, {1, 1, 1}, -std::expm1(-kPeakTau), 1}});
+  const double exact = kPeakTau * kLengthMm * 2 / 3 * (1 - 1.0 / (kVoxels * kVoxels));
+  Scene scene = test::plain_scene(ct, *transfer, test::frontal(96, 10, true));
+  scene.width = scene.height = 1;
+  for (const double step_mm : {8.0, 4.0, 2.0}) {
+    scene.quality.step_voxels = step_mm * kVoxels / kLengthMm;
+    const double found = -std::log1p(-test::middle(test::draw(*engine_, scene)).g);
+    const double second_derivative = 8 * kPeakTau / (kLengthMm * kLengthMm);
+    const double of_lines = step_mm * step_mm / 12 * second_derivative * kLengthMm;
+    EXPECT_LT(std::abs(found - exact), 2.5 * step_mm / kLengthMm * of_lines + 2e-5) << step_mm;
+  }
+}
+
 TEST_P(VerificationTest, ErrorFallsMonotonicallyToTheFloorOfItsArithmetic) {
   // A polynomial 1 - exp(-x) made the error rise again below half a voxel.
   constexpr double kFloor = 1e-5;
