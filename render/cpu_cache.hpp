@@ -13,6 +13,7 @@
 #include "render/cpu_volume.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_table.hpp"
+#include "render/visible_spans.hpp"
 
 namespace nav::render {
 
@@ -35,6 +36,8 @@ class CpuCache {
   [[nodiscard]] const std::vector<std::int8_t>& leaps() const { return leaps_; }
   /// As MarchInputs::brick_parts, like distances().
   [[nodiscard]] const std::vector<std::uint8_t>& parts() const { return parts_; }
+  /// Like distances().
+  [[nodiscard]] const BrickShell& shell() const { return shell_; }
   /// Empty until a scene with a cutaway asked for skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
   /// As MarchInputs::brick_cells; of the last scene with an adaptive step.
@@ -57,6 +60,7 @@ class CpuCache {
   std::optional<BrickGrid> bricks_;
   std::optional<BrickGrid> part_ranges_;
   std::optional<BrickDistances> distances_;
+  BrickShell shell_;
   std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> parts_;
   std::vector<std::uint8_t> importance_;

@@ -98,8 +98,10 @@ class CpuEngine final : public Engine {
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
+    if (!keep) find_spans(scene);
     CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
-                       cutaway, field_ ? &*field_ : nullptr, picture_, keep);
+                       cutaway, field_ ? &*field_ : nullptr, picture_, keep,
+                       spans_ ? &*spans_ : nullptr);
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
     if (scene.quality.skip_empty_bricks) {
@@ -108,6 +110,14 @@ class CpuEngine final : public Engine {
     }
     statistics.prepare_s = prepare_s;
     return statistics;
+  }
+
+  /// Of a volume by itself whose empty bricks are skipped.
+  void find_spans(const Scene& scene) {
+    spans_.reset();
+    if (!scene.quality.skip_empty_bricks || scene.projection != Projection::kComposite) return;
+    if (!VisibleSpans::worth(scene, cache_.shell())) return;
+    spans_.emplace(scene, cache_.shell(), options_.threads);
   }
 
   RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
@@ -166,6 +176,7 @@ class CpuEngine final : public Engine {
   CpuPredicates predicates_;
   std::optional<CutawayField> field_;
   std::optional<CutawayField> other_field_;  ///< The same in the ultrasound volume's coordinates.
+  std::optional<VisibleSpans> spans_;        ///< Of the last scene whose view changed.
   CpuPicture picture_;
   std::optional<Scene> last_;  ///< What picture_ shows.
   Image2d<RgbaF> pixels_;      ///< As it was given out last.

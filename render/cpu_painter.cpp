@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 namespace nav::render {
@@ -11,8 +12,13 @@ namespace {
 
 constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
 constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
+constexpr float kEndless = std::numeric_limits<float>::infinity();
+constexpr auto kNowhere = static_cast<float>(kCutNowhere);
+
+static_assert(VisibleSpans::kSide == kBlock);
 
 static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
+static_assert(spec::kMaxBowShare == 0.5, "kMarchMaxBowShare of cpu_kernel_classify.hpp");
 static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
 static_assert(spec::kSilhouettePower == 4, "cpu_kernel_shade.hpp");
 
@@ -84,12 +90,13 @@ struct CpuPainter::Tile {
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
                        const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-                       CpuPicture& picture, bool keep)
+                       CpuPicture& picture, bool keep, const VisibleSpans* spans)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
       picture_(picture),
       keep_(keep),
+      spans_(spans),
       plain_(marches.composite({key.classify, key.shade, false, key.adaptive})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
@@ -120,12 +127,17 @@ void CpuPainter::paint_tile(int index) {
 
 void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
   tile.solids = rays_of_.solids(x0, y0, kBlock);
+  const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{0, kEndless};
+  if (span.empty() && !tile.solids) {
+    leave_empty(x0, y0);
+    return;
+  }
   const bool cut =
       tile.cut && rays_of_.cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
   Packet& p = tile.packet;
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
-      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, p);
+      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, span, p);
       std::fill_n(p.seen, kPacketLanes, PixelRecord{});
       for (int lane = 0; lane < kPacketLanes; ++lane) {
         p.signature[lane] =
@@ -140,6 +152,16 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
       }
       tile.rays += store_packet(x, y, p);
     }
+  }
+}
+
+/// Rays of which none meets anything.
+void CpuPainter::leave_empty(int x0, int y0) const {
+  PixelRecord record{};
+  record.signature = signature_of({}, kNowhere, kNowhere, 0);
+  for (int c = 0; c < 3; ++c) record.base[c] = static_cast<float>(scene_.background_rgb[c]);
+  for (int y = y0; y < std::min(y0 + kBlock, scene_.height); ++y) {
+    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); ++x) picture_.at(x, y) = record;
   }
 }
 
@@ -221,9 +243,14 @@ void CpuPainter::store(int x, int y, int lane, const Packet& p) const {
   PixelRecord& record = picture_.at(x, y);
   record = p.seen[lane];
   record.signature = p.signature[lane];
-  const float left = 1 - p.rays.alpha[lane];
+  const float alpha = p.rays.alpha[lane];
+  const bool closed = alpha >= in_.opaque_at;
+  const float share = closed ? 1 / alpha : 1.0F;
+  const float left = closed ? 0.0F : 1 - alpha;
+  record.weight *= share;
   for (int c = 0; c < 3; ++c) {
-    record.base[c] = p.rays.rgb[c][lane] + left * static_cast<float>(scene_.background_rgb[c]);
+    record.base[c] =
+        share * p.rays.rgb[c][lane] + left * static_cast<float>(scene_.background_rgb[c]);
   }
 }
 

@@ -19,7 +19,7 @@ class CpuPainter {
   /// picture's records keep their pixels; only for records of the same view.
   CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
              const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-             CpuPicture& picture, bool keep);
+             CpuPicture& picture, bool keep, const VisibleSpans* spans);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);
@@ -31,6 +31,7 @@ class CpuPainter {
   struct Tile;
 
   void paint_block(int x0, int y0, Tile& tile);
+  void leave_empty(int x0, int y0) const;
   void composite(Packet& p, MarchCounts& counts) const;
   void project(Packet& p, MarchCounts& counts) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
@@ -44,6 +45,7 @@ class CpuPainter {
   const CutPlan& cutaway_;
   CpuPicture& picture_;
   bool keep_;
+  const VisibleSpans* spans_;
   March plain_;
   March fading_;
   March project_;

@@ -44,8 +44,22 @@ bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& t
   return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
 }
 
-void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
+void CpuRays::keep_span(const VisibleSpan& span, CpuPacket& p) const {
+  const double near = span.near / step_;
+  const double far = span.far / step_;
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    // Whole cells, so that none is cut that was not; rounding takes less than the one to spare.
+    p.from[lane] = static_cast<float>(std::floor(near - p.starts.base[lane]) - 1);
+    p.until[lane] = static_cast<float>(std::ceil(far - p.starts.base[lane]) + 1);
+    p.rays.begin[lane] = std::max(p.rays.begin[lane], p.from[lane]);
+    p.rays.end[lane] = std::min(p.rays.end[lane], p.until[lane]);
+  }
+}
+
+void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
+                    CpuPacket& p) const {
   marches_.start(inputs_, x0, y0, p.rays, p.starts);
+  keep_span(span, p);
   p.most_hits = 0;
   p.cut = 0;
   for (auto& hits : p.hits) hits.clear();
@@ -114,8 +128,9 @@ bool CpuRays::set_lane(double begin_mm, double end_mm, int lane, CpuPacket& p) c
     p.rays.begin[lane] = p.rays.end[lane] = 0;
     return false;
   }
-  p.rays.begin[lane] = static_cast<float>(begin / step_ - p.starts.base[lane]);
-  p.rays.end[lane] = static_cast<float>(end / step_ - p.starts.base[lane]);
+  p.rays.begin[lane] =
+      std::max(static_cast<float>(begin / step_ - p.starts.base[lane]), p.from[lane]);
+  p.rays.end[lane] = std::min(static_cast<float>(end / step_ - p.starts.base[lane]), p.until[lane]);
   return true;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "render/cpu_cutaway_plan.hpp"
@@ -11,6 +12,7 @@
 #include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
+#include "render/visible_spans.hpp"
 
 namespace nav::render {
 
@@ -31,6 +33,8 @@ struct CpuPacket {
   int cut;  ///< Lanes that the cutaway meets within the box.
   CutRays cut_rays;
   double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
+  float from[kPacketLanes];   ///< Whole cells before this, and from until on, show nothing.
+  float until[kPacketLanes];
 };
 
 /// A stretch of every lane's ray, mm; empty when end <= begin.
@@ -57,13 +61,19 @@ class CpuRays {
     return !surfaces_.empty() && bounds_.reach(view_, x0, y0, size);
   }
   /// The packet of pixels from (x0, y0) on. choice: null where nothing cuts.
-  void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const;
+  void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
+    start(x0, y0, solids, choice, {0, std::numeric_limits<float>::infinity()}, p);
+  }
+  /// The same; the rays keep only the cells of which a part may lie in the span.
+  void start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
+             CpuPacket& p) const;
   /// Leaves of every lane the stretch between its surfaces segment - 1 and segment.
   void set_segment(std::size_t segment, CpuPacket& p) const;
   /// Leaves of every lane what lies of a stretch in the volume; false: nothing of any.
   bool set_stretches(const LaneStretches& stretches, CpuPacket& p) const;
 
  private:
+  void keep_span(const VisibleSpan& span, CpuPacket& p) const;
   void meet_surfaces(int x0, int y0, CpuPacket& p) const;
   void cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const;
   void cut_by_field(int x0, int y0, CpuPacket& p) const;
