@@ -129,7 +129,7 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
   tile.solids = rays_of_.solids(x0, y0, kBlock);
   const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{0, kEndless};
   if (span.empty() && !tile.solids) {
-    leave_empty(x0, y0);
+    tile.rays += leave_empty(x0, y0);
     return;
   }
   const bool cut =
@@ -155,14 +155,21 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
   }
 }
 
-/// Rays of which none meets anything.
-void CpuPainter::leave_empty(int x0, int y0) const {
+/// Rays of which none meets anything; returns how many were not known to.
+std::uint64_t CpuPainter::leave_empty(int x0, int y0) const {
+  std::uint64_t rays = 0;
   PixelRecord record{};
   record.signature = signature_of({}, kNowhere, kNowhere, 0);
   for (int c = 0; c < 3; ++c) record.base[c] = static_cast<float>(scene_.background_rgb[c]);
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); ++y) {
-    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); ++x) picture_.at(x, y) = record;
+    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); ++x) {
+      PixelRecord& last = picture_.at(x, y);
+      if (keep_ && last.signature == record.signature) continue;
+      last = record;
+      ++rays;
+    }
   }
+  return rays;
 }
 
 RenderStatistics CpuPainter::statistics() const {

@@ -31,7 +31,7 @@ class CpuPainter {
   struct Tile;
 
   void paint_block(int x0, int y0, Tile& tile);
-  void leave_empty(int x0, int y0) const;
+  std::uint64_t leave_empty(int x0, int y0) const;
   void composite(Packet& p, MarchCounts& counts) const;
   void project(Packet& p, MarchCounts& counts) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
