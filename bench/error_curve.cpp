@@ -46,9 +46,14 @@ std::vector<ErrorLevelRatio> equal_error_ratios(const ErrorCurve& ours, const Er
   return ratios;
 }
 
-double worst(const std::vector<ErrorLevelRatio>& ratios) {
+double worst(const std::vector<ErrorLevelRatio>& ratios, const ErrorRange& range) {
+  const auto within = [&](const ErrorLevelRatio& one) {
+    return one.rms >= range.finest && one.rms <= range.coarsest;
+  };
+  const bool some = std::any_of(ratios.begin(), ratios.end(), within);
   double least = std::numeric_limits<double>::quiet_NaN();
   for (const ErrorLevelRatio& one : ratios) {
+    if (some && !within(one)) continue;
     const double ratio = std::isnan(one.ratio) ? 0 : one.ratio;
     if (!(least <= ratio)) least = ratio;
   }

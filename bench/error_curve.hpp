@@ -41,7 +41,14 @@ struct ErrorLevelRatio {
 std::vector<ErrorLevelRatio> equal_error_ratios(const ErrorCurve& ours, const ErrorCurve& theirs,
                                                 const std::vector<double>& levels);
 
-/// The least, where 0 stands for an error that we do not reach; NaN for none.
-double worst(const std::vector<ErrorLevelRatio>& ratios);
+/// Errors that a physician may see and a benchmark asks for, rms.
+struct ErrorRange {
+  double finest = 2e-3;
+  double coarsest = 2e-2;
+};
+
+/// The least within a range, of all when none lies there; 0 stands for an error that we do not
+/// reach; NaN for none.
+double worst(const std::vector<ErrorLevelRatio>& ratios, const ErrorRange& range = {});
 
 }  // namespace nav::bench

@@ -42,8 +42,10 @@ TEST(EqualErrorRatiosTest, CompareAtTheirPointsAndAtTheLevelsTheyReach) {
   EXPECT_NEAR(ratios[1].ratio, 15, 1e-9);
   EXPECT_TRUE(std::isnan(ratios[2].ratio)) << "we end at 1e-3";
   EXPECT_NEAR(ratios[3].ratio, 15, 1e-9);
-  EXPECT_DOUBLE_EQ(worst(ratios), 0) << "an error that is not reached counts as 0";
-  EXPECT_DOUBLE_EQ(worst({{1e-2, 7}, {1e-3, 5}}), 5);
+  EXPECT_DOUBLE_EQ(worst(ratios, {0, 1}), 0) << "an error that is not reached counts as 0";
+  EXPECT_DOUBLE_EQ(worst(ratios, {1e-3, 1}), 10);
+  EXPECT_DOUBLE_EQ(worst({{5e-2, 1}, {1e-2, 7}, {3e-3, 6}, {1e-3, 2}}), 6) << "of its range";
+  EXPECT_DOUBLE_EQ(worst({{5e-2, 1}, {1e-3, 2}}), 1) << "nothing in its range: of all";
   EXPECT_TRUE(std::isnan(worst({})));
 }
 
