@@ -207,18 +207,17 @@ class Visibility {
   std::int16_t greatest_low_ = 0;  ///< and down to.
 };
 
-/// Bits of visible_parts() of one brick. shows: of all parts.
-std::uint8_t parts_of(const Eigen::Vector3i& count, int x, int y, int z,
-                      const std::vector<std::uint8_t>& shows) {
-  unsigned bits = 0;
-  for (int bit = 0; bit < 8; ++bit) {
-    const int i = 2 * x + (bit & 1);
-    const int j = 2 * y + (bit >> 1 & 1);
-    const int k = 2 * z + (bit >> 2);
-    if (i >= count.x() || j >= count.y() || k >= count.z()) continue;  // No sample lies there.
-    bits |= static_cast<unsigned>(shows[size_of((k * count.y() + j) * count.x() + i)]) << bit;
+/// Adds bits of visible_parts() to a row of bricks: those of a row of parts, bit and bit + 1.
+void add_parts(const std::uint8_t* shows, int parts, unsigned bit, std::uint8_t* bricks) {
+  const int pairs = parts / 2;
+  for (int x = 0; x < pairs; ++x) {
+    const unsigned two = shows[2 * x] | static_cast<unsigned>(shows[2 * x + 1]) << 1;
+    bricks[x] = static_cast<std::uint8_t>(bricks[x] | two << bit);
   }
-  return static_cast<std::uint8_t>(bits);
+  if (parts % 2 != 0) {  // No sample lies in the other part of the last brick.
+    bricks[pairs] =
+        static_cast<std::uint8_t>(bricks[pairs] | static_cast<unsigned>(shows[parts - 1]) << bit);
+  }
 }
 
 }  // namespace
@@ -275,10 +274,19 @@ std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid&
                   shows.data() + size_of(k) * slice);
   });
   for_each_index(bricks.count.z(), threads, [&](int z) {
-    std::size_t b = size_of(z * bricks.count.x() * bricks.count.y());
     for (int y = 0; y < bricks.count.y(); ++y) {
-      for (int x = 0; x < bricks.count.x(); ++x, ++b) {
-        out[b] = distances.distance[b] == 0 ? parts_of(parts.count, x, y, z, shows) : 0xFF;
+      const std::size_t first = size_of((z * bricks.count.y() + y) * bricks.count.x());
+      std::uint8_t* row = out.data() + first;
+      for (unsigned bit = 0; bit < 8; bit += 2) {
+        const int j = 2 * y + static_cast<int>(bit >> 1 & 1);
+        const int k = 2 * z + static_cast<int>(bit >> 2);
+        if (j >= parts.count.y() || k >= parts.count.z()) continue;
+        const std::size_t at = size_of((k * parts.count.y() + j) * parts.count.x());
+        add_parts(shows.data() + at, parts.count.x(), bit, row);
+      }
+      for (int x = 0; x < bricks.count.x(); ++x) {
+        const bool empty = distances.distance[first + size_of(x)] != 0;
+        row[x] = static_cast<std::uint8_t>(row[x] | (empty ? 0xFF : 0));
       }
     }
   });

@@ -44,7 +44,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
 
 void CpuCache::make_leaps(int threads) {
   distances_ = brick_distances(*bricks_, *table_, threads);
-  shell_ = brick_shell(*bricks_, *distances_);
+  shell_ = brick_shell(*bricks_, *distances_, threads);
   if (!part_ranges_) part_ranges_ = make_part_grid(*ct_, threads);
   parts_ = visible_parts(*part_ranges_, *bricks_, *distances_, *table_, threads);
   // How far all bricks around are occupied in all their parts.

@@ -118,7 +118,7 @@ bool begin_inside(const spec::View<double>& view, const VoxelGrid& grid, double 
 
 }  // namespace
 
-BrickShell brick_shell(const BrickGrid& bricks, const BrickDistances& distances) {
+BrickShell brick_shell(const BrickGrid& bricks, const BrickDistances& distances, int threads) {
   const Eigen::Vector3i n = bricks.count;
   const int stride[3] = {1, n.x(), n.x() * n.y()};
   const std::vector<std::uint8_t>& distance = distances.distance;
@@ -131,14 +131,18 @@ BrickShell brick_shell(const BrickGrid& bricks, const BrickDistances& distances)
     }
     return false;
   };
-  int brick = 0;
-  for (int k = 0; k < n.z(); ++k) {
+  std::vector<std::vector<int>> slices(static_cast<std::size_t>(n.z()));
+  for_each_index(n.z(), threads, [&](int k) {
+    int brick = k * stride[2];
     for (int j = 0; j < n.y(); ++j) {
       for (int i = 0; i < n.x(); ++i, ++brick) {
         if (distance[static_cast<std::size_t>(brick)] > 0) continue;
-        if (open({i, j, k}, brick)) shell.bricks.push_back(brick);
+        if (open({i, j, k}, brick)) slices[static_cast<std::size_t>(k)].push_back(brick);
       }
     }
+  });
+  for (const std::vector<int>& slice : slices) {
+    shell.bricks.insert(shell.bricks.end(), slice.begin(), slice.end());
   }
   return shell;
 }
