@@ -13,12 +13,6 @@
 namespace nav::render {
 namespace {
 
-bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-}
-
 /// Blobs of tissue with single bright voxels, half of them at the corners of bricks.
 std::shared_ptr<const Volume> random_volume(std::mt19937& random, const VoxelGrid& grid) {
   std::uniform_real_distribution<double> unit(0, 1);
@@ -190,7 +184,7 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
       const RenderedImage skipped = test::draw(*engine, scene);
       scene.quality.skip_empty_bricks = false;
       const RenderedImage full = test::draw(*engine, scene);
-      ASSERT_TRUE(same_bytes(skipped, full))
+      ASSERT_TRUE(test::same_bytes(skipped, full))
           << "volume " << v << ", scene " << s << ": " << test::max_difference(skipped, full);
       // A leap costs two samples in front of what follows, and may be of a single cell.
       EXPECT_LE(skipped.statistics.volume_samples, full.statistics.volume_samples * 101 / 100 + 9);
@@ -226,7 +220,7 @@ TEST_P(SkippingTest, EmptyAndFullVolumesAreTheSameToo) {
     const RenderedImage skipped = test::draw(*engine, scene);
     scene.quality.skip_empty_bricks = false;
     const RenderedImage full = test::draw(*engine, scene);
-    EXPECT_TRUE(same_bytes(skipped, full)) << hu;
+    EXPECT_TRUE(test::same_bytes(skipped, full)) << hu;
     if (hu < 900) {
       EXPECT_EQ(skipped.statistics.volume_samples, 0U) << hu;
     }
@@ -260,7 +254,7 @@ TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
     scene.height = 97;
     const RenderedImage a = test::draw(*one, scene);
     const RenderedImage b = test::draw(*two, scene);
-    ASSERT_TRUE(same_bytes(a, b)) << i;
+    ASSERT_TRUE(test::same_bytes(a, b)) << i;
     EXPECT_EQ(a.statistics.volume_samples, b.statistics.volume_samples);
   }
 }
@@ -293,7 +287,7 @@ TEST(CpuEngineTest, CachesFollowTheVolumeAndTheTransferFunction) {
        {std::pair{ct_a, first}, {ct_b, first}, {ct_b, second}, {ct_a, second}, {ct_a, first}}) {
     scene.ct = ct;
     scene.transfer = transfer;
-    EXPECT_TRUE(same_bytes(test::draw(*kept, scene), test::draw(*make_cpu_engine(), scene)));
+    EXPECT_TRUE(test::same_bytes(test::draw(*kept, scene), test::draw(*make_cpu_engine(), scene)));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <gtest/gtest.h>
 #include <memory>
@@ -95,6 +96,13 @@ inline RgbaF middle(const render::RenderedImage& image) {
 
 inline float difference(const RgbaF& a, const RgbaF& b) {
   return std::max({std::abs(a.r - b.r), std::abs(a.g - b.g), std::abs(a.b - b.b)});
+}
+
+/// Equal bit by bit.
+inline bool same_bytes(const render::RenderedImage& a, const render::RenderedImage& b) {
+  const auto x = a.pixels.pixels();
+  const auto y = b.pixels.pixels();
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
 }
 
 inline float max_difference(const render::RenderedImage& a, const render::RenderedImage& b) {

@@ -164,12 +164,6 @@ TEST_P(GeometryVerificationTest, GrazingRaysSeeTheWholeFaceOrNothing) {
 
 // ---- From picture to picture ------------------------------------------------------------------
 
-bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-}
-
 /// Everything that a navigation picture has: tissue, plane, needle, target, path, cutaway.
 Scene full_scene() {
   const auto ct = test::make_volume(
@@ -196,8 +190,8 @@ Scene full_scene() {
 TEST_P(GeometryVerificationTest, PictureIsTheSameTwice) {
   const Scene scene = full_scene();
   const RenderedImage first = test::draw(*engine_, scene);
-  EXPECT_TRUE(same_bytes(first, test::draw(*engine_, scene)));
-  EXPECT_TRUE(same_bytes(first, test::draw(*GetParam().make(), scene)));
+  EXPECT_TRUE(test::same_bytes(first, test::draw(*engine_, scene)));
+  EXPECT_TRUE(test::same_bytes(first, test::draw(*GetParam().make(), scene)));
 }
 
 TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
@@ -206,10 +200,11 @@ TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
   const RenderedImage portable = test::draw(*make_cpu_engine({1, false}), scene);
   const RenderedImage reference = test::draw(*make_reference_engine({1}), scene);
   for (const int threads : {2, 3, 7}) {
-    EXPECT_TRUE(same_bytes(one, test::draw(*make_cpu_engine({threads, true}), scene))) << threads;
-    EXPECT_TRUE(same_bytes(portable, test::draw(*make_cpu_engine({threads, false}), scene)))
+    EXPECT_TRUE(test::same_bytes(one, test::draw(*make_cpu_engine({threads, true}), scene)))
         << threads;
-    EXPECT_TRUE(same_bytes(reference, test::draw(*make_reference_engine({threads}), scene)))
+    EXPECT_TRUE(test::same_bytes(portable, test::draw(*make_cpu_engine({threads, false}), scene)))
+        << threads;
+    EXPECT_TRUE(test::same_bytes(reference, test::draw(*make_reference_engine({threads}), scene)))
         << threads;
   }
 }
@@ -253,10 +248,10 @@ TEST_P(GeometryVerificationTest, JitteringAndDroppedPosesDrawWhatAFreshEngineDra
   for (int event = 0; event < 40; ++event) {
     scene.plane = jittered(random, rest);
     const RenderedImage live = test::draw(*engine_, scene);  // draw() refuses NaN.
-    ASSERT_TRUE(same_bytes(live, test::draw(*GetParam().make(), scene))) << "event " << event;
+    ASSERT_TRUE(test::same_bytes(live, test::draw(*GetParam().make(), scene))) << "event " << event;
     if (scene.plane && scene.plane->safety.state != SafetyState::kLost) continue;
     ++lost;
-    ASSERT_TRUE(same_bytes(live, hidden)) << "event " << event << ": a lost plane is hidden";
+    ASSERT_TRUE(test::same_bytes(live, hidden)) << "event " << event << ": a lost plane is hidden";
   }
   EXPECT_GT(lost, 5);
 }
@@ -270,19 +265,20 @@ TEST_P(GeometryVerificationTest, EveryChangeOfTheCutawayDrawsWhatAFreshEngineDra
       scene.cutaway->theta2_rad = theta2;
       scene.cutaway->overlay_mm = overlay_mm;
       const RenderedImage live = test::draw(*engine_, scene);
-      EXPECT_TRUE(same_bytes(live, test::draw(*GetParam().make(), scene)))
+      EXPECT_TRUE(test::same_bytes(live, test::draw(*GetParam().make(), scene)))
           << "overlay " << overlay_mm << ", theta2 " << theta2;
     }
     scene.cutaway->around_needle = !scene.cutaway->around_needle;
-    EXPECT_TRUE(same_bytes(test::draw(*engine_, scene), test::draw(*GetParam().make(), scene)));
+    EXPECT_TRUE(
+        test::same_bytes(test::draw(*engine_, scene), test::draw(*GetParam().make(), scene)));
   }
   // The overlay alone: neither surface moves, and yet the picture changes.
   scene.cutaway->overlay_mm = 0;
   const RenderedImage none = test::draw(*engine_, scene);
   scene.cutaway->overlay_mm = kForever;
   const RenderedImage all = test::draw(*engine_, scene);
-  EXPECT_TRUE(same_bytes(all, test::draw(*GetParam().make(), scene)));
-  EXPECT_FALSE(same_bytes(all, none));
+  EXPECT_TRUE(test::same_bytes(all, test::draw(*GetParam().make(), scene)));
+  EXPECT_FALSE(test::same_bytes(all, none));
 }
 
 TEST(LivePlaneTest, DegeneratePlanesAreRefusedByName) {

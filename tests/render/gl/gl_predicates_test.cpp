@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The GL engine by predicates against the reference and against itself.
-#include <cstring>
 
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_view.hpp"
@@ -14,12 +13,6 @@ using E = PredicateExpression;
 
 constexpr double kAgreement255 = 2.0;
 constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
-
-bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-}
 
 VoxelGrid grid_of(int i) {
   const Eigen::Vector3d spacing =
@@ -119,7 +112,8 @@ TEST_F(GlPredicatesTest, SkippingIsBitIdenticalToNotSkipping) {
     const RenderedImage skipped = draw(scene);
     scene.quality.skip_empty_bricks = false;
     const RenderedImage full = draw(scene);
-    ASSERT_TRUE(same_bytes(skipped, full)) << i << ": " << test::max_difference(skipped, full);
+    ASSERT_TRUE(test::same_bytes(skipped, full))
+        << i << ": " << test::max_difference(skipped, full);
     with += skipped.statistics.volume_samples;
     without += full.statistics.volume_samples;
   }
@@ -299,7 +293,7 @@ TEST_F(GlPredicatesTest, TheGenericProgramDrawsTheSamePicture) {
     generic.push_back(draw(scene));
     Scene brute = scene;
     brute.quality.skip_empty_bricks = false;
-    EXPECT_TRUE(same_bytes(generic.back(), draw(brute)));
+    EXPECT_TRUE(test::same_bytes(generic.back(), draw(brute)));
   }
   caster().set_settled_after(0);
   double beyond = 0;

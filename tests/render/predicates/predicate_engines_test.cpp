@@ -1,18 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The CPU engine by predicates against the reference and against itself.
-#include <cstring>
 
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {
 namespace {
-
-bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-}
 
 double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit) {
   std::size_t beyond = 0;
@@ -52,7 +45,7 @@ TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
       const RenderedImage skipped = test::draw(*engine, scene);
       scene.quality.skip_empty_bricks = false;
       const RenderedImage full = test::draw(*engine, scene);
-      ASSERT_TRUE(same_bytes(skipped, full))
+      ASSERT_TRUE(test::same_bytes(skipped, full))
           << "volume " << v << ", scene " << s << ": " << test::max_difference(skipped, full);
       with += skipped.statistics.volume_samples;
       without += full.statistics.volume_samples;
@@ -76,7 +69,7 @@ TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
   const RenderedImage skipped = test::draw(*engine, scene);
   scene.quality.skip_empty_bricks = false;
   const RenderedImage full = test::draw(*engine, scene);
-  EXPECT_TRUE(same_bytes(skipped, full));
+  EXPECT_TRUE(test::same_bytes(skipped, full));
   EXPECT_LT(5 * skipped.statistics.volume_samples, full.statistics.volume_samples);
 }
 
@@ -151,7 +144,7 @@ TEST(PredicateCpuEngineTest, PictureDoesNotDependOnThreads) {
                                                test::random_features(ct, static_cast<unsigned>(i)));
     scene.width = 91;
     scene.height = 67;
-    EXPECT_TRUE(same_bytes(test::draw(*one, scene), test::draw(*two, scene))) << i;
+    EXPECT_TRUE(test::same_bytes(test::draw(*one, scene), test::draw(*two, scene))) << i;
   }
 }
 
@@ -162,7 +155,7 @@ TEST(PredicateCpuEngineTest, CachesFollowEveryEdit) {
   const Features features = test::random_features(ct, 1);
   Scene scene = test::random_predicate_scene(random, ct, features);
   const auto check = [&](const char* what) {
-    EXPECT_TRUE(same_bytes(test::draw(*kept, scene), test::draw(*make_cpu_engine(), scene)))
+    EXPECT_TRUE(test::same_bytes(test::draw(*kept, scene), test::draw(*make_cpu_engine(), scene)))
         << what;
   };
   check("first");
@@ -197,7 +190,7 @@ TEST(PredicateCpuEngineTest, NewUltrasoundPictureNeedsNoSample) {
     const RenderedImage live = test::draw(*engine, scene);
     EXPECT_EQ(live.statistics.volume_samples, 0U);
     EXPECT_LT(test::max_difference(live, test::draw(*make_reference_engine(), scene)), 0.05F);
-    EXPECT_TRUE(same_bytes(live, test::draw(*make_cpu_engine(), scene)));
+    EXPECT_TRUE(test::same_bytes(live, test::draw(*make_cpu_engine(), scene)));
   }
 }
 

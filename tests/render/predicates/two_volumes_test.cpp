@@ -11,12 +11,6 @@
 namespace nav::render {
 namespace {
 
-bool same_bytes(const RenderedImage& a, const RenderedImage& b) {
-  const auto x = a.pixels.pixels();
-  const auto y = b.pixels.pixels();
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-}
-
 /// Every sample shows, all alike: grey without hue.
 UltrasoundVolume grey_ultrasound(const VoxelGrid& grid, double value, double opacity_length_mm) {
   UltrasoundVolume out;
@@ -114,7 +108,7 @@ TEST_P(TwoVolumesTest, ProjectionsLeaveTheUltrasoundOut) {
   scene.projection = Projection::kMean;
   const RenderedImage both = test::draw(*engine_, scene);
   scene.ultrasound.reset();
-  EXPECT_TRUE(same_bytes(both, test::draw(*engine_, scene)));
+  EXPECT_TRUE(test::same_bytes(both, test::draw(*engine_, scene)));
 }
 
 /// Any scene by predicates, as the second volume of one with a CT.
@@ -175,7 +169,7 @@ TEST_P(TwoVolumesCpuTest, SkippingIsBitIdenticalToNotSkipping) {
     const RenderedImage skipped = test::draw(*engine, scene);
     scene.quality.skip_empty_bricks = false;
     const RenderedImage full = test::draw(*engine, scene);
-    ASSERT_TRUE(same_bytes(skipped, full)) << i;
+    ASSERT_TRUE(test::same_bytes(skipped, full)) << i;
     with += skipped.statistics.volume_samples;
     without += full.statistics.volume_samples;
   }
