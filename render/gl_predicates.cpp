@@ -225,9 +225,11 @@ void GlPredicates::bind_features(GlProgram& program, bool generic) {
   }
 }
 
-void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene) {
+void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
+                        const std::optional<Beside>& beside) {
   if (generic) stand_ins_.update(scene.ct->grid().size);
-  set_march(program, scene);
+  set_march(program, scene, beside);
+  beside ? set_beside(program, scene, *beside) : set_ends(program, scene);
   generic ? set_rows(program) : set_leaves(program);
   set_readers(program);
   bind_features(program, generic);
@@ -244,21 +246,39 @@ void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene) {
                form_.look_table ? look_table_.texture.id() : weight_table_.texture.id());
 }
 
-void GlPredicates::set_march(GlProgram& program, const Scene& scene) const {
-  const PredicateScene& predicates = *scene.predicates;
-  const double error = predicates.termination_error;
+void GlPredicates::set_ends(GlProgram& program, const Scene& scene) const {
+  const double error = scene.predicates->termination_error;
   const bool ends = error > 0;
   const auto budget = spec::early_ends<double>(error, !Surfaces(scene).empty());
-  const double greatest = set_->greatest_impact();
   // Plain over never brings back what is hidden.
   const bool over = set_->uniform();
-  program.set("leaps", static_cast<int>(scene.quality.skip_empty_bricks));
   program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
   program.set("leave_out_from", ends && !over ? budget.leave_out_from : kNeverReached);
   program.set("leave_out_for", budget.leave_out_for);
   program.set("end_at", !ends ? kNeverReached : over ? 1 - error : budget.end_at);
-  program.set("surface_importance", measure(greatest));
+  program.set("first_importance", measure(over ? set_->greatest_impact() : 0));
+}
+
+// Bricks do not know what of the CT is still to come: rays end by the most important of all.
+void GlPredicates::set_beside(GlProgram& program, const Scene& scene, const Beside& beside) const {
+  const double greatest = set_->greatest_impact();
+  const bool over = set_->uniform() && beside.importance >= greatest;
+  const double error = scene.predicates->termination_error;
+  program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks));
+  program.set("leave_out_from", kNeverReached);
+  program.set("leave_out_for", 0.0);
+  program.set("end_at", kNeverReached);
   program.set("first_importance", measure(over ? greatest : 0));
+  program.set("ct_importance", measure(std::min(beside.importance, greatest)));
+  program.set("ray_ends_at", error > 0 ? 1 - error : kNeverReached);
+}
+
+void GlPredicates::set_march(GlProgram& program, const Scene& scene,
+                             const std::optional<Beside>& beside) const {
+  const PredicateScene& predicates = *scene.predicates;
+  const double greatest = set_->greatest_impact();
+  program.set("leaps", static_cast<int>(scene.quality.skip_empty_bricks));
+  program.set("surface_importance", measure(greatest));
   const PredicateSet::Channel& volume = set_->channels()[0];
   constexpr double kLast = PredicateScene::kTauEntries - 1;
   program.set("entry_of_volume", Eigen::Vector2d(volume.scale * kLast, volume.offset * kLast));
@@ -277,7 +297,8 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene) const {
     program.set(name, unit);
   }
   program.set("run_cells", std::max(1.0, std::floor(kBrickVoxels / scene.quality.step_voxels)));
-  set_brick_walk(program, scene.ct->grid(), known_.grid().count, kPredicateBricks);
+  set_brick_walk(program, scene.ct->grid(), known_.grid().count, kPredicateBricks,
+                 beside ? kSecond : "", beside ? beside->farthest_mm : 0);
 }
 
 void GlPredicates::set_leaves(GlProgram& program) const {

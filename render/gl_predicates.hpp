@@ -31,9 +31,15 @@ class GlPredicates {
   /// The same for a program that draws any set that is as important and as large; absent where the
   /// last scene's is nested too deeply.
   [[nodiscard]] std::optional<GlPredicateForm> generic_form() const;
+  /// A CT that the volume lies in.
+  struct Beside {
+    double importance;   ///< Its impact.
+    double farthest_mm;  ///< As for set_brick_walk().
+  };
   /// Sets the uniforms of the program in use, of form() or of generic_form(), and binds the
-  /// textures that it reads.
-  void bind(GlProgram& program, bool generic, const Scene& scene);
+  /// textures that it reads. beside: of two_volumes.frag.
+  void bind(GlProgram& program, bool generic, const Scene& scene,
+            const std::optional<Beside>& beside = {});
   void release();
   /// The last update() changed nothing that a sample could show.
   [[nodiscard]] bool unchanged() const { return unchanged_; }
@@ -49,7 +55,9 @@ class GlPredicates {
   void send_bricks();
   void send_opacity(double opacity_length_mm);
   [[nodiscard]] double measure(double importance) const;
-  void set_march(GlProgram& program, const Scene& scene) const;
+  void set_march(GlProgram& program, const Scene& scene, const std::optional<Beside>& beside) const;
+  void set_ends(GlProgram& program, const Scene& scene) const;
+  void set_beside(GlProgram& program, const Scene& scene, const Beside& beside) const;
   void set_leaves(GlProgram& program) const;
   void set_rows(GlProgram& program);
   void set_readers(GlProgram& program) const;

@@ -22,10 +22,17 @@ void append_block(const std::string& name, std::set<std::string>& done, std::str
   const std::string_view text = shaders::source(name);
   NAV_CHECK(!text.empty(), name);
   std::istringstream lines{std::string(text)};
+  const auto included = [](const std::string& line, std::string_view how) {
+    return line.substr(how.size(), line.rfind('"') - how.size());
+  };
   constexpr std::string_view kInclude = "#include \"";
+  constexpr std::string_view kAgain = "#include again \"";
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with(kInclude)) {
-      append_block(line.substr(kInclude.size(), line.rfind('"') - kInclude.size()), done, out);
+      append_block(included(line, kInclude), done, out);
+    } else if (line.starts_with(kAgain)) {
+      std::set<std::string> none;
+      append_block(included(line, kAgain), none, out);
     } else {
       out += line + '\n';
     }
@@ -136,12 +143,16 @@ std::string assembled_shader(const std::string& name) {
 }
 
 std::string raycast_fragment_source(const GlFeatures& features) {
-  std::string text = assembled_shader(features.predicates ? "predicates.frag" : "raycast.frag");
+  const bool both = features.predicates && features.beside_ct;
+  std::string text = assembled_shader(both                  ? "two_volumes.frag"
+                                      : features.predicates ? "predicates.frag"
+                                                            : "raycast.frag");
   const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
-  const std::string defines =
-      (features.predicates ? predicate_defines(*features.predicates) : transfer_defines(features)) +
-      common_defines(features) + constants();
-  return text.insert(after_version, defines);
+  std::string defines;
+  define(defines, both, "TWO_VOLUMES");
+  if (features.predicates) defines += predicate_defines(*features.predicates);
+  if (both || !features.predicates) defines += transfer_defines(features);
+  return text.insert(after_version, defines + common_defines(features) + constants());
 }
 
 Result<std::unique_ptr<GlProgram>> GlProgram::link(const std::string& vertex,

@@ -50,15 +50,17 @@ struct GlFeatures {
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
+  bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
   /// Something can move while the view stays: rays note what they meet.
   [[nodiscard]] bool signature() const { return plane || solids || cutaway; }
   auto operator<=>(const GlFeatures&) const = default;
 };
 
 /// Text of the fragment shader for a set of features: the #defines, then the file with its blocks:
-/// raycast.frag, or predicates.frag.
+/// raycast.frag, predicates.frag or two_volumes.frag.
 std::string raycast_fragment_source(const GlFeatures& features);
-/// Text of a file of shaders/ with its #include lines replaced, each block once.
+/// Text of a file of shaders/ with its #include lines replaced, each block once; #include again
+/// stands for a block that is there already.
 std::string assembled_shader(const std::string& name);
 
 /// A linked program. Needs a current context, also to be destroyed.

@@ -8,7 +8,9 @@
 #include "render/gl_filter_probe.hpp"
 #include "render/gl_raycaster.hpp"
 #include "render/gl_uniforms.hpp"
+#include "render/gl_upload.hpp"
 #include "render/scene_compare.hpp"
+#include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
@@ -54,13 +56,18 @@ Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) 
 }
 
 /// Features belong to the volume's own grid: means of either would be other predicates.
-Result<void> whole(const Scene& scene, const Scene& fitted) {
-  if (!drawn_by_predicates(scene) || fitted.ct == scene.ct) return {};
-  const auto& size = scene.ct->grid().size;
+Result<void> whole(const Volume& volume, const Volume& fitted) {
+  if (&fitted == &volume) return {};
+  const auto& size = volume.grid().size;
   return Error{ErrorCode::kUnsupportedData,
                "predicates: expected a volume that this OpenGL device holds whole, found " +
                    std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
                    std::to_string(size[2]) + " voxels; the CPU engine draws it"};
+}
+
+/// Of its volume, or of one beside it.
+bool shows_predicates(const Scene& scene) {
+  return drawn_by_predicates(scene) || has_two_volumes(scene);
 }
 
 double seconds_between(std::chrono::steady_clock::time_point a,
@@ -85,7 +92,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   Result<void> drawn;
   do {
     fitted.ct = textures_.fitting(scene.ct);
-    drawn = whole(scene, fitted);
+    drawn = drawn_by_predicates(scene) ? whole(*scene.ct, *fitted.ct) : Result<void>();
     if (drawn) {
       drawn =
           cast_ ? cast(fitted, depth, change == SceneChange::kGeometry) : textures_.update(fitted);
@@ -116,7 +123,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   }
   if (auto sent = update(scene); !sent) return sent;
   GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
-  if (drawn_by_predicates(scene)) features.predicates = form_now(features);
+  if (shows_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
                     (!features.predicates || predicates_.unchanged());
   drawn_with_.reset();
@@ -129,7 +136,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind_textures(depth, features.projection != Projection::kComposite);
-  if (features.predicates) predicates_.bind(**program, features.predicates->generic, scene);
+  if (features.predicates) bind_predicates(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
   glFinish();
   const auto prepared = Clock::now();
@@ -149,10 +156,11 @@ void GlRaycaster::count_bricks(const GlFeatures& features) {
   if (features.predicates) {
     statistics_.bricks = predicates_.bricks();
     statistics_.bricks_occupied = predicates_.bricks_occupied();
-  } else if (features.skipping) {
-    statistics_.bricks = static_cast<std::uint64_t>(textures_.brick_count().prod());
+  }
+  if (features.skipping) {
+    statistics_.bricks += static_cast<std::uint64_t>(textures_.brick_count().prod());
     const bool composite = features.projection == Projection::kComposite;
-    statistics_.bricks_occupied = composite ? textures_.bricks_occupied() : 0;
+    statistics_.bricks_occupied += composite ? textures_.bricks_occupied() : 0;
   }
 }
 
@@ -187,8 +195,28 @@ Result<void> GlRaycaster::update(const Scene& scene) {
   if (drawn_by_predicates(scene)) {
     if (auto sent = predicates_.update(scene); !sent) return sent;
   }
+  if (auto sent = update_second(scene); !sent) return sent;
   send_field(scene);
   return {};
+}
+
+Result<void> GlRaycaster::update_second(const Scene& scene) {
+  if (!scene.ultrasound) second_.release();
+  if (!has_two_volumes(scene)) return {};
+  const auto& volume = scene.ultrasound->volume;
+  if (auto ok = whole(*volume, *second_.fitting(volume)); !ok) return ok;
+  {
+    const gl::PackedRows packed;
+    if (auto sent = second_.update_volume(volume); !sent) return sent;
+  }
+  return predicates_.update(ultrasound_scene(scene));
+}
+
+void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene& scene) {
+  if (!has_two_volumes(scene)) return predicates_.bind(program, generic, scene);
+  bind(kSecondVolume, GL_TEXTURE_3D, second_.ct.id());
+  predicates_.bind(program, generic, ultrasound_scene(scene),
+                   GlPredicates::Beside{scene.ultrasound->ct_importance, reach_mm(scene)});
 }
 
 void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
@@ -235,7 +263,7 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("us_picture", kPicture);
   resolve_program_->set("plane_opacity", scene.plane->opacity);
   resolve_program_->set("opaque_at", opaque_at(scene));
-  resolve_program_->set("by_weight", static_cast<int>(drawn_by_predicates(scene)));
+  resolve_program_->set("by_weight", static_cast<int>(shows_predicates(scene)));
   bind(kFront, GL_TEXTURE_2D, front_.id());
   bind(kBehind, GL_TEXTURE_2D, behind_.id());
   bind(kLiveAt, GL_TEXTURE_2D, live_at_.id());
@@ -368,6 +396,7 @@ void GlRaycaster::release() {
   drawn_with_.reset();
   wanted_.reset();
   textures_.release();
+  second_.release();
   predicates_.release();
   field_.reset();
   field_spans_.release();

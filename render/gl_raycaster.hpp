@@ -48,6 +48,8 @@ class GlRaycaster {
   /// Programs compiled and textures sent since the beginning, for tests.
   [[nodiscard]] int compiled() const { return programs_.compiled(); }
   [[nodiscard]] const GlUploads& uploads() const { return textures_.uploads(); }
+  /// Of the ultrasound volume beside the CT.
+  [[nodiscard]] const GlUploads& second_uploads() const { return second_.uploads(); }
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
@@ -64,7 +66,10 @@ class GlRaycaster {
     last_.reset();
   }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
-  void set_largest_edge(int voxels) { textures_.set_largest_edge(voxels); }
+  void set_largest_edge(int voxels) {
+    textures_.set_largest_edge(voxels);
+    second_.set_largest_edge(voxels);
+  }
   /// An artificial limit of its memory, voxels, for tests.
   void set_memory(std::size_t voxels) { textures_.set_memory(voxels); }
   /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
@@ -88,6 +93,8 @@ class GlRaycaster {
   /// The surfaces of a cutaway around large meshes, which are searched for every ray beforehand.
   void send_field(const Scene& scene);
   Result<void> update(const Scene& scene);
+  Result<void> update_second(const Scene& scene);
+  void bind_predicates(GlProgram& program, bool generic, const Scene& scene);
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
   void release_targets();
@@ -97,6 +104,7 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   GlTextures textures_;
+  GlTextures second_;  ///< The ultrasound volume beside the CT.
   GlPredicates predicates_;
   int settled_after_ = kSettledAfter;
   std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.

@@ -71,6 +71,8 @@ class GlTextures {
   /// Sends what has changed. kUnsupportedData when a volume does not fit the device, with its
   /// limits. Leaves the bindings of the active texture unit changed.
   Result<void> update(const Scene& scene);
+  /// The same for a volume alone.
+  Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void release();
 
   [[nodiscard]] const GlUploads& uploads() const { return uploads_; }
@@ -101,7 +103,6 @@ class GlTextures {
   GlTexture ct, gradients, bricks, brick_ranges, brick_cells, picture, solids, cut_objects;
 
  private:
-  Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
   void update_transfer(const TransferFunction& function);
   void update_gradients();
   void update_ranges();

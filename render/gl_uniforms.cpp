@@ -8,23 +8,40 @@
 #include "render/adaptive_step.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
+#include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
 
-/// The largest multiple of the step that is in front of the volume for every ray, mm, >= 0.
-double t_base_mm(const spec::View<double>& view, const VoxelGrid& grid, double step_mm) {
+spec::View<double> view_of(const Scene& scene, const VoxelGrid& grid) {
+  return spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+}
+
+/// How far a volume is from the eye at least, mm.
+double front_mm(const Scene& scene, const VoxelGrid& grid) {
+  const auto view = view_of(scene, grid);
   const Eigen::Vector3d to_centre = grid.centre().mm - grid.origin_mm - view.eye;
   const double distance = view.orthographic ? to_centre.dot(view.forward) : to_centre.norm();
-  const double front = distance - 0.5 * grid.extent_mm().norm();
-  return std::max(0.0, std::floor(front / step_mm) * step_mm);
+  return distance - 0.5 * grid.extent_mm().norm();
+}
+
+/// The largest multiple of the step, or with two volumes of two slabs, that is in front of the
+/// volume for every ray, mm, >= 0.
+double t_base_mm(const Scene& scene) {
+  double front = front_mm(scene, scene.ct->grid());
+  double unit = spec::step_mm(scene.quality, scene.ct->grid());
+  if (has_two_volumes(scene)) {
+    front = std::min(front, front_mm(scene, scene.ultrasound->volume->grid()));
+    unit = 2 * slab_mm(scene);
+  }
+  return std::max(0.0, std::floor(front / unit) * unit);
 }
 
 void set_camera(GlProgram& program, const Scene& scene) {
   const VoxelGrid& grid = scene.ct->grid();
-  const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+  const auto view = view_of(scene, grid);
   const double step_mm = spec::step_mm(scene.quality, grid);
-  const double base_mm = t_base_mm(view, grid, step_mm);
+  const double base_mm = t_base_mm(scene);
   program.set("base_local", Eigen::Vector3d(view.eye + base_mm * view.forward));
   program.set("t_base_mm", base_mm);
   program.set("right", view.right);
@@ -37,12 +54,34 @@ void set_camera(GlProgram& program, const Scene& scene) {
   if (scene.quality.jitter) program.set("picture_height", static_cast<double>(scene.height));
 }
 
-void set_volume(GlProgram& program, const VoxelGrid& grid) {
-  program.set("ct", kCt);
-  program.set("ct_size", Eigen::Vector3i(grid.size[0], grid.size[1], grid.size[2]));
+void set_volume(GlProgram& program, const VoxelGrid& grid, int unit,
+                const std::string& prefix = {}) {
+  program.set(prefix + "ct", unit);
+  program.set(prefix + "ct_size", Eigen::Vector3i(grid.size[0], grid.size[1], grid.size[2]));
   const Eigen::Matrix3d index_from_local =
       grid.spacing_mm.cwiseInverse().asDiagonal() * grid.directions.transpose();
-  program.set("index_from_local", index_from_local);
+  program.set(prefix + "index_from_local", index_from_local);
+}
+
+/// What shaders/two_volumes.frag needs besides what CT and predicates do.
+void set_two_volumes(GlProgram& program, const Scene& scene) {
+  const VoxelGrid& second = scene.ultrasound->volume->grid();
+  const double base_mm = t_base_mm(scene);
+  const auto phase = [&](double step_mm) {
+    const double cells = base_mm / step_mm;
+    return cells - std::floor(cells);
+  };
+  const double step_mm = spec::step_mm(scene.quality, second);
+  const auto view = view_of(scene, second);
+  set_volume(program, second, kSecondVolume, kSecond);
+  program.set("second_base_local", Eigen::Vector3d(view.eye + base_mm * view.forward));
+  program.set("second_step_mm", step_mm);
+  program.set("second_lattice_phase", phase(step_mm));
+  program.set("lattice_phase", phase(spec::step_mm(scene.quality, scene.ct->grid())));
+  program.set("slab_mm", slab_mm(scene));
+  if (scene.quality.jitter) {
+    program.set("second_picture_height", static_cast<double>(scene.height));
+  }
 }
 
 void set_plane(GlProgram& program, const spec::PlaneSurface<double>& plane) {
@@ -88,7 +127,7 @@ void set_shading(GlProgram& program, const GlFeatures& features, const Scene& sc
   program.set("full_gradient_per_mm", shading.full_gradient_per_mm);
   if (features.emphasis) program.set("emphasis", shading.emphasis);
   if (features.shaded != GlFeatures::Shaded::kGooch) return;
-  const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
+  const auto view = view_of(scene, grid);
   program.set("gooch_light", Eigen::Vector3d(axes_from_local * spec::gooch_light(view)));
   program.set("gooch_shares",
               Eigen::Vector3d(shading.cool_share, shading.warm_share, shading.silhouette));
@@ -121,7 +160,7 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (shading) set_shading(program, features, scene);
   if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
   if (features.skipping || features.adaptive) {
-    set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks);
+    set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks, {}, reach_mm(scene));
   }
   if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
@@ -144,6 +183,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   if (scene.projection != Projection::kComposite) return features;
   features.cut_field = CutawayField::needed(scene);
   features.cutaway = features.cut_field || !textures.cut().empty();
+  features.beside_ct = has_two_volumes(scene);
   if (scene.predicates) return features;
   if (textures.table().rows() > 1) {
     features.classified = GlFeatures::Classified::kByGradientToo;
@@ -162,20 +202,28 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   return features;
 }
 
+double reach_mm(const Scene& scene) {
+  if (!has_two_volumes(scene)) return 0;
+  const VoxelGrid& ct = scene.ct->grid();
+  const VoxelGrid& other = scene.ultrasound->volume->grid();
+  return (other.centre().mm - ct.centre().mm).norm() + ct.extent_mm().norm() +
+         other.extent_mm().norm();
+}
+
 void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
-                    int unit) {
-  program.set("bricks", unit);
-  program.set("brick_count", brick_count);
-  program.set("bricks_per_voxel", 1.0 / kBrickVoxels);
+                    int unit, const std::string& prefix, double farthest_mm) {
+  program.set(prefix + "bricks", unit);
+  program.set(prefix + "brick_count", brick_count);
+  program.set(prefix + "bricks_per_voxel", 1.0 / kBrickVoxels);
   // Indices are at most about three times the volume's diagonal away from zero.
-  const double farthest = 3 * grid.extent_mm().norm() / grid.spacing_mm.minCoeff();
+  const double farthest = (3 * grid.extent_mm().norm() + farthest_mm) / grid.spacing_mm.minCoeff();
   constexpr double kRounding = 1e-6;  // A few units of single precision.
-  program.set("brick_margin", 1e-3 + kRounding * farthest);
+  program.set(prefix + "brick_margin", 1e-3 + kRounding * farthest);
 }
 
 void set_rays(GlProgram& program, const Scene& scene) {
   set_camera(program, scene);
-  set_volume(program, scene.ct->grid());
+  set_volume(program, scene.ct->grid(), kCt);
 }
 
 double opaque_at(const Scene& scene) {
@@ -187,13 +235,15 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
   set_rays(program, scene);
-  if (!features.predicates) program.set("opaque_at", opaque_at(scene));
+  const bool transfer = !features.predicates || features.beside_ct;
+  if (transfer) program.set("opaque_at", opaque_at(scene));
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {
     const Shading& light = scene.shading;
     program.set("shade_light",
                 Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
   }
-  if (features.predicates) {
+  if (features.beside_ct) set_two_volumes(program, scene);
+  if (!transfer) {
     if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
   } else if (features.projection == Projection::kComposite) {
     set_volume_marching(program, features, scene, textures);

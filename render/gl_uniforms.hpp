@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
@@ -31,6 +32,7 @@ enum GlUnit {
   kCutObjects,
   kCutField,
   kDepth,
+  kSecondVolume,
   kFront,
   kBehind,
   kSignatures,
@@ -53,9 +55,17 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
 /// What shaders/include/camera.glsl, ct.glsl and lattice.glsl need.
 void set_rays(GlProgram& program, const Scene& scene);
 
-/// What shaders/include/bricks.glsl needs: bricks in a texture unit.
+/// Names of a second volume, as in shaders/include/second_names.glsl, are those of one volume after
+/// this.
+inline constexpr const char* kSecond = "second_";
+
+/// What shaders/include/bricks.glsl needs: bricks in a texture unit. prefix: of the names.
+/// farthest_mm: of the volume from where t is counted from, when that is not in front of it.
 void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
-                    int unit);
+                    int unit, const std::string& prefix = {}, double farthest_mm = 0);
+
+/// How far two volumes reach from each other at most, mm; 0 with one.
+double reach_mm(const Scene& scene);
 
 /// The alpha at which a ray ends; more than 1: never.
 double opaque_at(const Scene& scene);

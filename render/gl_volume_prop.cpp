@@ -14,7 +14,6 @@
 #include <vtkRenderer.h>
 
 #include "render/gl_volume_prop.hpp"
-#include "render/two_volumes.hpp"
 #include "render/vtk_convert.hpp"
 
 namespace nav::render {
@@ -126,11 +125,6 @@ SceneView::~SceneView() {
 }
 
 Result<void> SceneView::draw(std::shared_ptr<const Scene> scene, int coarse_factor) {
-  if (has_two_volumes(*scene)) {
-    return Error{ErrorCode::kUnsupportedData,
-                 "OpenGL: expected one volume, found a CT and an ultrasound volume in it: the CPU "
-                 "engine draws both"};
-  }
   apply(scene->camera, *renderer_->GetActiveCamera());
   const Eigen::Vector3d& background = scene->background_rgb;
   renderer_->SetBackground(background.x(), background.y(), background.z());

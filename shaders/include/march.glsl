@@ -231,11 +231,53 @@ bool take_sample(inout Walk w, out Cell cell, bool fading) {
 }
 #endif
 
+#ifdef TWO_VOLUMES
+float clear_to;  // Cells before this one that are yet to come show nothing.
+
+#ifdef PREINTEGRATED
+// What lies where the last stretch ended, if it was a lattice point: the next one begins there.
+int kept_at;  // Far in front: nowhere.
+float kept_v;
+int kept_behind_at;
+float kept_behind;
+Point kept_a;
+
+void forget() { kept_at = -1000000000; }
+
+void keep(Walk w, bool fading) {
+  kept_at = !fading && w.end == float(w.known) ? w.known : -1000000000;
+  kept_v = w.v0;
+  kept_behind_at = w.before_at;
+  kept_behind = w.before;
+  kept_a = w.a;
+}
+
+void resume(inout Walk w) {
+  if (!w.going || w.begin != float(kept_at)) return;
+  w.known = kept_at;
+  w.v0 = kept_v;
+  w.before_at = kept_behind_at;
+  w.before = kept_behind;
+  w.a = kept_a;
+  w.has_a = true;
+#ifdef ADAPTIVE
+  w.size = cells_from(w.known, w.begin, w.end);
+#endif
+#ifndef SKIPPING
+  w.j += w.size;
+#endif
+}
+#endif
+#endif
+
 // Loops are tested at their ends: a device that runs many rays in step goes through the body of a
 // loop once more after the last ray has left it at its head.
 // begin, end: cells. fading: in front of the surface of theta2.
 void march(float begin, float end, bool fading) {
   Walk w = begin_walk(begin, end);
+#if defined(TWO_VOLUMES) && defined(PREINTEGRATED)
+  if (!fading) resume(w);
+#endif
   if (w.going) do {
 #ifdef SKIPPING
     find_run(w, fading);
@@ -257,4 +299,10 @@ void march(float begin, float end, bool fading) {
     if (!in_run(w)) w.going = false;
 #endif
   } while (w.going);
+#if defined(TWO_VOLUMES) && defined(PREINTEGRATED)
+  keep(w, fading);
+#endif
+#if defined(TWO_VOLUMES) && defined(SKIPPING)
+  clear_to = max(clear_to, float(w.next - 1));
+#endif
 }

@@ -189,6 +189,9 @@ bool reads_features(uint asked) {
 
 // Loops are tested at their ends, as in march.glsl. All in cells; far: where the volume ends before
 // the next surface, for rule 2, which ends the ray up to there.
+#ifdef TWO_VOLUMES
+float clear_to;  // As in march.glsl.
+#endif
 void march(float begin, float end, float far, bool fading) {
   int n = int(floor(begin));
   int last = end > begin ? int(ceil(end)) : n;
@@ -235,4 +238,7 @@ void march(float begin, float end, float far, bool fading) {
     } while (n < run_end && !ended);
     marching = n < last && !ended;
   } while (marching);
+#ifdef TWO_VOLUMES
+  clear_to = max(clear_to, float(n - 1));
+#endif
 }

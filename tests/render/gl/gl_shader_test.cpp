@@ -72,6 +72,22 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
 }
 
+TEST(ShadersTest, ASecondVolumeIsInNoProgramOfOne) {
+  GlFeatures features;
+  features.skipping = features.cutaway = features.plane = true;
+  const std::string ct = raycast_fragment_source(features);
+  features.predicates = some_form(1);
+  const std::string ultrasound = raycast_fragment_source(features);
+  for (const std::string& one : {ct, ultrasound}) {
+    EXPECT_EQ(one.find("#define TWO_VOLUMES\n"), std::string::npos);
+    EXPECT_EQ(one.find("second_"), std::string::npos);
+    EXPECT_EQ(one.find("slab"), std::string::npos);
+  }
+  features.beside_ct = true;
+  EXPECT_NE(raycast_fragment_source(features).find("uniform sampler3D ct;"), std::string::npos);
+  EXPECT_NE(raycast_fragment_source(features).find("#define ct second_ct\n"), std::string::npos);
+}
+
 TEST(ShadersTest, AProjectionNeedsNoTransferFunction) {
   GlFeatures features;
   features.projection = Projection::kMaximum;
@@ -105,7 +121,9 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
       continue;
     }
     features.predicates = some_form(count / 2);
-    add("predicates" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
+    add("predicates" + std::to_string(count) + ".frag", raycast_fragment_source(features));
+    features.beside_ct = true;
+    add("two_volumes" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
   }
   for (const char* name :
        {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {

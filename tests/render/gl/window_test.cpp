@@ -16,6 +16,7 @@
 #include "render/window_refinement.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
+#include "tests/render/predicates/two_volume_scenes.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::render {
@@ -42,6 +43,36 @@ TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
   constexpr int kTwoRoundings = 1;
   const auto found = test::difference(*window, to_8bit(headless->pixels), kTwoRoundings);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
+}
+
+TEST(WindowTest, ShowsUltrasoundInACtAndItsEditsAsTheHeadlessEngine) {
+  SONDE_REQUIRE_DISPLAY();
+  VoxelGrid where = test::centred_grid({15, 15, 15}, {1, 0.8, 0.9});
+  where.origin_mm.y() += 9;
+  Scene scene = test::fog_scene(where, 0.05);
+  scene.width = 64;
+  scene.height = 48;
+  vtkNew<vtkRenderWindow> window;
+  window->SetMultiSamples(0);
+  window->SetSize(scene.width, scene.height);
+  SceneView view(*window);
+  CollectingDiagnostics diagnostics;
+  auto engine = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(engine));
+  Image2d<Rgba8> last;
+  for (const double importance : {1.0, 0.5, 0.0}) {
+    scene.ultrasound->ct_importance = importance;
+    ASSERT_TRUE(test::has_value(view.draw(std::make_shared<const Scene>(scene))));
+    const Image2d<Rgba8> shown = read_pixels(*window);
+    const auto headless = (*engine)->render(scene);
+    ASSERT_TRUE(test::has_value(headless));
+    EXPECT_EQ(test::difference(shown, to_8bit(headless->pixels), 1).fraction_above, 0);
+    if (!last.empty()) {
+      EXPECT_GT(test::difference(shown, last, 1).fraction_above, 0.05) << importance;
+    }
+    last = shown;
+  }
+  EXPECT_EQ(view.raycaster().compiled(), 1);
 }
 
 TEST(WindowTest, DrawsTheSameAfterItsContextIsGone) {

@@ -3,37 +3,11 @@
 // A CT with a 3D ultrasound volume in it: ray_spec.hpp, "Two volumes".
 #include "render/two_volumes.hpp"
 
-#include <cstring>
-
 #include "render/scene_compare.hpp"
-#include "tests/render/predicates/predicate_scenes.hpp"
+#include "tests/render/predicates/two_volume_scenes.hpp"
 
 namespace nav::render {
 namespace {
-
-/// Every sample shows, all alike: grey without hue.
-UltrasoundVolume grey_ultrasound(const VoxelGrid& grid, double value, double opacity_length_mm) {
-  UltrasoundVolume out;
-  out.volume = test::make_volume(grid, [value](int, int, int) { return value; });
-  out.predicates.model = test::model_of({{PredicateExpression::kind("intensity", {0, 1}), 1}}, 0);
-  out.predicates.opacity_length_mm = opacity_length_mm;
-  out.predicates.termination_error = 0;
-  return out;
-}
-
-/// Fog all over a box of 30 mm, and ultrasound in the box that is asked for.
-Scene fog_scene(const VoxelGrid& where, double tau_per_mm) {
-  const VoxelGrid grid = test::centred_grid({31, 31, 31}, {1, 1, 1});
-  const auto ct = test::make_volume(grid, [](int, int, int) { return 0; });
-  Scene scene =
-      test::plain_scene(ct, test::fog(tau_per_mm, {1, 0.5, 0.25}), test::frontal(100, 12, true));
-  scene.ultrasound = grey_ultrasound(where, 102, 2);
-  return scene;
-}
-
-constexpr double kGrey = 0.4;  // Of the value 102.
-
-double grey_tau() { return -std::log(1 - kGrey) / 2; }
 
 /// A CT that is a bright slab, everything else is air: y from -6 to -4 mm.
 std::shared_ptr<const Volume> slab_in_front() {
@@ -46,17 +20,17 @@ INSTANTIATE_TEST_SUITE_P(Engines, TwoVolumesTest, ::testing::ValuesIn(test::engi
                          [](const auto& engine) { return std::string(engine.param.name); });
 
 TEST_P(TwoVolumesTest, TwoMediaInOnePlaceMixWithSecondOrder) {
-  Scene scene = fog_scene(test::centred_grid({31, 31, 31}, {1, 1, 1}), 0.08);
-  const double tau = 0.08 + grey_tau();
+  Scene scene = test::fog_scene(test::centred_grid({31, 31, 31}, {1, 1, 1}), 0.08);
+  const double tau = 0.08 + test::grey_tau();
   const double alpha = -std::expm1(-tau * 30);
-  const double red = alpha * (0.08 * 1 + grey_tau() * kGrey) / tau;
-  const double blue = alpha * (0.08 * 0.25 + grey_tau() * kGrey) / tau;
+  const double red = alpha * (0.08 * 1 + test::grey_tau() * test::kGrey) / tau;
+  const double blue = alpha * (0.08 * 0.25 + test::grey_tau() * test::kGrey) / tau;
   for (const double step : {2.0, 1.0, 0.5, 0.25, 0.125}) {
     scene.quality.step_voxels = step;
     const RgbaF pixel = test::middle(test::draw(*engine_, scene));
     const double error = std::max(std::abs(pixel.r - red), std::abs(pixel.b - blue));
     // What two media in one slab do to each other by their order; pairs of slabs cancel.
-    EXPECT_LT(error, 0.5 * 0.08 * grey_tau() * step * step + 2e-5) << step;
+    EXPECT_LT(error, 0.5 * 0.08 * test::grey_tau() * step * step + 2e-5) << step;
   }
 }
 
@@ -65,11 +39,11 @@ TEST_P(TwoVolumesTest, WhatLiesOutsideOfTheOtherIsInOrderExactly) {
   for (const double y : {-25.0, 25.0}) {
     VoxelGrid thin = test::centred_grid({31, 9, 31}, {1, 0.5, 1});
     thin.origin_mm.y() += y;
-    const Scene scene = fog_scene(thin, 0.05);
+    const Scene scene = test::fog_scene(thin, 0.05);
     const double fog = -std::expm1(-0.05 * 30);
-    const double grey = -std::expm1(-grey_tau() * 4);
+    const double grey = -std::expm1(-test::grey_tau() * 4);
     const double expected =
-        y < 0 ? grey * kGrey + (1 - grey) * fog : fog + (1 - fog) * grey * kGrey;
+        y < 0 ? grey * test::kGrey + (1 - grey) * fog : fog + (1 - fog) * grey * test::kGrey;
     EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, expected, 2e-5) << y;
   }
 }
@@ -77,7 +51,7 @@ TEST_P(TwoVolumesTest, WhatLiesOutsideOfTheOtherIsInOrderExactly) {
 TEST_P(TwoVolumesTest, ImportanceDecidesWhetherUltrasoundShinesThroughTheCt) {
   VoxelGrid behind = test::centred_grid({31, 21, 31}, {1, 0.5, 1});
   behind.origin_mm.y() += 3;
-  Scene scene = fog_scene(behind, 0);
+  Scene scene = test::fog_scene(behind, 0);
   scene.ct = slab_in_front();
   scene.transfer = test::solid({1, 0, 0});
   scene.ultrasound->predicates.opacity_length_mm = 0.2;
@@ -88,12 +62,12 @@ TEST_P(TwoVolumesTest, ImportanceDecidesWhetherUltrasoundShinesThroughTheCt) {
   // One predicate has impact 1: the bone keeps exp(-1) of its weight.
   const double kept = std::exp(-1.0);
   const RgbaF shown = test::middle(test::draw(*engine_, scene));
-  EXPECT_NEAR(shown.b, (1 - kept) * kGrey, 2e-3);
-  EXPECT_NEAR(shown.r, kept + (1 - kept) * kGrey, 2e-3);
+  EXPECT_NEAR(shown.b, (1 - kept) * test::kGrey, 2e-3);
+  EXPECT_NEAR(shown.r, kept + (1 - kept) * test::kGrey, 2e-3);
 }
 
 TEST_P(TwoVolumesTest, WithoutVisibleUltrasoundTheCtIsAsAlone) {
-  Scene scene = fog_scene(test::centred_grid({21, 21, 21}, {0.7, 0.9, 0.8}), 0.1);
+  Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {0.7, 0.9, 0.8}), 0.1);
   scene.ultrasound->volume =
       test::make_volume(scene.ultrasound->volume->grid(), [](int, int, int) { return 0; });
   scene.plane = test::upright_plane(test::grey_picture(8, 8, 200), 1, {0, 2, 4});
@@ -104,33 +78,11 @@ TEST_P(TwoVolumesTest, WithoutVisibleUltrasoundTheCtIsAsAlone) {
 }
 
 TEST_P(TwoVolumesTest, ProjectionsLeaveTheUltrasoundOut) {
-  Scene scene = fog_scene(test::centred_grid({21, 21, 21}, {1, 1, 1}), 0.1);
+  Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {1, 1, 1}), 0.1);
   scene.projection = Projection::kMean;
   const RenderedImage both = test::draw(*engine_, scene);
   scene.ultrasound.reset();
   EXPECT_TRUE(test::same_bytes(both, test::draw(*engine_, scene)));
-}
-
-/// Any scene by predicates, as the second volume of one with a CT.
-Scene random_two(std::mt19937& random, int i) {
-  std::uniform_real_distribution<double> unit(0, 1);
-  const VoxelGrid grid = test::centred_grid(
-      {19, 17, 15}, {0.8, 0.7, 0.9},
-      Eigen::AngleAxisd(0.4 * i, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix());
-  const auto us = test::small_ultrasound(grid, static_cast<unsigned>(i));
-  Scene scene =
-      test::random_predicate_scene(random, us, test::random_features(us, static_cast<unsigned>(i)));
-  scene.ultrasound = UltrasoundVolume{us, *scene.predicates, i % 3 == 0 ? 1024 : 2 * unit(random)};
-  scene.ultrasound->predicates.termination_error = 0;
-  scene.predicates.reset();
-  scene.quality.opaque_at = 1;
-  scene.shading.enabled = i % 2 == 0;
-  scene.transfer = *preset_transfer_function("ct-bone");
-  scene.ct = test::make_volume(test::centred_grid({25, 23, 21}, {1.3, 1.1, 1.2}),
-                               [&](int a, int b, int c) {
-                                 return 200 + 150 * std::sin(0.5 * a + 0.3 * b) + 100 * std::cos(c);
-                               });
-  return scene;
 }
 
 class TwoVolumesCpuTest : public ::testing::TestWithParam<bool> {};
@@ -144,7 +96,7 @@ TEST_P(TwoVolumesCpuTest, AgreesWithTheReferenceOnEverythingAtOnce) {
   constexpr int kScenes = 24;
   double beyond = 0;
   for (int i = 0; i < kScenes; ++i) {
-    const Scene scene = random_two(random, i);
+    const Scene scene = test::random_two(random, i);
     const RenderedImage fast = test::draw(*engine, scene);
     const RenderedImage exact = test::draw(*reference, scene);
     const auto pixels = fast.pixels.pixels();
@@ -165,7 +117,7 @@ TEST_P(TwoVolumesCpuTest, SkippingIsBitIdenticalToNotSkipping) {
   std::uint64_t with = 0;
   std::uint64_t without = 0;
   for (int i = 0; i < 24; ++i) {
-    Scene scene = random_two(random, i);
+    Scene scene = test::random_two(random, i);
     const RenderedImage skipped = test::draw(*engine, scene);
     scene.quality.skip_empty_bricks = false;
     const RenderedImage full = test::draw(*engine, scene);
@@ -183,7 +135,7 @@ TEST_P(TwoVolumesCpuTest, EarlyTerminationStaysWithinItsError) {
   std::uint64_t with = 0;
   std::uint64_t without = 0;
   for (int i = 0; i < 24; ++i) {
-    Scene scene = random_two(random, i);
+    Scene scene = test::random_two(random, i);
     scene.ultrasound->predicates.opacity_length_mm = 0.15;
     const RenderedImage full = test::draw(*engine, scene);
     scene.ultrasound->predicates.termination_error = 1.0 / 255;
@@ -216,7 +168,7 @@ TEST_P(TwoVolumesCpuTest, MeshesOfManyTrianglesCutBothVolumes) {
   }
   std::mt19937 random(5);
   const auto engine = make_cpu_engine({0, GetParam()});
-  Scene scene = random_two(random, 1);
+  Scene scene = test::random_two(random, 1);
   scene.cutaway.emplace();
   const RenderedImage uncut = test::draw(*engine, scene);
   scene.cutaway->meshes.push_back(ball);
@@ -226,7 +178,7 @@ TEST_P(TwoVolumesCpuTest, MeshesOfManyTrianglesCutBothVolumes) {
 }
 
 TEST(TwoVolumes, ANewUltrasoundOrImportanceIsAnotherView) {
-  const Scene before = fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
+  const Scene before = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   Scene after = before;
   EXPECT_EQ(change_between(before, after), SceneChange::kNothing);
   after.ultrasound->ct_importance = 0.5;
@@ -239,7 +191,7 @@ TEST(TwoVolumes, ANewUltrasoundOrImportanceIsAnotherView) {
 }
 
 TEST(TwoVolumes, RefusesWhatCannotBeDrawn) {
-  const Scene good = fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
+  const Scene good = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   EXPECT_TRUE(test::has_value(validate(good)));
   const auto message = [](const Scene& scene) {
     const auto ok = validate(scene);

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The end of second_names.glsl.
+
+#undef between
+#undef brick_count
+#undef brick_margin
+#undef brick_of
+#undef bricks
+#undef bricks_per_voxel
+#undef cells_of
+#undef clip_to_box
+#undef cost
+#undef ct
+#undef ct_hu
+#undef ct_size
+#undef index_at
+#undef index_from_local
+#undef jitter_of
+#undef kHuPerTexel
+#undef kPlace
+#undef lattice_origin
+#undef lattice_phase
+#undef lattice_shift
+#undef lattice_step
+#undef leaves_cube
+#undef march
+#undef clear_to
+#undef move_lattice
+#undef picture_height
+#undef ray_direction
+#undef set_lattice
+#undef step_mm
+#undef t_of
+#undef trilinear
+#undef value_at

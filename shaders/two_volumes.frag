@@ -1,0 +1,248 @@
+#version 410 core
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Casts one ray per pixel through a CT as raycast.frag and an ultrasound volume as predicates.frag,
+// composited by importance: render/ray_spec.hpp, "Two volumes". Results as predicates.frag.
+
+#include "include/camera.glsl"
+#include "include/ct.glsl"
+#include "include/compositing.glsl"
+#include "include/lattice.glsl"
+#include "include/lattice_phase.glsl"
+#if defined(PHONG) || defined(SOLIDS)
+#include "include/phong.glsl"
+#endif
+#ifdef SHARED_DEPTH
+#include "include/shared_depth.glsl"
+#endif
+#if defined(SKIPPING) || defined(ADAPTIVE)
+#include "include/bricks.glsl"
+#endif
+#include "include/transfer.glsl"
+#include "include/shading.glsl"
+#ifdef PREINTEGRATED
+#include "include/preintegrated.glsl"
+#endif
+#ifdef CUTAWAY
+#include "include/cutaway.glsl"
+#endif
+#ifdef SKIPPING
+#include "include/skipping.glsl"
+#endif
+#ifdef ADAPTIVE
+#include "include/adaptive.glsl"
+#endif
+
+uniform float opaque_at;  // A stretch of the CT ends at this alpha; > 1: never.
+
+vec4 picture;  // The stretch of the CT that is being composited, premultiplied.
+float enough;  // Its alpha at which it ends.
+#ifdef PREINTEGRATED
+int bow_from;  // The first cell with a bow.
+#endif
+#include "include/march.glsl"
+
+#ifdef PREINTEGRATED
+#define PREINTEGRATED_CT
+#undef PREINTEGRATED
+#endif
+#include "include/second_names.glsl"
+#include again "include/ct.glsl"
+#include again "include/lattice.glsl"
+#include again "include/lattice_phase.glsl"
+#include again "include/bricks.glsl"
+#ifdef GENERIC
+#include "include/predicate_generic.glsl"
+#endif
+#include "include/predicate_look.glsl"
+#include "include/predicate_light.glsl"
+#include "include/predicate_march.glsl"
+#include "include/second_names_end.glsl"
+
+#include "include/slabs.glsl"
+#if defined(PLANE) || defined(SOLIDS)
+#define SURFACES
+#include "include/next_surface.glsl"
+#endif
+#ifdef SIGNATURE
+#include "include/signature.glsl"
+#endif
+
+uniform vec3 second_base_local;  // As base_local, of the ultrasound.
+uniform float ct_importance;     // In the measure of the light.
+uniform float ray_ends_at;       // Share of the colour that nothing to come takes; > 1: never.
+
+layout(location = 0) out vec4 colour;
+layout(location = 1) out vec4 spent;  // See lattice.glsl.
+#ifdef PLANE
+layout(location = 2) out vec4 behind;  // Weight of the picture; 0.
+layout(location = 3) out vec2 live_at;
+#endif
+#ifdef SIGNATURE
+layout(location = 4) out uvec2 signature;
+#endif
+
+// Which of the cells of a stretch fade: those that begin in front of the surface of theta2.
+float turn_of(float fade, float first, float last) {
+  return fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
+}
+
+// One sample, of what lies of the CT between two places, cells.
+void add_ct(float first, float last) {
+  if (!(last > first) || last <= clear_to) return;
+  picture = vec4(0.0);
+  enough = opaque_at;
+#ifdef CUTAWAY
+  float turn = turn_of(cells_of(cut_span.t2), first, last);
+  march(first, min(turn, last), true);
+  if (picture.a < enough) march(turn, last, false);
+#else
+  march(first, last, false);
+#endif
+  if (picture.a > 0.0) blend(picture.rgb / picture.a, picture.a, ct_importance, 0.0);
+}
+
+void add_ultrasound(float first, float last) {
+  if (!(last > first) || last <= second_clear_to) return;
+  ended = false;
+  greatest_to_come = surface_importance;
+#ifdef CUTAWAY
+  float turn = turn_of(second_cells_of(cut_span.t2), first, last);
+  second_march(first, min(turn, last), last, true);
+  second_march(turn, last, last, false);
+#else
+  second_march(first, last, last, false);
+#endif
+}
+
+// What follows cannot be seen.
+bool is_final() { return light.alpha * kept_before(surface_importance) >= ray_ends_at; }
+
+vec2 ct_cells(Slabs s, int n) {
+  vec2 part = stretch_of(s, n, s.ct);
+  return vec2(whole_cells(cells_of(part.x)), whole_cells(cells_of(part.y)));
+}
+
+vec2 ultrasound_cells(Slabs s, int n) {
+  vec2 part = stretch_of(s, n, s.ultrasound);
+  return vec2(whole_cells(second_cells_of(part.x)), whole_cells(second_cells_of(part.y)));
+}
+
+// Whether something of a stretch may be seen.
+bool shows_ct(Slabs s, int n) {
+  vec2 part = ct_cells(s, n);
+  return part.y > part.x && part.y > clear_to;
+}
+
+bool shows_ultrasound(Slabs s, int n) {
+  vec2 part = ultrasound_cells(s, n);
+  return part.y > part.x && part.y > second_clear_to;
+}
+
+int next_turn(Slabs s, int n) {
+  return turn_after(s, n, min(t_of(clear_to), second_t_of(second_clear_to)));
+}
+
+// Both volumes in front of the next surface.
+void march_slabs(Slabs s) {
+  int n = first_turn(s);
+  int last = last_turn(s);
+  bool open;
+  do {
+    // Either volume goes on by itself while the other shows nothing: loops of their own, as devices
+    // that run many rays in step pass nothing else.
+    bool alone;
+    do {
+      vec2 part = ct_cells(s, n);
+      add_ct(part.x, part.y);
+      alone = !shows_ultrasound(s, n + 1);
+      if (alone) n = next_turn(s, n);
+      open = n <= last && !is_final();
+    } while (alone && open);
+    if (open) do {
+      vec2 part = ultrasound_cells(s, n + 1);
+      add_ultrasound(part.x, part.y);
+      n = next_turn(s, n);
+      open = n <= last && !is_final();
+    } while (open && !shows_ct(s, n));
+  } while (open);
+}
+
+// Where the ray runs through the volumes, t.
+void cast_ray(Ray ray, float t_eye, float t_stop, vec2 ct_box, vec2 ultrasound_box) {
+  begin_light();
+  clear_to = second_clear_to = -1.0e9;
+#ifdef PREINTEGRATED_CT
+  forget();
+  bow_from = int(floor(cells_of(ct_box.x))) + 2;
+#endif
+#ifdef PLANE
+  live_at = vec2(-1.0e9);
+#endif
+#ifdef SURFACES
+  // Everything up to the first opaque surface, which nothing behind it can outshine.
+  float begin = t_eye;
+  Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
+  for (;;) {
+    march_slabs(slabs_between(begin, surface.t, ct_box, ultrasound_box));
+    if (surface.t >= kNever || is_final()) break;
+    if (surface.live) {
+#ifdef PLANE
+      live_at = surface.rgb.xy;
+#endif
+      blend(vec3(0.0), surface.alpha, surface_importance, 1.0);
+    } else {
+      blend(surface.rgb, surface.alpha, surface_importance, 0.0);
+    }
+    if (light.alpha >= 1.0) break;
+    begin = surface.t;
+    surface = next_surface(ray, t_eye, t_stop, surface.t, surface.order);
+  }
+#else
+  march_slabs(slabs_between(t_eye, 3.0e38, ct_box, ultrasound_box));
+#endif
+  spent = vec4(cost.xyz + second_cost.xyz, cost.w);
+  colour = vec4(light.alpha * light.rgb, light.alpha);
+#ifdef PLANE
+  behind = vec4(light.alpha * light.picture, 0.0, 0.0, 0.0);
+#endif
+}
+
+void main() {
+  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+  Ray second = Ray(second_base_local + (ray.origin - base_local), ray.direction);
+  set_lattice(ray);
+  move_lattice();
+  second_set_lattice(second);
+  second_move_lattice();
+  float t_eye = -t_base_mm;
+  vec2 ct_box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  vec2 ultrasound_box = second_clip_to_box(second_index_from_local * second.origin,
+                                           second_index_from_local * second.direction, t_eye);
+  float t_stop = 3.0e38;
+#ifdef SHARED_DEPTH
+  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  ct_box.y = min(ct_box.y, t_stop);
+  ultrasound_box.y = min(ultrasound_box.y, t_stop);
+#endif
+#ifdef CUTAWAY
+  bool meets_ct = ct_box.y > ct_box.x;
+  bool meets_ultrasound = ultrasound_box.y > ultrasound_box.x;
+  float enters = min(meets_ct ? ct_box.x : 3.0e38, meets_ultrasound ? ultrasound_box.x : 3.0e38);
+  cut_span = meet_cutaway(ray, enters);
+  bool cut = cut_span.t2 > enters;
+  if (cut) cost.w = 2.0;
+#else
+  const bool cut = false;
+#endif
+#ifdef SIGNATURE
+  signature = signature_of(ray, t_eye, cut);
+  if (is_kept(signature)) {
+    discard;
+  } else {
+    cast_ray(ray, t_eye, t_stop, ct_box, ultrasound_box);
+  }
+#else
+  cast_ray(ray, t_eye, t_stop, ct_box, ultrasound_box);
+#endif
+}
