@@ -75,17 +75,52 @@ Json report_json(const bench::PredicateBenchReport& report) {
 
 Json report_json(const bench::TwoVolumesReport& report) {
   Json rows = Json::array();
+  const std::string unit = report.engine == "cpu" ? "_cpu_ms" : "_ms";
   for (const auto& row : report.rows) {
     rows.push_back({{"step_voxels", row.step_voxels},
                     {"rms", row.rms},
-                    {"ct_cpu_ms", row.ct_cpu_ms},
-                    {"ultrasound_cpu_ms", row.ultrasound_cpu_ms},
-                    {"both_cpu_ms", row.both_cpu_ms},
+                    {"ct" + unit, row.ct_ms},
+                    {"ultrasound" + unit, row.ultrasound_ms},
+                    {"both" + unit, row.both_ms},
                     {"ct_samples", row.ct_samples},
                     {"ultrasound_samples", row.ultrasound_samples},
                     {"both_samples", row.both_samples}});
   }
-  return {{"reference_rms", report.reference_rms}, {"steps", std::move(rows)}};
+  return {{"device", report.device},
+          {"width", report.width},
+          {"height", report.height},
+          {"reference_rms", report.reference_rms},
+          {"importance_edit_ms", report.edit_ms},
+          {"steps", std::move(rows)}};
+}
+
+/// Of `two_volumes`, by the names of the engines.
+Result<Json> measure_two(const bench::PredicateBenchOptions& options, Console& console) {
+  std::vector<bench::EngineMaker> engines;
+  if (options.cpu) engines.emplace_back([] { return render::make_cpu_engine({.threads = 1}); });
+  if (options.gl) {
+    const auto gl = render::make_gl_engine(console);
+    if (gl) {
+      engines.emplace_back([&console] { return render::make_gl_engine(console); });
+    } else {
+      console.report(Severity::kWarning, "bench", "skipped: " + gl.error().message);
+    }
+  }
+  console.begin("a CT with ultrasound in it");
+  auto measured = bench::measure_two_volumes(std::min(options.side, 512), options.width,
+                                             options.height, options.repeats, engines);
+  if (!measured) return measured.error();
+  console.end();
+  Json json;
+  for (const bench::TwoVolumesReport& report : *measured) {
+    std::cout << bench::to_text(report) << std::flush;
+    if (report.engine == "cpu") {
+      json.update(report_json(report));
+    } else {
+      json["gl"] = report_json(report);
+    }
+  }
+  return json;
 }
 
 }  // namespace
@@ -114,15 +149,11 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
     console.end();
     std::cout << bench::to_text(*report) << std::flush;
   }
-  std::optional<bench::TwoVolumesReport> two;
-  if (bench.cpu && std::string_view("two-volumes").starts_with(bench.volume)) {
-    console.begin("a CT with ultrasound in it");
-    auto measured = bench::measure_two_volumes(std::min(bench.side, 512), bench.width, bench.height,
-                                               bench.repeats);
+  Json two;
+  if (std::string_view("two-volumes").starts_with(bench.volume)) {
+    auto measured = measure_two(bench, console);
     if (!measured) return measured.error();
     two = *std::move(measured);
-    console.end();
-    std::cout << bench::to_text(*two) << std::flush;
   }
   if (!options.json) return {};
   Json json;
@@ -133,7 +164,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   json["width"] = bench.width;
   json["height"] = bench.height;
   if (report) json.update(report_json(*report));
-  json["two_volumes"] = two ? report_json(*two) : Json();
+  json["two_volumes"] = std::move(two);
   return write_json(json, *options.json);
 }
 

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/measure.hpp"
 #include "nav/result.hpp"
-#include "render/scene.hpp"
+#include "render/engine.hpp"
 
 namespace nav::bench {
 
@@ -17,12 +19,13 @@ namespace nav::bench {
 /// the left and the front. side in [16, 512].
 Result<render::Scene> two_volumes_scene(int side, int width, int height);
 
-/// One step of the CPU engine in that scene.
+/// One step of an engine in that scene. Times of a frame: of the process, or of the device where an
+/// engine has one.
 struct TwoVolumesRow {
   double step_voxels = 0;
-  double ct_cpu_ms = 0;  ///< The CT alone.
-  double ultrasound_cpu_ms = 0;
-  double both_cpu_ms = 0;
+  double ct_ms = 0;  ///< The CT alone.
+  double ultrasound_ms = 0;
+  double both_ms = 0;
   std::uint64_t ct_samples = 0;
   std::uint64_t ultrasound_samples = 0;
   std::uint64_t both_samples = 0;
@@ -30,14 +33,23 @@ struct TwoVolumesRow {
 };
 
 struct TwoVolumesReport {
+  std::string engine;
+  std::string device;
+  int width = 0;
+  int height = 0;
   std::vector<TwoVolumesRow> rows;  ///< Coarse to fine.
   double reference_rms = 0;         ///< Of the reference at 1/8 against that at 1/16 voxel.
+  double edit_ms = 0;  ///< Wall time before the first ray after a new importance of the CT; median.
 };
 
-/// Run time against error at steps of 2 to 1/4 voxel; times with one thread at width × height,
-/// errors at an eighth of that.
-Result<TwoVolumesReport> measure_two_volumes(int side, int width, int height,
-                                             const Repeats& repeats);
+/// Makes an engine that is to be measured.
+using EngineMaker = std::function<Result<std::unique_ptr<render::Engine>>()>;
+
+/// Run time against error at steps of 2 to 1/4 voxel, one report for each kind of engine; times at
+/// width × height, half of it where OpenGL runs in software, errors at an eighth.
+Result<std::vector<TwoVolumesReport>> measure_two_volumes(int side, int width, int height,
+                                                          const Repeats& repeats,
+                                                          const std::vector<EngineMaker>& engines);
 
 /// Plain-text table.
 std::string to_text(const TwoVolumesReport& report);
