@@ -255,13 +255,6 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  if (!config.predicates.volume.empty() && !config.predicates.alone &&
-      ((*engine)->name() == "gl" || config.output.window)) {
-    return Error{ErrorCode::kUsage,
-                 "--us-volume: expected --us-alone, or the CPU engine without a window, which is "
-                 "what draws a CT and an ultrasound volume in it; found " +
-                     std::string(config.output.window ? "--window" : "--engine gl")};
-  }
   auto presenter = Presenter::create({config.look,
                                       config.view,
                                       config.output.width,
