@@ -39,9 +39,13 @@ void append_block(const std::string& name, std::set<std::string>& done, std::str
   }
 }
 
-std::string first_line(const std::vector<char>& log) {
+/// The first line of a log that speaks of an error, else its first.
+std::string first_error(const std::vector<char>& log) {
   const std::string text(log.data());
-  return text.substr(0, text.find('\n'));
+  const std::size_t error = text.find("error");
+  const std::size_t before = error == std::string::npos ? error : text.rfind('\n', error);
+  const std::size_t start = before == std::string::npos ? 0 : before + 1;
+  return text.substr(start, text.find('\n', start) - start);
 }
 
 Result<GLuint> compile(GLenum kind, const std::string& text) {
@@ -56,7 +60,7 @@ Result<GLuint> compile(GLenum kind, const std::string& text) {
   glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   glDeleteShader(shader);
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to compile, the driver says " + first_line(log)};
+               "shader: expected it to compile, the driver says " + first_error(log)};
 }
 
 void define(std::string& defines, bool on, const char* name) {
@@ -177,7 +181,7 @@ Result<std::unique_ptr<GlProgram>> GlProgram::link(const std::string& vertex,
   std::vector<char> log(4096, '\0');
   glGetProgramInfoLog(id, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to link, the driver says " + first_line(log)};
+               "shader: expected it to link, the driver says " + first_error(log)};
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(id_); }
