@@ -18,6 +18,8 @@ namespace {
 // demo, the tests or the acceptance limits.
 constexpr std::uint64_t kDevelopmentSeed = 501;
 constexpr std::uint64_t kEvaluationSeed = 901;
+// The search without a start pose was tuned on these, patients of sim::make_patient().
+constexpr std::uint64_t kSkinSeed = 1;
 constexpr int kQuickThreads = 2;
 
 /// The bench as the options ask for it; parts that follow one another share their patients.
@@ -38,6 +40,7 @@ class RegistrationBench {
   void measure_effort();
   Result<void> compare();
   Result<void> measure_motion();
+  Result<void> measure_skin();
   void write(const std::vector<bench::Trial>& trials);
   [[nodiscard]] Json json() const;
 
@@ -47,6 +50,7 @@ class RegistrationBench {
   std::ofstream trials_;
   std::optional<bench::CohortSummary> development_, evaluation_;
   std::vector<bench::EffortPoint> curve_;
+  std::vector<bench::SkinCurvePoint> skin_;
   std::vector<bench::MotionPoint> motion_;
   std::optional<bench::PeerComparison> peer_;
 };
@@ -149,6 +153,27 @@ Result<void> RegistrationBench::measure_motion() {
   return {};
 }
 
+Result<void> RegistrationBench::measure_skin() {
+  console_.begin("without a start pose");
+  bench::SkinCurveOptions options;
+  options.first_seed = kSkinSeed;
+  options.model = options_.model;
+  if (options_.quick) {
+    options.patients = 1;
+    options.paths = {sim::HandPathKind::kSweep, sim::HandPathKind::kTilt};
+    options.tried = {100, registration::SkinSearchOptions().tried + 0.0};
+    options.spacings_mm = {};
+    options.turns = {};
+  }
+  if (options_.patients > 0) options.patients = options_.patients;
+  auto points = bench::measure_skin(options, [&](double fraction) { console_.progress(fraction); });
+  if (!points) return points.error();
+  console_.end();
+  skin_ = std::move(*points);
+  std::cout << bench::to_text(skin_) << std::flush;
+  return {};
+}
+
 /// At once: a long run can be looked at while it lasts.
 void RegistrationBench::write(const std::vector<bench::Trial>& trials) {
   if (trials_.is_open()) trials_ << bench::to_csv(trials) << std::flush;
@@ -175,6 +200,7 @@ Json RegistrationBench::json() const {
   json["summary_seeds"] = evaluation_ ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
   json["curve"] = json_of(curve_);
+  json["skin"] = json_of(skin_);
   json["motion"] = json_of(motion_);
   json["peer"] = peer_ ? json_of(*peer_) : Json::array();
   return json;
@@ -191,6 +217,9 @@ Result<void> RegistrationBench::run() {
     if (options_.evaluate) evaluation_ = judge("evaluation seeds", kEvaluationSeed);
   }
   if (wants("curve")) measure_effort();
+  if (wants("skin")) {
+    if (auto ok = measure_skin(); !ok) return ok;
+  }
   if (wants("motion")) {
     if (auto ok = measure_motion(); !ok) return ok;
   }

@@ -18,7 +18,7 @@ struct BenchRegistrationOptions {
   int patients = 0;      ///< Of each cohort; 0: as many as the cohort has.
   /// How echoes of the sweeps are computed.
   sim::AcousticModel model = sim::AcousticModel::kRays;
-  std::vector<std::string> parts;  ///< Of "cohort", "curve", "motion", "peer"; none: all.
+  std::vector<std::string> parts;  ///< Of "cohort", "curve", "skin", "motion", "peer"; none: all.
   std::optional<std::string> json;
   std::optional<std::string> trials;  ///< CSV with a line for each registration of the cohorts.
 };

@@ -73,6 +73,23 @@ Json json_of(const std::vector<bench::EffortPoint>& points) {
   return rows;
 }
 
+Json json_of(const std::vector<bench::SkinCurvePoint>& points) {
+  Json rows = Json::array();
+  for (const auto& p : points) {
+    rows.push_back({{"axis", p.axis},
+                    {"x", p.x},
+                    {"trials", p.trials},
+                    {"right", p.right},
+                    {"accepted", p.accepted},
+                    {"hopeless", p.hopeless},
+                    {"false_accepts", p.false_accepts},
+                    {"error_median_mm", json_number(p.error_median_mm)},
+                    {"cpu_s", json_number(p.cpu_s)},
+                    {"hopeless_cpu_s", json_number(p.hopeless_cpu_s)}});
+  }
+  return rows;
+}
+
 Json json_of(const std::vector<bench::MotionPoint>& points) {
   Json rows = Json::array();
   for (const auto& p : points) {

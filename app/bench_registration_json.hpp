@@ -8,6 +8,7 @@
 #include "bench/registration/effort_curve.hpp"
 #include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
+#include "bench/registration/skin_curve.hpp"
 #include "bench/registration/summary.hpp"
 
 /// Parts of 'sonde bench registration --json'; the keys are in docs/json.md.
@@ -16,6 +17,7 @@ namespace nav::app {
 Json json_of(const bench::CohortSummary& s);
 Json json_of(const bench::PeerComparison& comparison);
 Json json_of(const std::vector<bench::EffortPoint>& points);
+Json json_of(const std::vector<bench::SkinCurvePoint>& points);
 Json json_of(const std::vector<bench::MotionPoint>& points);
 
 }  // namespace nav::app

@@ -517,8 +517,9 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
           {"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}}));
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
       ->check(CLI::Range(1, 100));
-  verb->add_option("--part", bench_registration_.parts, "cohort, curve, motion, peer; default all")
-      ->check(CLI::IsMember({"cohort", "curve", "motion", "peer"}))
+  verb->add_option("--part", bench_registration_.parts,
+                   "cohort, curve, skin, motion, peer; default all")
+      ->check(CLI::IsMember({"cohort", "curve", "skin", "motion", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);

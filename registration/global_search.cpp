@@ -3,10 +3,12 @@
 #include "registration/global_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "nav/check.hpp"
 #include "registration/starts.hpp"
 
 namespace nav::registration {
@@ -28,11 +30,19 @@ constexpr std::size_t kSolvedPerRound = 8;
 constexpr double kShrink = 0.4;
 constexpr std::size_t kFinished = 4;
 constexpr double kSameMm = 4;
-// Of poses all over the body many more are tried for a few steps: the nearest to the right one need
-// not be among the cheapest.
-constexpr std::size_t kTriedPlaces = 1500;
-constexpr int kTrialIterations = 4;
-constexpr std::size_t kSolvedPlaces = 150;
+// Poses all over the body are ranked by a few samples each of a few patches; of those that are
+// left, so many times the places to be tried, by as few samples of all patches. More patches tell
+// places apart better than more samples of them, which are smooth.
+constexpr int kPlaceStride = 3;
+constexpr std::size_t kFirstPatches = 30;
+constexpr std::size_t kRankedPerTried = 4;
+constexpr std::size_t kSampledPlaces = 200;
+// Steps of a trial, and the share of the tried places that it begins from.
+struct Trial {
+  int iterations;
+  double share;
+};
+constexpr std::array<Trial, 3> kTrials{{{2, 1.0}, {3, 0.3}, {kScreenIterations, 0.1}}};
 // Found poses are refined on other levels: a few tenths of a millimetre are near enough.
 constexpr double kTolerance = 3e-4;
 
@@ -71,23 +81,24 @@ class Search {
     return std::move(found_);
   }
 
-  std::vector<Found> run_among(const std::vector<Pose>& poses, double spacing_mm) {
-    if (poses.empty()) return {};
-    rank(poses);
-    learn_limit();
-    try_places();
+  std::vector<Found> run_among(const Places& places) {
+    if (places.poses.empty()) return {};
+    rank_places(places);
+    try_places(places.tried);
     // What neighbours of a pose leave between them, twice.
-    search_about(spacing_mm / kRotationScaleMm / kShrink, spacing_mm / kShrink);
+    search_about(places.spacing_mm / kRotationScaleMm / kShrink, places.spacing_mm / kShrink);
     finish();
     return std::move(found_);
   }
 
  private:
-  static PatchSet screen_of(const PatchSet& all) {
-    const std::size_t stride =
-        std::clamp<std::size_t>(all.patches.size() / kMinScreenPatches, 1, kScreenStride);
+  static PatchSet every(std::size_t stride, const PatchSet& all) {
     std::size_t index = 0;
     return subset(all, [&](const Patch&) { return index++ % stride == 0; });
+  }
+  static PatchSet screen_of(const PatchSet& all) {
+    return every(std::clamp<std::size_t>(all.patches.size() / kMinScreenPatches, 1, kScreenStride),
+                 all);
   }
 
   bool stopped() {
@@ -110,15 +121,17 @@ class Search {
     rank(poses);
   }
 
+  void rank(const std::vector<Pose>& poses) { rank(poses, screen_); }
+
   /// Poses side by side: one alone is too little work to be shared.
-  void rank(const std::vector<Pose>& poses) {
+  void rank(const std::vector<Pose>& poses, const Lc2Cost& screen) {
     const std::size_t first = ranked_.size();
     for (const Pose& pose : poses) ranked_.push_back({0, pose});
     std::vector<int> non_finite(poses.size(), 0);
     tbb::task_arena arena(options_.threads);
     arena.execute([&] {
       tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
-        const CostTerms terms = screen_.cost(poses[i]);
+        const CostTerms terms = screen.cost(poses[i]);
         ranked_[first + i].cost = terms.cost;
         non_finite[i] = terms.non_finite;
       });
@@ -150,16 +163,42 @@ class Search {
     drop_duplicates();
   }
 
-  /// A few steps from the cheapest ranked poses, then all the way from the best of these.
-  void try_places() {
-    std::stable_sort(ranked_.begin(), ranked_.end(), cheaper);
-    ranked_.resize(std::min(kTriedPlaces, ranked_.size()), ranked_.front());
-    solved_ = solve_all(ranked_, kTrialIterations);
+  /// The cheapest of many poses, by ever more patches.
+  void rank_places(const Places& places) {
+    std::vector<Pose> poses;
+    const std::size_t stride = std::max<std::size_t>(1, places.poses.size() / kSampledPlaces);
+    for (std::size_t i = 0; i < places.poses.size(); i += stride) poses.push_back(places.poses[i]);
+    rank(poses);
+    learn_limit();
     ranked_.clear();
-    drop_duplicates();
-    solved_.resize(std::min(kSolvedPlaces, solved_.size()), solved_.front());
-    if (!stopped()) solved_ = solve_all(solved_, kScreenIterations);
-    drop_duplicates();
+    const PatchSet all = coarsened(cost_.patches(), kPlaceStride);
+    const PatchSet few = every(std::max<std::size_t>(1, all.patches.size() / kFirstPatches), all);
+    rank(places.poses, cost_.on(few));
+    keep_cheapest(ranked_, kRankedPerTried * places.tried);
+    poses.clear();
+    for (const Ranked& one : ranked_) poses.push_back(one.pose);
+    ranked_.clear();
+    rank(poses, cost_.on(all));
+    keep_cheapest(ranked_, places.tried);
+  }
+
+  static void keep_cheapest(std::vector<Ranked>& ranked, std::size_t count) {
+    std::stable_sort(ranked.begin(), ranked.end(), cheaper);
+    if (ranked.size() > count) ranked.resize(count, ranked.front());
+  }
+
+  /// A few steps from all ranked poses, more from the best of these, all the way from the best of
+  /// those.
+  void try_places(std::size_t tried) {
+    solved_ = std::move(ranked_);
+    ranked_.clear();
+    for (const Trial& trial : kTrials) {
+      if (stopped()) return;
+      const auto count = static_cast<std::size_t>(trial.share * static_cast<double>(tried));
+      keep_cheapest(solved_, std::max<std::size_t>(count, 1));
+      solved_ = solve_all(solved_, trial.iterations);
+      drop_duplicates();
+    }
   }
 
   /// Side by side; only between calls is anybody asked whether to go on.
@@ -241,11 +280,11 @@ std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepP
   return Search(cost, points, options, keep_going, non_finite).run(initial);
 }
 
-std::vector<Found> search_among(const Lc2Cost& cost, const std::vector<Pose>& poses,
-                                double spacing_mm, const SweepPoints& points,
-                                const SearchOptions& options,
+std::vector<Found> search_among(const Lc2Cost& cost, const Places& places,
+                                const SweepPoints& points, const SearchOptions& options,
                                 const std::function<bool()>& keep_going, int& non_finite) {
-  return Search(cost, points, options, keep_going, non_finite).run_among(poses, spacing_mm);
+  NAV_CHECK(places.spacing_mm > 0 && places.tried >= 1, places.spacing_mm, places.tried);
+  return Search(cost, points, options, keep_going, non_finite).run_among(places);
 }
 
 }  // namespace nav::registration

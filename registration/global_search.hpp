@@ -35,11 +35,20 @@ std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepP
                           const SearchOptions& options, const std::function<bool()>& keep_going,
                           int& non_finite);
 
-/// The same among given poses that lie about spacing_mm apart, instead of seeded starts about one:
-/// ranked, solved, searched about. Best first; empty where there are none.
-std::vector<Found> search_among(const Lc2Cost& cost, const std::vector<Pose>& poses,
-                                double spacing_mm, const SweepPoints& points,
-                                const SearchOptions& options,
+/// Poses to be searched among.
+struct Places {
+  const std::vector<Pose>& poses;
+  double spacing_mm;  ///< They lie about so far apart, > 0.
+  /// So many of the cheapest are tried for a few steps, >= 1: the nearest to the right one need
+  /// not be among the very cheapest.
+  std::size_t tried;
+};
+
+/// The same among given poses instead of seeded starts about one: ranked, tried, searched about.
+/// Each round spends more on fewer of them (successive halving). Best first; empty where there are
+/// none.
+std::vector<Found> search_among(const Lc2Cost& cost, const Places& places,
+                                const SweepPoints& points, const SearchOptions& options,
                                 const std::function<bool()>& keep_going, int& non_finite);
 
 }  // namespace nav::registration

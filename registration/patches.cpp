@@ -8,6 +8,8 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "nav/check.hpp"
+
 namespace nav::registration {
 namespace {
 
@@ -368,6 +370,37 @@ PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t
   order_by_place(out);
   double total = 0;
   for (const Patch& patch : out.patches) total += patch.weight;
+  for (Patch& patch : out.patches) patch.weight /= total;
+  return out;
+}
+
+PatchSet coarsened(const PatchSet& patches, int stride) {
+  NAV_CHECK(stride >= 1 && 2 * stride < patches.side, stride, patches.side);
+  // Of the norm of all samples: less is rounding.
+  constexpr double kFlat = 1e-3;
+  const int middle = patches.side / 2;
+  const int half = middle / stride;
+  PatchSet out{2 * half + 1, {}, {}, patches.frames};
+  std::vector<float> values;
+  double total = 0;
+  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
+    const auto u = patches.u(i);
+    values.clear();
+    for (int b = -half; b <= half; ++b) {
+      for (int a = -half; a <= half; ++a) {
+        const int sample = (middle + b * stride) * patches.side + middle + a * stride;
+        values.push_back(u[static_cast<std::size_t>(sample)]);
+      }
+    }
+    const double norm = centre_values(values) * std::sqrt(static_cast<double>(values.size()));
+    if (!(norm > kFlat)) continue;
+    for (const float value : values) out.samples.push_back(value / static_cast<float>(norm));
+    Patch patch = patches.patches[i];
+    patch.step_a *= stride;
+    patch.step_b *= stride;
+    total += patch.weight;
+    out.patches.push_back(patch);
+  }
   for (Patch& patch : out.patches) patch.weight /= total;
   return out;
 }

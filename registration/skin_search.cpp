@@ -24,6 +24,13 @@ constexpr double kLeastOverlap = 0.6;
 constexpr std::size_t kFacesLookedAt = 12;
 constexpr std::size_t kPointsLookedAt = 60;
 constexpr double kSamePlaceMm = 5;
+constexpr double kSamePoseMm = 1;
+// As in register_sweep(): another place that costs so much more has lost.
+constexpr double kLostRatio = 1.4;
+constexpr std::size_t kKeptOnFinest = 2;
+constexpr double kCoarseTolerance = 3e-4;
+// How far a place moves on the second level.
+constexpr double kTravelMm = 12;
 
 /// The middle of the transducer's face, Image.
 Point<frames::Image> face_of(const UltrasoundFrame& frame) {
@@ -121,27 +128,89 @@ std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, cons
   return poses;
 }
 
+/// Places that are registered to the end, and the margin to the best of those that are not.
+struct Rivals {
+  std::vector<PoseSolution> places;
+  std::optional<double> margin;
+};
+
+/// Each place solved on the second level, where there is one before the finest: what costs much
+/// more there has lost.
+Rivals rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector<Found>& found,
+                 const ImageRegistrationOptions& options, const SkinSearchOptions& search) {
+  std::vector<PoseSolution> all;
+  for (const Found& one : found) {
+    if (all.size() == static_cast<std::size_t>(search.followed)) break;
+    all.push_back(one.solution);
+  }
+  if (sweep.levels().size() < 3) return {std::move(all), {}};
+  const PreparedLevel& level = sweep.levels()[1];
+  ImageRegistrationOptions plain = options;
+  plain.starts = 0;
+  for (PoseSolution& place : all) {
+    const auto channels = make_ct_channels(ct, reachable_box(sweep, place.pose, plain),
+                                           sigma_of(level.options.sample_step_mm));
+    if (!channels) continue;
+    const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads,
+                       options.similarity);
+    place = solve_pose(cost, place.pose, sweep.points().centroid,
+                       {options.max_iterations, kCoarseTolerance}, {});
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
+  Rivals out;
+  for (const PoseSolution& place : all) {
+    const bool known = std::any_of(out.places.begin(), out.places.end(), [&](const auto& kept) {
+      return distance_mm(sweep.points(), kept.pose, place.pose) < kSamePoseMm;
+    });
+    if (known) continue;
+    const double ratio = place.final_cost / std::max(all.front().final_cost, 1e-12);
+    if (ratio < kLostRatio && out.places.size() < kKeptOnFinest) {
+      out.places.push_back(place);
+    } else if (distance_mm(sweep.points(), all.front().pose, place.pose) > kSamePlaceMm) {
+      out.margin = std::min(out.margin.value_or(ratio - 1), ratio - 1);
+    }
+  }
+  return out;
+}
+
 /// The cheapest end, and its margin to the others.
 ImageRegistrationResult best_of(std::vector<ImageRegistrationResult> ends,
-                                const SweepPoints& points) {
+                                const SweepPoints& points, const std::optional<double>& margin) {
   std::stable_sort(ends.begin(), ends.end(),
                    [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
   ImageRegistrationResult best = std::move(ends.front());
+  if (margin) best.margin = std::min(best.margin.value_or(*margin), *margin);
   for (std::size_t i = 1; i < ends.size(); ++i) {
     const auto& pose = ends[i].ct_from_reference;
     if (distance_mm(points, best.ct_from_reference, pose) <= kSamePlaceMm) continue;
-    const double margin = ends[i].final_cost / std::max(best.final_cost, 1e-12) - 1;
-    best.margin = std::min(best.margin.value_or(margin), margin);
+    const double one = ends[i].final_cost / std::max(best.final_cost, 1e-12) - 1;
+    best.margin = std::min(best.margin.value_or(one), one);
   }
   return best;
 }
 
 }  // namespace
 
+Result<void> validate(const SkinSearchOptions& options) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("skin search: expected ") + what};
+  };
+  if (!(options.spacing_mm > 0 && options.spacing_mm <= 200)) {
+    return refuse("spacing_mm in (0, 200]");
+  }
+  if (options.turns < 1 || options.turns > 360) return refuse("turns of 1 to 360");
+  if (!(options.lean_rad >= 0 && options.lean_rad <= 1)) return refuse("lean_rad in [0, 1]");
+  if (options.tried < 1 || options.tried > 1000000) return refuse("tried of 1 to 1000000");
+  if (options.followed < 1 || options.followed > 100) return refuse("followed of 1 to 100");
+  return {};
+}
+
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& as_recorded, const ImageRegistrationOptions& options,
     const SkinSearchOptions& search_options, Diagnostics& diagnostics,
     const std::function<bool(double fraction)>& progress) {
+  if (const auto ok = validate(search_options); !ok) return ok.error();
   const Sweep sweep = with_outline(as_recorded);
   const auto prepared = PreparedSweep::create(sweep, options, diagnostics);
   if (!prepared) return prepared.error();
@@ -164,17 +233,17 @@ Result<ImageRegistrationResult> register_on_skin(
   };
   int non_finite = 0;
   const SearchOptions about{0, 0, 0, options.max_iterations, options.seed, options.threads};
-  const auto found = search_among(cost, poses, search_options.spacing_mm, prepared->points(), about,
-                                  keep_going, non_finite);
+  const Places places{poses, search_options.spacing_mm,
+                      static_cast<std::size_t>(search_options.tried)};
+  const auto found = search_among(cost, places, prepared->points(), about, keep_going, non_finite);
+  const Rivals rivals = rivals_of(ct, *prepared, found, options, search_options);
   ImageRegistrationOptions plain = options;
   plain.starts = 0;
   std::vector<ImageRegistrationResult> ends;
-  for (const Found& one : found) {
-    if (ends.size() == static_cast<std::size_t>(search_options.followed)) break;
-    const Pose& start = one.solution.pose;
-    const auto ready = PreparedCt::create(ct, plain, reachable_box(*prepared, start, plain));
+  for (const PoseSolution& place : rivals.places) {
+    const auto ready = PreparedCt::create(ct, plain, reachable_box(*prepared, place.pose, plain));
     if (!ready) continue;  // A place outside the CT.
-    auto end = register_prepared(*ready, *prepared, start, plain, progress);
+    auto end = register_prepared(*ready, *prepared, place.pose, plain, progress);
     if (!end) return end.error();
     ends.push_back(std::move(*end));
   }
@@ -182,7 +251,7 @@ Result<ImageRegistrationResult> register_on_skin(
     return Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
                                           ct.name() + " that the sweep shows, found none"};
   }
-  return best_of(std::move(ends), prepared->points());
+  return best_of(std::move(ends), prepared->points(), rivals.margin);
 }
 
 }  // namespace nav::registration

@@ -20,12 +20,17 @@ struct SkinSearchOptions {
   double spacing_mm = 20;  ///< > 0.
   int turns = 12;          ///< About the beam, >= 1.
   double lean_rad = 0.35;  ///< [0, 1].
-  int followed = 3;        ///< Different places that are registered to the end, >= 1.
+  int tried = 300;         ///< Of the poses so many are tried for a few steps, >= 1.
+  int followed = 4;        ///< Different places that are followed to the second level, >= 1.
 };
 
+/// A refusal that names the first option out of its range.
+Result<void> validate(const SkinSearchOptions& options);
+
 /// register_sweep() without a start pose. Every such pose is ranked by the similarity of the first
-/// level; the surroundings of the best are searched as register_sweep() does, and the best places
-/// are registered to the end. The answer is the cheapest of these; its margin counts the others.
+/// level; the surroundings of the best are searched as register_sweep() does, the best places are
+/// followed to the second level, and the best two that have not lost there are registered to the
+/// end. The answer is the cheapest of these; its margin counts the others.
 /// Errors: those of register_sweep(); kRefused where the CT shows no skin that the sweep fits on.
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,

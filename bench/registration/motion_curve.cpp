@@ -9,81 +9,50 @@
 #include <sstream>
 
 #include "bench/measure.hpp"
+#include "bench/registration/session_case.hpp"
 #include "registration/moving_registration.hpp"
-#include "sim/ct_scanner.hpp"
-#include "sim/session/simulated_session.hpp"
 
 namespace nav::bench {
 namespace {
-
-using registration::Pose;
 
 constexpr double kStartMm = 5;
 constexpr double kStartRad = 0.07;
 
 /// A patient who breathes under the probe.
 struct MotionCase {
-  Volume ct;
-  Sweep sweep;
+  SessionCase session;  ///< Its truth is of the end of expiration.
   std::vector<double> phases;
-  Pose truth;  ///< At the end of expiration, as the CT was made.
-  std::vector<Point<frames::Ct>> targets;
 };
 
 Result<MotionCase> make_case(const MotionCurveOptions& options, sim::BreathingKind kind,
                              std::uint64_t seed) {
   sim::SimulatedSessionOptions session;
-  const auto patient = sim::make_patient(session.family, {seed, sim::Contrast::kPortal});
-  if (!patient) return patient.error();
   session.seed = seed;
-  session.probe = patient->views.front().probe;
   session.probe.model = options.model;
-  session.standard_view = true;
   session.duration_s = options.duration_s;
   session.frame_rate_hz = options.frame_rate_hz;
   session.breathing.kind = kind;
   session.breathing.period_s = options.period_s;
   session.breathing.amplitude_mm *= options.breathing_mm / -session.breathing.amplitude_mm.z();
-  const auto made = sim::SimulatedSession::create(session, *patient);
+  auto made = make_session_case(session);
   if (!made) return made.error();
-  sim::CtOptions scan;
-  scan.seed = seed;
-  auto ct = sim::scan_ct(made->patient(), scan);
-  if (!ct) return ct.error();
-  std::vector<TrackedFrame> frames;
   std::vector<double> phases;
-  const auto pictures = made->frames();
-  const Pose truth = made->ct_from_reference();
-  for (int i = 0; i < made->frame_count(); ++i) {
-    auto frame = pictures->next(Timestamp::max());
-    if (!frame) return frame.error();
-    const double breaths = to_seconds(frame->acquired - made->frame_time(0)) / options.period_s;
+  const Timestamp first = made->sweep.frames().front().frame.acquired;
+  for (const TrackedFrame& tracked : made->sweep.frames()) {
+    const double breaths = to_seconds(tracked.frame.acquired - first) / options.period_s;
     phases.push_back(breaths - std::floor(breaths));
-    frames.push_back(
-        {std::move(*frame), truth.inverse() * made->truth(i).ct_from_image, Duration{0}});
   }
-  auto sweep = Sweep::create(std::move(frames), "simulated");
-  if (!sweep) return sweep.error();
-  return MotionCase{std::move(*ct), std::move(*sweep), std::move(phases), truth,
-                    made->patient().targets()};
+  return MotionCase{std::move(*made), std::move(phases)};
 }
 
 /// Every so manieth picture.
 Result<Sweep> thinned(const MotionCase& all, int stride, std::vector<double>& phases) {
   std::vector<TrackedFrame> frames;
   for (std::size_t i = 0; i < all.phases.size(); i += static_cast<std::size_t>(stride)) {
-    frames.push_back(all.sweep.frames()[i]);
+    frames.push_back(all.session.sweep.frames()[i]);
     phases.push_back(all.phases[i]);
   }
   return Sweep::create(std::move(frames), "simulated");
-}
-
-double error_mm(const MotionCase& one, const Pose& found) {
-  double sum = 0;
-  for (const auto& target : one.targets) {
-    sum += (found * (one.truth.inverse() * target) - target).v.squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(one.targets.size()));
 }
 
 /// What one setting gives on one case.
@@ -101,21 +70,22 @@ Result<MotionTrial> run(const MotionCase& one, int stride, int harmonics, int th
   registration::PhaseOptions fit;
   fit.threads = threads;
   fit.harmonics = harmonics;
-  const Eigen::Vector3d centre = (one.truth * sweep->centroid()).mm;
+  const Eigen::Vector3d centre = (one.session.truth * sweep->centroid()).mm;
   registration::Vector6d off;
   off << kStartRad, 0, 0, 0, kStartMm, 0;
   CollectingDiagnostics diagnostics;
   const auto common = registration::register_sweep(
-      one.ct, *sweep, registration::moved(one.truth, centre, off), solver, diagnostics);
+      one.session.ct, *sweep, registration::moved(one.session.truth, centre, off), solver,
+      diagnostics);
   if (!common) return common.error();
-  MotionTrial trial{error_mm(one, common->ct_from_reference), process_time_s(), 0, {}};
+  MotionTrial trial{error_mm(one.session, common->ct_from_reference), process_time_s(), 0, {}};
   const auto start = std::chrono::steady_clock::now();
   const auto moving = registration::register_moving(
-      one.ct, *sweep, phases, common->ct_from_reference, fit, solver, diagnostics);
+      one.session.ct, *sweep, phases, common->ct_from_reference, fit, solver, diagnostics);
   if (!moving) return moving.error();
   trial.cpu_s = process_time_s() - trial.cpu_s;
   trial.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (moving->at_rest) trial.error_mm = error_mm(one, moving->at_rest->ct_from_reference);
+  if (moving->at_rest) trial.error_mm = error_mm(one.session, moving->at_rest->ct_from_reference);
   return trial;
 }
 

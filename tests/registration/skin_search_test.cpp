@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "registration/body_surface.hpp"
+#include "registration/patches.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -111,6 +112,47 @@ Sweep side_sweep(const Trunk& patient) {
     frames.push_back({std::move(frame), test::true_pose().inverse() * pose, Duration{0}});
   }
   return *Sweep::create(std::move(frames), "synthetic");
+}
+
+TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
+  PatchSet all;
+  all.side = 7;
+  all.frames = 1;
+  for (int i = 0; i < 3; ++i) {
+    Patch patch{};
+    patch.step_a = {1.5, 0, 0};
+    patch.step_b = {0, 1.5, 0};
+    patch.weight = i == 2 ? 0.5 : 0.25;
+    all.patches.push_back(patch);
+    for (int k = 0; k < 49; ++k) {
+      // The last one varies only between the samples that are left.
+      const float ramp = static_cast<float>(k % 7 - 3 + 2 * (k / 7 - 3));
+      all.samples.push_back(i == 2 ? static_cast<float>(k % 7 % 3 != 0) : ramp);
+    }
+  }
+  const PatchSet few = coarsened(all, 3);
+  ASSERT_EQ(few.patches.size(), 2u) << "flat ones are left out";
+  EXPECT_EQ(few.side, 3);
+  EXPECT_EQ(few.patches[0].step_a, Eigen::Vector3d(4.5, 0, 0));
+  EXPECT_DOUBLE_EQ(few.patches[0].weight + few.patches[1].weight, 1);
+  // 3 (a + 2 b) for a, b in −1, 0, 1, over its norm.
+  const double norm = std::sqrt(6 * (1.0 + 4.0));
+  for (int k = 0; k < 9; ++k) {
+    const double expected = (k % 3 - 1 + 2 * (k / 3 - 1)) / norm;
+    EXPECT_NEAR(few.u(1)[static_cast<std::size_t>(k)], expected, 1e-6);
+  }
+}
+
+TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
+  EXPECT_TRUE(validate(SkinSearchOptions()));
+  SkinSearchOptions options;
+  options.tried = 0;
+  const auto refused = validate(options);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("tried"), std::string::npos);
+  options = {};
+  options.lean_rad = std::nan("");
+  EXPECT_FALSE(validate(options));
 }
 
 TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {

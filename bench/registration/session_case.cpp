@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/registration/session_case.hpp"
+
+#include <cmath>
+
+#include "sim/ct_scanner.hpp"
+
+namespace nav::bench {
+
+Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
+  const auto patient = sim::make_patient(options.family, {options.seed, options.contrast});
+  if (!patient) return patient.error();
+  const sim::AcousticModel model = options.probe.model;
+  options.probe = patient->views.front().probe;
+  options.probe.model = model;
+  options.standard_view = true;
+  const auto session = sim::SimulatedSession::create(options, *patient);
+  if (!session) return session.error();
+  sim::CtOptions scan;
+  scan.seed = options.seed;
+  auto ct = sim::scan_ct(session->patient(), scan);
+  if (!ct) return ct.error();
+  std::vector<TrackedFrame> frames;
+  const auto pictures = session->frames();
+  const registration::Pose truth = session->ct_from_reference();
+  for (int i = 0; i < session->frame_count(); ++i) {
+    auto frame = pictures->next(Timestamp::max());
+    if (!frame) return frame.error();
+    frames.push_back(
+        {std::move(*frame), truth.inverse() * session->truth(i).ct_from_image, Duration{0}});
+  }
+  auto sweep = Sweep::create(std::move(frames), "simulated");
+  if (!sweep) return sweep.error();
+  return SessionCase{std::move(*ct), std::move(*sweep), truth, session->patient().targets()};
+}
+
+double error_mm(const SessionCase& one, const registration::Pose& found) {
+  double sum = 0;
+  for (const auto& target : one.targets) {
+    sum += (found * (one.truth.inverse() * target) - target).v.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(one.targets.size()));
+}
+
+}  // namespace nav::bench
