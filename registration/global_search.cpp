@@ -20,7 +20,11 @@ constexpr std::size_t kMinScreenPatches = 60;
 // Enough random poses to know the mean and spread of their costs.
 constexpr int kFirstStarts = 60;
 constexpr double kClearDeviations = 7;
+constexpr std::size_t kTriedStarts = 48;
 constexpr std::size_t kSolvedStarts = 16;
+// Where a batch of starts ends in nothing that is clearly right, others are tried.
+constexpr std::uint64_t kBatches = 3;
+constexpr std::uint64_t kBatchSeed = 1000;
 constexpr int kScreenIterations = 10;
 // Rounds about the best results so far: the box shrinks by the factor in each.
 constexpr int kRounds = 3;
@@ -63,7 +67,9 @@ class Search {
         keep_going_(keep_going),
         non_finite_(non_finite),
         screen_patches_(screen_of(cost.patches())),
-        screen_(cost.on(screen_patches_)) {}
+        screen_(cost.on(screen_patches_)),
+        quick_patches_(quick_of(cost.patches())),
+        quick_(cost.on(quick_patches_)) {}
 
   std::vector<Found> run(const Pose& initial) {
     found_.push_back({solve(cost_, initial, options_.max_iterations), true});
@@ -71,12 +77,14 @@ class Search {
     const auto twists =
         spread_twists(options_.starts, options_.range_rad, options_.range_mm, options_.seed);
     const auto first = std::min<std::size_t>(kFirstStarts, twists.size());
-    rank({twists.begin(), twists.begin() + static_cast<std::ptrdiff_t>(first)}, initial);
+    rank({twists.begin(), twists.begin() + static_cast<std::ptrdiff_t>(first)}, initial, screen_);
     learn_limit();
     if (screen_.cost(found_[0].solution.pose).cost <= clear_) return std::move(found_);
-    rank({twists.begin() + static_cast<std::ptrdiff_t>(first), twists.end()}, initial);
-    solve_best(kSolvedStarts);
-    search_about(options_.range_rad, options_.range_mm);
+    ranked_.clear();
+    for (std::uint64_t batch = 0; batch < kBatches && !clear() && !stopped(); ++batch) {
+      try_starts(initial, options_.seed + kBatchSeed * batch);
+      search_about(options_.range_rad, options_.range_mm);
+    }
     finish();
     return std::move(found_);
   }
@@ -101,6 +109,10 @@ class Search {
                  all);
   }
 
+  static PatchSet quick_of(const PatchSet& all) {
+    return all.side > 2 * kPlaceStride ? coarsened(all, kPlaceStride) : all;
+  }
+
   bool stopped() {
     stopped_ = stopped_ || (keep_going_ && !keep_going_());
     return stopped_;
@@ -114,14 +126,12 @@ class Search {
     return solution;
   }
 
-  void rank(const std::vector<Vector6d>& twists, const Pose& about) {
+  void rank(const std::vector<Vector6d>& twists, const Pose& about, const Lc2Cost& screen) {
     const Eigen::Vector3d centre = (about * points_.centroid).mm;
     std::vector<Pose> poses;
     for (const Vector6d& twist : twists) poses.push_back(moved(about, centre, twist));
-    rank(poses);
+    rank(poses, screen);
   }
-
-  void rank(const std::vector<Pose>& poses) { rank(poses, screen_); }
 
   /// Poses side by side: one alone is too little work to be shared.
   void rank(const std::vector<Pose>& poses, const Lc2Cost& screen) {
@@ -152,6 +162,15 @@ class Search {
 
   [[nodiscard]] bool clear() const { return !solved_.empty() && solved_.front().cost <= clear_; }
 
+  /// A batch of starts about a pose: the cheapest are tried, the best of these solved.
+  void try_starts(const Pose& initial, std::uint64_t seed) {
+    rank(spread_twists(options_.starts, options_.range_rad, options_.range_mm, seed), initial,
+         quick_);
+    keep_cheapest(ranked_, kTriedStarts);
+    ranked_ = solve_all(ranked_, kTrials.front().iterations);
+    solve_best(kSolvedStarts);
+  }
+
   /// Solves the cheapest ranked starts and forgets all of them.
   void solve_best(std::size_t count) {
     std::stable_sort(ranked_.begin(), ranked_.end(), cheaper);
@@ -168,17 +187,17 @@ class Search {
     std::vector<Pose> poses;
     const std::size_t stride = std::max<std::size_t>(1, places.poses.size() / kSampledPlaces);
     for (std::size_t i = 0; i < places.poses.size(); i += stride) poses.push_back(places.poses[i]);
-    rank(poses);
+    rank(poses, screen_);
     learn_limit();
     ranked_.clear();
-    const PatchSet all = coarsened(cost_.patches(), kPlaceStride);
-    const PatchSet few = every(std::max<std::size_t>(1, all.patches.size() / kFirstPatches), all);
+    const PatchSet few = every(
+        std::max<std::size_t>(1, quick_patches_.patches.size() / kFirstPatches), quick_patches_);
     rank(places.poses, cost_.on(few));
     keep_cheapest(ranked_, kRankedPerTried * places.tried);
     poses.clear();
     for (const Ranked& one : ranked_) poses.push_back(one.pose);
     ranked_.clear();
-    rank(poses, cost_.on(all));
+    rank(poses, quick_);
     keep_cheapest(ranked_, places.tried);
   }
 
@@ -244,7 +263,7 @@ class Search {
         solved_.begin() + static_cast<std::ptrdiff_t>(std::min(kCentres, solved_.size())));
     std::uint64_t seed = options_.seed + 17 * (round + 1);
     for (const Ranked& centre : centres) {
-      rank(spread_twists(kStartsPerCentre, range_rad, range_mm, ++seed), centre.pose);
+      rank(spread_twists(kStartsPerCentre, range_rad, range_mm, ++seed), centre.pose, quick_);
     }
     solve_best(kSolvedPerRound);
   }
@@ -266,6 +285,8 @@ class Search {
   int& non_finite_;
   PatchSet screen_patches_;
   Lc2Cost screen_;
+  PatchSet quick_patches_;  // All, of few samples each.
+  Lc2Cost quick_;
   std::vector<Ranked> ranked_, solved_;
   std::vector<Found> found_;
   double clear_ = 0;

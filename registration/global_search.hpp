@@ -12,7 +12,7 @@
 namespace nav::registration {
 
 struct SearchOptions {
-  int starts = 0;           ///< Seeded starts in the box about the initial pose, >= 0; 0: none.
+  int starts = 0;           ///< Seeded starts of a batch in the box about the initial pose, >= 0.
   double range_mm = 0;      ///< Half width of the box of translations.
   double range_rad = 0;     ///< Half width of the box of rotation vectors.
   int max_iterations = 30;  ///< Of a solve.
@@ -27,9 +27,11 @@ struct Found {
 };
 
 /// The plain solve from the initial pose, and unless that is clearly right already, a search: the
-/// starts are ranked by cost on a third of the patches, the best are solved, and the surroundings
-/// of the best results are searched again, narrower each time. Clearly right: its cost lies seven
-/// standard deviations below those of the random starts. Best first; at least the plain one.
+/// starts are ranked by a few samples of each patch, the best are tried for a few steps, the best
+/// of these solved, and the surroundings of the best results are searched again, narrower each
+/// time; all that up to three times with other starts, until a result is clearly right. Clearly
+/// right: its cost lies seven standard deviations below those of the random starts. Best first; at
+/// least the plain one.
 /// non_finite grows to the most patches of an evaluation that were not finite.
 std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
                           const SearchOptions& options, const std::function<bool()>& keep_going,
