@@ -23,16 +23,36 @@ constexpr std::array<LevelOptions, 2> kLevels = {
     LevelOptions{1.2, 9, 6000, 1.0, PatchChoice::kEven}};
 constexpr int kRestSteps = 64;
 constexpr double kRestHalfWidth = 1.0 / 6;
+// The pose at rest is found and judged by the pictures of that half of the breath. Breaths differ
+// in depth and length, which one motion for all does not know: by a millimetre or two far from
+// rest, where right poses cost more and halves of the sweep disagree for it; hardly about rest.
+constexpr double kJudgedHalfWidth = 0.25;
+constexpr std::size_t kLeastJudged = 12;
 // Farther off it is another minimum than the one that the phases were fitted about.
 constexpr double kMaxSettlingMm = 3;
 
-/// Pictures with a phase, each moved to where it would lie at rest.
+double phase_distance(double a, double b) {
+  const double apart = std::abs(a - b);
+  return std::min(apart, 1 - apart);
+}
+
+/// Which pictures are near rest; all that have a phase where these are too few.
+std::vector<bool> near_rest(std::span<const double> phases, double rest) {
+  std::vector<bool> near;
+  for (const double phase : phases) near.push_back(phase_distance(phase, rest) <= kJudgedHalfWidth);
+  if (static_cast<std::size_t>(std::ranges::count(near, true)) >= kLeastJudged) return near;
+  for (std::size_t i = 0; i < near.size(); ++i) near[i] = !std::isnan(phases[i]);
+  return near;
+}
+
+/// Pictures near rest, each moved to where it would lie at rest.
 Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
-                         const PhaseResult& found, const Pose& at_rest) {
+                         const PhaseResult& found, double rest, const Pose& at_rest) {
   std::vector<TrackedFrame> still;
   const auto reference_from_ct = at_rest.inverse();
+  const std::vector<bool> near = near_rest(phases, rest);
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
-    if (std::isnan(phases[i])) continue;
+    if (!near[i]) continue;
     TrackedFrame tracked = sweep.frames()[i];
     const PhaseMotion& judge = found.unseen[static_cast<std::size_t>(found.part[i])];
     tracked.reference_from_image =
@@ -104,7 +124,7 @@ Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
   if (!found->supported) return moving;
   moving.rest_phase = rest_phase(found->motion, common * sweep.centroid());
   const Pose expected = found->motion.ct_from_reference(moving.rest_phase);
-  auto still = hold_still(sweep, phases, *found, expected);
+  auto still = hold_still(sweep, phases, *found, moving.rest_phase, expected);
   if (!still) return still.error();
   auto at_rest = register_sweep(ct, *still, expected, solver, diagnostics, progress);
   if (!at_rest) return at_rest.error();

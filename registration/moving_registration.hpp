@@ -17,7 +17,7 @@ struct MovingRegistration {
   PhaseResult phases;  ///< Whether pictures that were left out support a motion with the breath.
   PhaseMotion motion;  ///< Poses by phase, settled so that the one at rest is at_rest's.
   double rest_phase;   ///< [0, 1): about which the sweep's centre moves least, see rest_phase().
-  /// Of the pictures without the motion; absent where none is supported.
+  /// Of the pictures near rest without the motion; absent where none is supported.
   std::optional<ImageRegistrationResult> at_rest;
   std::optional<Sweep> held_still;  ///< Those pictures; present with at_rest.
   /// How far at_rest is from where the phases had put it, RMS over the sweep, mm.
@@ -34,8 +34,9 @@ bool may_be_moving(const ImageRegistrationResult& common, const AcceptanceLimits
 double rest_phase(const PhaseMotion& motion, const Point<frames::Ct>& at_mean);
 
 /// Fits the motion with the breath about a common pose, accepted or not, and where it is supported
-/// registers the pictures held still: each moved by P(rest)⁻¹ P(phase), P from those breaths that
-/// it is not of, so that no picture is explained by a motion that was fitted to it. phases: as
+/// registers the pictures of that half of the breath about rest, held still: each moved by
+/// P(rest)⁻¹ P(phase), P from those breaths that it is not of, so that no picture is explained by a
+/// motion that was fitted to it. Farther from rest breaths differ from each other. phases: as
 /// refine_by_phase(). solver: as for the common pose. Deterministic. Errors: those of
 /// refine_by_phase(), make_ct_channels() and register_sweep().
 Result<MovingRegistration> register_moving(
