@@ -79,7 +79,7 @@ struct ImageRegistrationOptions {
   double start_range_mm = 40;     ///< Half width of their box of translations, >= 0.
   double start_range_rad = 0.45;  ///< Half width of their box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
-  double bias_floor_mm = 0.11;    ///< Standard deviation that no sweep can undercut, >= 0.
+  double bias_floor_mm = 0.07;    ///< Standard deviation that no sweep can undercut, >= 0.
   int threads = 2;                ///< 1 to 64; the result does not depend on it.
   std::uint64_t seed = 1;         ///< Of the starts and the random poses.
 };
