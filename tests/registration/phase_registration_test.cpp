@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/phase_registration.hpp"
 
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <limits>
 #include <numbers>
@@ -126,6 +127,14 @@ TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) 
              (found->at_rest->ct_from_reference * Point<frames::Reference>{p}))
                 .v.norm(),
             1e-6);
+  // Only pictures of that half of the breath about rest take part.
+  const auto near = std::ranges::count_if(moving.phases, [&](double phase) {
+    const double apart = std::abs(phase - found->rest_phase);
+    return std::min(apart, 1 - apart) <= 0.25;
+  });
+  ASSERT_TRUE(found->held_still);
+  EXPECT_EQ(found->held_still->frames().size(), static_cast<std::size_t>(near));
+  EXPECT_LT(static_cast<std::size_t>(near), moving.phases.size());
   // The limits of a still patient hold, and the pose at rest may not run away.
   MovingRegistration bad = *found;
   bad.at_rest->final_cost = 0.5;
