@@ -160,7 +160,7 @@ Result<void> RegistrationBench::measure_skin() {
   options.model = options_.model;
   if (options_.quick) {
     options.patients = 1;
-    options.paths = {sim::HandPathKind::kSweep, sim::HandPathKind::kTilt};
+    options.paths = {sim::HandPathKind::kTilt};
     options.tried = {100, registration::SkinSearchOptions().tried + 0.0};
     options.spacings_mm = {};
     options.turns = {};
