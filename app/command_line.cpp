@@ -246,6 +246,7 @@ void CommandLine::add_replay() {
       ->capture_default_str();
   const CLI::Option* set_up = replay->add_option("--predicates", config_.predicates.set_up,
                                                  "how --us-volume is drawn: a preset, or a file");
+  add_ultrasound_options(*replay, config_.predicates);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
   replay->add_flag("--window", config_.output.window, "also show them in a window");

@@ -22,32 +22,7 @@ void add_volume_options(CLI::App& verb, PredicateOptions& o) {
                   "neck, or a simulated patient: " + bench::simulated_ultrasound_names())
       ->capture_default_str();
   verb.add_option("--phantom-side", o.phantom_side, "voxels")->capture_default_str();
-  verb.add_option("--labels", o.labels,
-                  "label volume of bit masks; several: one bit each, where not 0");
-  verb.add_option("--layers", o.layers, "file of B-spline surfaces between layers, instead");
-  verb.add_option("--black", o.black, "stored value of black")->capture_default_str();
-  verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
-  auto* into = verb.add_option_function<Numbers>(
-                       "--into",
-                       [&o](const Numbers& p) {
-                         o.into_ct = Eigen::Vector3d(p[0], p[1], p[2]);
-                         o.apex_ct.reset();
-                       },
-                       "x y z, LPS: direction of parallel scan lines")
-                   ->expected(3);
-  verb.add_option_function<Numbers>(
-          "--apex",
-          [&o](const Numbers& p) {
-            o.apex_ct = Eigen::Vector3d(p[0], p[1], p[2]);
-            o.into_ct.reset();
-          },
-          "x y z, LPS mm: of a fan of scan lines")
-      ->expected(3)
-      ->excludes(into);
-  verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
-      ->capture_default_str();
-  verb.add_option("--scan-lines", o.scan_lines,
-                  "file of the planes of the sweep that the volume was made from, instead");
+  add_ultrasound_options(verb, o);
 }
 
 void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
@@ -126,6 +101,35 @@ void add_view_options(CLI::App& verb, SessionConfig& config) {
 }
 
 }  // namespace
+
+void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
+  verb.add_option("--labels", o.labels,
+                  "label volume of bit masks; several: one bit each, where not 0");
+  verb.add_option("--layers", o.layers, "file of B-spline surfaces between layers, instead");
+  verb.add_option("--black", o.black, "stored value of black")->capture_default_str();
+  verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
+  auto* into = verb.add_option_function<Numbers>(
+                       "--into",
+                       [&o](const Numbers& p) {
+                         o.into_ct = Eigen::Vector3d(p[0], p[1], p[2]);
+                         o.apex_ct.reset();
+                       },
+                       "x y z, LPS: direction of parallel scan lines")
+                   ->expected(3);
+  verb.add_option_function<Numbers>(
+          "--apex",
+          [&o](const Numbers& p) {
+            o.apex_ct = Eigen::Vector3d(p[0], p[1], p[2]);
+            o.into_ct.reset();
+          },
+          "x y z, LPS mm: of a fan of scan lines")
+      ->expected(3)
+      ->excludes(into);
+  verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
+      ->capture_default_str();
+  verb.add_option("--scan-lines", o.scan_lines,
+                  "file of the planes of the sweep that the volume was made from, instead");
+}
 
 void add_predicate_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--out", config.predicates.picture, "PNG to write");

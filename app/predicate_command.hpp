@@ -11,4 +11,7 @@ namespace nav::app {
 /// Options of 'sonde predicates', bound to a configuration that outlives the verb.
 void add_predicate_options(CLI::App& verb, SessionConfig& config);
 
+/// Of the ultrasound volume alone: labels, stored values, scan lines. options outlives the verb.
+void add_ultrasound_options(CLI::App& verb, PredicateOptions& options);
+
 }  // namespace nav::app

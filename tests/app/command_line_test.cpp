@@ -296,6 +296,16 @@ TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
             std::string::npos);
 }
 
+TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {
+  const Outcome outcome = sonde(
+      "replay x.mha --print-session --us-volume u.mha --predicates carotid-vessel --into 0 1 0 "
+      "--labels a.mha --white 200");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* piece : {"u.mha'", "a.mha'", "into = [ 0.0, 1.0, 0.0 ]", "white = 200.0"}) {
+    EXPECT_NE(outcome.output.find(piece), std::string::npos) << piece << "\n" << outcome.output;
+  }
+}
+
 TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
