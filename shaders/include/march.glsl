@@ -170,24 +170,34 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
 }
 
 #ifdef PREINTEGRATED
+// The segment from k on may have a bow.
+bool may_bow(Walk w, int k) { return w.size == 1 && k >= bow_from; }
+
 // The bow of the segment from k on, whose values at its ends are v0 and v1; HU.
-float bow_of(inout Walk w, Cell cell, int k, float v1) {
-  if (w.size != 1 || k < bow_from || cell.begin > float(k) || cell.end < float(k + 1)) return 0.0;
-  if (w.before_at != k - 1) w.before = value_at(float(k - 1));
-  return (2.0 * w.v0 - w.before - v1) / 12.0;
+float bow_of(Walk w, Cell cell, int k, float v1) {
+  bool cut = cell.begin > float(k) || cell.end < float(k + 1);
+  return may_bow(w, k) && !cut ? (2.0 * w.v0 - w.before - v1) / 12.0 : 0.0;
 }
 
-// Takes the sample at j. True: it ends a cell, which is classified.
+// Takes the sample at j. True: it ends a cell, which is classified. The value behind the first cell
+// of a run is taken by itself, for j is asked for once more: a device that runs many rays in step
+// would take a sample in a branch for every cell.
 bool take_sample(inout Walk w, out Cell cell, bool fading) {
-  float v1 = value_at(float(w.j));
   int k = w.j - w.size;
   bool whole = w.known == k;  // v0 and v1 are the values of a cell.
+  bool behind = whole && !fading && may_bow(w, k) && w.before_at != k - 1;
+  float v1 = value_at(float(behind ? k - 1 : w.j));
   cell = cell_at(w, k, w.v0, v1);
   bool classified = whole;
   bool advance = true;
   if (fading) {
     cost.z += float(whole);
     if (whole) classify_in_steps(cell, 0.0, true);
+  } else if (behind) {
+    w.before_at = k - 1;
+    w.before = v1;
+    classified = false;
+    advance = false;
   } else {
     // The begin of the stretch lies inside a cell: it is looked up once both ends are known.
     bool at_begin = whole && !w.has_a;
