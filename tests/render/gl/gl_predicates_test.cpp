@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GL engine by predicates against the reference and against itself.
 
-#include "tests/render/gl/gl_pictures.hpp"
-#include "tests/render/gl/gl_view.hpp"
+#include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {
@@ -26,29 +25,8 @@ VoxelGrid grid_of(int i) {
   return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
 }
 
-class GlPredicatesTest : public test::GlViewTest {
+class GlPredicatesTest : public test::GlPredicateViewTest {
  protected:
-  void SetUp() override {
-    test::GlViewTest::SetUp();
-    caster().set_settled_after(0);  // Each set by its own program.
-  }
-  /// Over the background, as engines give it.
-  RenderedImage draw(const Scene& scene) {
-    EXPECT_TRUE(test::has_value(try_to_draw(scene)));
-    std::vector<RgbaF> pixels = caster().read();
-    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
-    for (RgbaF& p : pixels) {
-      const float rest = 1 - p.a;
-      p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
-           1};
-    }
-    return {{scene.width, scene.height, std::move(pixels)}, caster().statistics()};
-  }
-  double share_beyond(const Scene& scene, double limit_255) {
-    const RenderedImage expected = test::draw(*reference_, scene);
-    return test::difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
-  }
-
   /// A volume with features, and a model of some predicates.
   Scene scene_with(PredicateModel model, int volume = 1) {
     const auto ct = test::small_ultrasound(grid_of(volume), 5);
@@ -65,8 +43,6 @@ class GlPredicatesTest : public test::GlViewTest {
     EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates, 1)));
     return scene;
   }
-
-  std::unique_ptr<Engine> reference_ = make_reference_engine();
 };
 
 /// Scenes with everything that predicates may ask for. Few sets, as each is compiled, and of each

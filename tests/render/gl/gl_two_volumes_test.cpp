@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A CT with an ultrasound volume in it on the GL engine, against the reference and against itself.
 
-#include "tests/render/gl/gl_pictures.hpp"
-#include "tests/render/gl/gl_view.hpp"
+#include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
 
 namespace nav::render {
@@ -12,31 +11,7 @@ namespace {
 constexpr double kAgreement255 = 2.0;
 constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
 
-class GlTwoVolumesTest : public test::GlViewTest {
- protected:
-  void SetUp() override {
-    test::GlViewTest::SetUp();
-    caster().set_settled_after(0);  // Each set by its own program.
-  }
-  /// Over the background, as engines give it.
-  RenderedImage draw(const Scene& scene) {
-    EXPECT_TRUE(test::has_value(try_to_draw(scene)));
-    std::vector<RgbaF> pixels = caster().read();
-    const Eigen::Vector3f background = scene.background_rgb.cast<float>();
-    for (RgbaF& p : pixels) {
-      const float rest = 1 - p.a;
-      p = {p.r + rest * background.x(), p.g + rest * background.y(), p.b + rest * background.z(),
-           1};
-    }
-    return {{scene.width, scene.height, std::move(pixels)}, caster().statistics()};
-  }
-  double share_beyond(const Scene& scene, double limit_255) {
-    const RenderedImage expected = test::draw(*reference_, scene);
-    return test::difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
-  }
-
-  std::unique_ptr<Engine> reference_ = make_reference_engine();
-};
+class GlTwoVolumesTest : public test::GlPredicateViewTest {};
 
 constexpr int kViews = 4;
 
