@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <vector>
 
 namespace nav::render {
@@ -12,7 +11,6 @@ namespace {
 
 constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
 constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
-constexpr float kEndless = std::numeric_limits<float>::infinity();
 constexpr auto kNowhere = static_cast<float>(kCutNowhere);
 
 static_assert(VisibleSpans::kSide == kBlock);
@@ -127,7 +125,7 @@ void CpuPainter::paint_tile(int index) {
 
 void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
   tile.solids = rays_of_.solids(x0, y0, kBlock);
-  const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{0, kEndless};
+  const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{};
   if (span.empty() && !tile.solids) {
     tile.rays += leave_empty(x0, y0);
     return;

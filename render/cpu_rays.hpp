@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 #include "render/cpu_cutaway_plan.hpp"
@@ -62,7 +61,7 @@ class CpuRays {
   }
   /// The packet of pixels from (x0, y0) on. choice: null where nothing cuts.
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
-    start(x0, y0, solids, choice, {0, std::numeric_limits<float>::infinity()}, p);
+    start(x0, y0, solids, choice, {}, p);
   }
   /// The same; the rays keep only the cells of which a part may lie in the span.
   void start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,

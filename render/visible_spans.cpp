@@ -13,7 +13,6 @@ namespace {
 
 constexpr float kFarthest = std::numeric_limits<float>::infinity();
 constexpr VisibleSpan kNothing{kFarthest, -kFarthest};
-constexpr VisibleSpan kEverything{0, kFarthest};
 
 void widen(VisibleSpan& span, const VisibleSpan& by) {
   span.near = std::min(span.near, by.near);
@@ -159,7 +158,7 @@ VisibleSpans::VisibleSpans(const Scene& scene, const BrickShell& shell, int thre
   const double radius = (0.5 * kBrickVoxels + 1) * grid.spacing_mm.norm() + step;
   if (shell.bricks.empty()) return;
   if (begin_inside(view, grid, radius)) {
-    std::fill(spans_.begin(), spans_.end(), kEverything);
+    std::fill(spans_.begin(), spans_.end(), VisibleSpan{});
     return;
   }
   const Eigen::Matrix3d mm_per_index = grid.directions * grid.spacing_mm.asDiagonal();

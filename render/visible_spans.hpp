@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "render/brick_grid.hpp"
@@ -13,9 +14,10 @@ namespace nav::render {
 
 /// Between which distances the rays of a square of pixels may meet something visible, mm from
 /// their origins; empty when far <= near.
+/// Unless said, the whole ray.
 struct VisibleSpan {
-  float near;
-  float far;
+  float near = 0;
+  float far = std::numeric_limits<float>::infinity();
   [[nodiscard]] bool empty() const { return !(far > near); }
 };
 
