@@ -16,6 +16,7 @@
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
 #include "render/scene_compare.hpp"
+#include "render/sparse_rays.hpp"
 #include "render/two_volumes.hpp"
 
 namespace nav::render {
@@ -65,7 +66,7 @@ class CpuEngine final : public Engine {
     if (change >= SceneChange::kGeometry) {
       last_.reset();  // Until every ray of the new scene is cast.
       image.statistics = cast(scene, change == SceneChange::kGeometry);
-      picture_.collect(options_.threads);
+      picture_.collect(scene.plane.has_value(), options_.threads);
     }
     last_ = scene;
     const auto plane =
@@ -94,15 +95,18 @@ class CpuEngine final : public Engine {
     }
     cache_.update(scene, fades, options_.threads);
     if (has_two_volumes(scene)) return cast_both(scene, cutaway, fades, start);
-    if (!keep) picture_.start(scene.width, scene.height);
+    if (!keep) picture_.start(scene.width, scene.height, &scene.background_rgb);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
     if (!keep) find_spans(scene);
     CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
                        cutaway, field_ ? &*field_ : nullptr, picture_, keep,
-                       spans_ ? &*spans_ : nullptr);
-    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+                       spans_ ? &*spans_ : nullptr, sparse_rays(scene));
+    for (int pass = 0; pass < painter.passes(); ++pass) {
+      for_each_index(painter.tiles(), options_.threads,
+                     [&](int tile) { painter.paint_tile(tile, pass); });
+    }
     RenderStatistics statistics = painter.statistics();
     if (scene.quality.skip_empty_bricks) {
       statistics.bricks = cache_.bricks()->low.size();
@@ -123,7 +127,7 @@ class CpuEngine final : public Engine {
   RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
                                    Clock::time_point start) {
     predicates_.update(scene, options_.threads);
-    picture_.start(scene.width, scene.height);
+    picture_.start(scene.width, scene.height, nullptr);
     const double prepare_s = seconds_since(start);
     CpuPredicatePainter painter(scene, predicates_, vector_.composite != nullptr, cutaway,
                                 field_ ? &*field_ : nullptr, picture_, {});
@@ -141,7 +145,7 @@ class CpuEngine final : public Engine {
     const UltrasoundVolume& ultrasound = *scene.ultrasound;
     Scene other = ultrasound_scene(scene);
     predicates_.update(other, options_.threads, ultrasound.ct_importance);
-    picture_.start(scene.width, scene.height);
+    picture_.start(scene.width, scene.height, nullptr);
     const CutawayField* field = field_ ? &*field_ : nullptr;
     if (field != nullptr) {
       other_field_ = CutawayField(other, other_field_ ? &*other_field_ : nullptr);

@@ -17,13 +17,13 @@ struct RayStarter {
   alignas(32) double direction[3][kPacketLanes];  ///< Index per mm.
 
   /// spec::ray_of() and spec::index_ray().
-  void aim(int x0, int y0) {
+  void aim(const PacketPixels& pixels) {
     alignas(32) double a[kPacketLanes];
     alignas(32) double b[kPacketLanes];
     alignas(32) double scale[kPacketLanes];
     for (int lane = 0; lane < kPacketLanes; ++lane) {
-      a[lane] = (x0 + lane % kPacketWidth + 0.5 - in.half_width) * in.pixel;
-      b[lane] = (in.half_height - (y0 + lane / kPacketWidth) - 0.5) * in.pixel;
+      a[lane] = (pixels.x[lane] + 0.5 - in.half_width) * in.pixel;
+      b[lane] = (in.half_height - pixels.y[lane] - 0.5) * in.pixel;
       scale[lane] = in.orthographic ? 1 : 1 / V::root(1 + a[lane] * a[lane] + b[lane] * b[lane]);
     }
     for (int axis = 0; axis < 3; ++axis) {
@@ -38,7 +38,7 @@ struct RayStarter {
   }
 
   /// spec::clip_to_box().
-  void clip(int x0, int y0, RayStarts& out) const {
+  void clip(const PacketPixels& pixels, RayStarts& out) const {
     for (int lane = 0; lane < kPacketLanes; ++lane) {
       out.begin[lane] = 0;
       out.end[lane] = 1e300;
@@ -62,8 +62,7 @@ struct RayStarter {
     }
     out.any = false;
     for (int lane = 0; lane < kPacketLanes; ++lane) {
-      const bool outside =
-          x0 + lane % kPacketWidth >= in.width || y0 + lane / kPacketWidth >= in.height;
+      const bool outside = pixels.x[lane] >= in.width || pixels.y[lane] >= in.height;
       if (outside || !(out.end[lane] > out.begin[lane])) out.begin[lane] = out.end[lane] = 0;
       out.any = out.any || out.end[lane] > 0;
     }
@@ -78,11 +77,10 @@ struct RayStarter {
     return static_cast<double>((h ^ (h >> 16)) >> 8) / 16777216.0;
   }
 
-  void start(int x0, int y0, RayPacket& rays, RayStarts& out) const {
+  void start(const PacketPixels& pixels, RayPacket& rays, RayStarts& out) const {
     const double per_step = 1 / in.step_mm;
     for (int lane = 0; lane < kPacketLanes; ++lane) {
-      const double shift =
-          in.jitter ? jitter(x0 + lane % kPacketWidth, y0 + lane / kPacketWidth) : 0.0;
+      const double shift = in.jitter ? jitter(pixels.x[lane], pixels.y[lane]) : 0.0;
       // Truncation is the floor but for entries within the first cell of a shifted ray.
       const double cells = out.begin[lane] * per_step - shift;
       const auto whole = static_cast<double>(static_cast<std::int64_t>(cells));
@@ -106,11 +104,11 @@ struct RayStarter {
 
 /// spec::ray_of() with its origin at the foot of the reference point.
 template <class V>
-void aim_cut_rays(const RayInputs& in, const CutView& view, int x0, int y0, CutRays& rays,
-                  double* feet) {
+void aim_cut_rays(const RayInputs& in, const CutView& view, const PacketPixels& pixels,
+                  CutRays& rays, double* feet) {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const double a = (x0 + lane % kPacketWidth + 0.5 - in.half_width) * in.pixel;
-    const double b = (in.half_height - (y0 + lane / kPacketWidth) - 0.5) * in.pixel;
+    const double a = (pixels.x[lane] + 0.5 - in.half_width) * in.pixel;
+    const double b = (in.half_height - pixels.y[lane] - 0.5) * in.pixel;
     const double scale = in.orthographic ? 1 : 1 / V::root(1 + a * a + b * b);
     double origin[3];
     double direction[3];
@@ -130,11 +128,11 @@ void aim_cut_rays(const RayInputs& in, const CutView& view, int x0, int y0, CutR
 }
 
 template <class V>
-void start_rays(const RayInputs& in, int x0, int y0, RayPacket& rays, RayStarts& out) {
+void start_rays(const RayInputs& in, const PacketPixels& pixels, RayPacket& rays, RayStarts& out) {
   RayStarter<V> starter{in, {}, {}};
-  starter.aim(x0, y0);
-  starter.clip(x0, y0, out);
-  starter.start(x0, y0, rays, out);
+  starter.aim(pixels);
+  starter.clip(pixels, out);
+  starter.start(pixels, rays, out);
 }
 
 }  // namespace nav::render

@@ -8,7 +8,7 @@
 // function shared with the others could be linked in from there.
 namespace nav::render {
 
-/// Lanes of a packet: a block of 4 × 2 pixels.
+/// Lanes of a packet: as a rule a block of 4 × 2 pixels.
 inline constexpr int kPacketLanes = 8;
 inline constexpr int kPacketWidth = 4;
 inline constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
@@ -129,8 +129,14 @@ struct RayStarts {
   bool any;  ///< Some lane is not empty.
 };
 
-/// Starts the rays of the packet of pixels from (x0, y0) on: all but the cutaway.
-using RayStart = void (*)(const RayInputs&, int x0, int y0, RayPacket&, RayStarts&);
+/// The pixels of a packet's rays; lanes without one lie beyond the picture's width.
+struct alignas(32) PacketPixels {
+  std::int32_t x[kPacketLanes];
+  std::int32_t y[kPacketLanes];
+};
+
+/// Starts the rays of a packet: all but the cutaway.
+using RayStart = void (*)(const RayInputs&, const PacketPixels&, RayPacket&, RayStarts&);
 
 struct MarchCounts {
   std::uint64_t samples;
@@ -172,9 +178,10 @@ struct CutView {
   double up[3];
   double forward[3];
 };
-/// Fills the rays of the packet of pixels from (x0, y0) on, and the distances of their feet from
-/// their origins, mm, kPacketLanes of them.
-using CutAim = void (*)(const RayInputs&, const CutView&, int x0, int y0, CutRays&, double* feet);
+/// Fills the rays of a packet, and the distances of their feet from their origins, mm, kPacketLanes
+/// of them.
+using CutAim = void (*)(const RayInputs&, const CutView&, const PacketPixels&, CutRays&,
+                        double* feet);
 
 /// What is compiled for one instruction set.
 struct MarchSet {

@@ -4,16 +4,18 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 namespace nav::render {
 namespace {
 
-constexpr int kBlock = 8;  // Pixels; a multiple of the packet's sides.
-constexpr int kTile = 32;  // Pixels; a multiple of a block's side.
+constexpr int kBlock = CpuPicture::kBlock;  // Pixels; a multiple of the packet's sides.
+constexpr int kTile = 32;                   // Pixels; a multiple of a block's side.
 constexpr auto kNowhere = static_cast<float>(kCutNowhere);
 
 static_assert(VisibleSpans::kSide == kBlock);
+static_assert(LatticeSquares::kTile == kTile);
 
 static_assert(spec::kFadeSteps == 4, "kMarchFadeSteps of cpu_kernel_classify.hpp");
 static_assert(spec::kMaxBowShare == 0.5, "kMarchMaxBowShare of cpu_kernel_classify.hpp");
@@ -84,17 +86,24 @@ struct CpuPainter::Tile {
   MarchCounts counts{};
   std::uint64_t rays = 0;
   std::uint64_t cut_rays = 0;
+
+  // With sparse rays.
+  int waiting = 0;  ///< Lanes of the packet that have a pixel.
+  std::optional<LatticeSquares> squares;
+  std::uint64_t means = 0;
 };
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
                        const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-                       CpuPicture& picture, bool keep, const VisibleSpans* spans)
+                       CpuPicture& picture, bool keep, const VisibleSpans* spans,
+                       const std::optional<SparseRays>& sparse)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
       picture_(picture),
       keep_(keep),
       spans_(spans),
+      sparse_(sparse),
       plain_(marches.composite({key.classify, key.shade, false, key.adaptive})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
@@ -105,22 +114,32 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
                    : 0.5,
                in.overlay_cells),
       tiles_across_((scene.width + kTile - 1) / kTile),
-      tiles_down_((scene.height + kTile - 1) / kTile) {}
+      tiles_down_((scene.height + kTile - 1) / kTile) {
+  if (sparse_) lattice_.emplace(scene.width, scene.height, sparse_->stride);
+}
 
-void CpuPainter::paint_tile(int index) {
+void CpuPainter::paint_tile(int index, int pass) {
   const int x0 = index % tiles_across_ * kTile;
   const int y0 = index / tiles_across_ * kTile;
   Tile tile(cutaway_.objects());
   tile.cut = rays_of_.cuts() && rays_of_.cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
   for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kBlock) {
-    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) paint_block(x, y, tile);
+    for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) {
+      if (lattice_) {
+        paint_sparse_block(x, y, pass, tile);
+      } else {
+        paint_block(x, y, tile);
+      }
+    }
   }
+  paint_added(tile);
   rays_ += tile.rays;
   samples_ += tile.counts.samples;
   gradients_ += tile.counts.gradients;
   window_gradients_ += tile.counts.window_gradients;
   faded_ += tile.counts.faded;
   cutaway_rays_ += tile.cut_rays;
+  means_ += tile.means;
 }
 
 void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
@@ -130,32 +149,106 @@ void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
     tile.rays += leave_empty(x0, y0);
     return;
   }
+  picture_.set_blank(x0, y0, false);
   const bool cut =
       tile.cut && rays_of_.cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
-  Packet& p = tile.packet;
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
-      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, span, p);
-      std::fill_n(p.seen, kPacketLanes, PixelRecord{});
-      for (int lane = 0; lane < kPacketLanes; ++lane) {
-        p.signature[lane] =
-            signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane], in_.overlay_cells);
-      }
-      if (keep_ && unchanged(x, y, p)) continue;
-      tile.cut_rays += static_cast<std::uint64_t>(p.cut);
-      if (scene_.projection == Projection::kComposite) {
-        composite(p, tile.counts);
-      } else {
-        project(p, tile.counts);
-      }
-      tile.rays += store_packet(x, y, p);
+      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, span, tile.packet);
+      paint_packet(tile);
     }
   }
+}
+
+/// The rest of a packet that was started.
+void CpuPainter::paint_packet(Tile& tile) {
+  Packet& p = tile.packet;
+  std::fill_n(p.seen, kPacketLanes, PixelRecord{});
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    p.signature[lane] =
+        signature_of(p.hits[lane], p.rays.t1[lane], p.rays.t2[lane], in_.overlay_cells);
+  }
+  if (keep_ && unchanged(p)) return;
+  tile.cut_rays += static_cast<std::uint64_t>(p.cut);
+  if (scene_.projection == Projection::kComposite) {
+    composite(p, tile.counts);
+  } else {
+    project(p, tile.counts);
+  }
+  tile.rays += store_packet(p);
+}
+
+// Pass 0 casts the lattice; each later one decides about the pixels in the middle of its squares
+// and of their edges.
+void CpuPainter::paint_sparse_block(int x0, int y0, int pass, Tile& tile) {
+  const bool solids = rays_of_.solids(x0, y0, kBlock);
+  const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{};
+  if (span.empty() && !solids) {
+    if (pass == 0) tile.rays += leave_empty(x0, y0);
+    return;
+  }
+  tile.solids = tile.solids || solids;
+  if (pass == 0) {
+    picture_.set_blank(x0, y0, false);
+    add_lattice(x0, y0, span, tile);
+    return;
+  }
+  if (!tile.squares) {
+    tile.squares.emplace(picture_, *lattice_, sparse_->error);
+    tile.squares->find(x0 / kTile * kTile, y0 / kTile * kTile, lattice_->side(pass));
+  }
+  const bool shapes = solids && rays_of_.shapes(x0, y0, kBlock);
+  const int side = lattice_->side(pass);
+  const int step = side / 2;
+  for (int y = y0; y <= std::min(y0 + kBlock - 1, lattice_->last_y); y += step) {
+    for (int x = x0; x <= std::min(x0 + kBlock - 1, lattice_->last_x); x += step) {
+      if (x % side == 0 && y % side == 0) continue;
+      if (shapes || !tile.squares->even_around(x, y)) {
+        add_pixel(x, y, span, tile);
+      } else {
+        tile.squares->fill(x, y);
+        ++tile.means;
+      }
+    }
+  }
+}
+
+void CpuPainter::add_lattice(int x0, int y0, const VisibleSpan& span, Tile& tile) {
+  const bool whole = !lattice_->beyond(x0 + kBlock - 1, y0 + kBlock - 1);
+  const int step = whole ? lattice_->stride : 1;
+  for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += step) {
+    for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += step) {
+      const bool on = x % lattice_->stride == 0 && y % lattice_->stride == 0;
+      if (on || lattice_->beyond(x, y)) add_pixel(x, y, span, tile);
+    }
+  }
+}
+
+void CpuPainter::add_pixel(int x, int y, const VisibleSpan& span, Tile& tile) {
+  Packet& p = tile.packet;
+  p.pixels.x[tile.waiting] = x;
+  p.pixels.y[tile.waiting] = y;
+  p.spans[tile.waiting] = span;
+  if (++tile.waiting == kPacketLanes) paint_added(tile);
+}
+
+void CpuPainter::paint_added(Tile& tile) {
+  if (tile.waiting == 0) return;
+  for (int lane = tile.waiting; lane < kPacketLanes; ++lane) {
+    tile.packet.pixels.x[lane] = scene_.width;
+    tile.packet.pixels.y[lane] = scene_.height;
+    tile.packet.spans[lane] = {};
+  }
+  tile.waiting = 0;
+  rays_of_.start(tile.solids, tile.cut ? &tile.tile.choice() : nullptr, tile.packet);
+  paint_packet(tile);
 }
 
 /// Rays of which none meets anything; returns how many were not known to.
 std::uint64_t CpuPainter::leave_empty(int x0, int y0) const {
   std::uint64_t rays = 0;
+  if (picture_.blank(x0, y0)) return rays;
+  picture_.set_blank(x0, y0, true);
   PixelRecord record{};
   record.signature = signature_of({}, kNowhere, kNowhere, 0);
   for (int c = 0; c < 3; ++c) record.base[c] = static_cast<float>(scene_.background_rgb[c]);
@@ -178,25 +271,24 @@ RenderStatistics CpuPainter::statistics() const {
   statistics.window_gradients = window_gradients_;
   statistics.cutaway_rays = cutaway_rays_;
   statistics.faded_cells = faded_;
+  statistics.pixels_without_ray = means_;
   return statistics;
 }
 
-bool CpuPainter::unchanged(int x0, int y0, const Packet& p) const {
+bool CpuPainter::unchanged(const Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const int x = x0 + lane % kPacketWidth;
-    const int y = y0 + lane / kPacketWidth;
+    const int x = p.pixels.x[lane];
+    const int y = p.pixels.y[lane];
     if (inside(x, y) && picture_.at(x, y).signature != p.signature[lane]) return false;
   }
   return true;
 }
 
-std::uint64_t CpuPainter::store_packet(int x0, int y0, const Packet& p) const {
+std::uint64_t CpuPainter::store_packet(const Packet& p) const {
   std::uint64_t rays = 0;
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const int x = x0 + lane % kPacketWidth;
-    const int y = y0 + lane / kPacketWidth;
-    if (!inside(x, y)) continue;
-    store(x, y, lane, p);
+    if (!inside(p.pixels.x[lane], p.pixels.y[lane])) continue;
+    store(lane, p);
     ++rays;
   }
   return rays;
@@ -244,8 +336,8 @@ void CpuPainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const 
   for (int c = 0; c < 3; ++c) rays.rgb[c][lane] += weight * static_cast<float>(hit.rgb[c]);
 }
 
-void CpuPainter::store(int x, int y, int lane, const Packet& p) const {
-  PixelRecord& record = picture_.at(x, y);
+void CpuPainter::store(int lane, const Packet& p) const {
+  PixelRecord& record = picture_.at(p.pixels.x[lane], p.pixels.y[lane]);
   record = p.seen[lane];
   record.signature = p.signature[lane];
   const float alpha = p.rays.alpha[lane];

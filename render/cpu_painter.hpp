@@ -4,10 +4,13 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
+#include "render/cpu_lattice.hpp"
 #include "render/cpu_picture.hpp"
 #include "render/cpu_rays.hpp"
 #include "render/engine.hpp"
+#include "render/sparse_rays.hpp"
 
 namespace nav::render {
 
@@ -19,10 +22,14 @@ class CpuPainter {
   /// picture's records keep their pixels; only for records of the same view.
   CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
              const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-             CpuPicture& picture, bool keep, const VisibleSpans* spans);
+             CpuPicture& picture, bool keep, const VisibleSpans* spans,
+             const std::optional<SparseRays>& sparse);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
-  void paint_tile(int tile);
+  /// 1, or with sparse rays more.
+  [[nodiscard]] int passes() const { return lattice_ ? lattice_->passes() : 1; }
+  /// Every tile of a pass before the next pass.
+  void paint_tile(int tile, int pass);
   /// What it cost; call when every tile is painted.
   [[nodiscard]] RenderStatistics statistics() const;
 
@@ -31,14 +38,19 @@ class CpuPainter {
   struct Tile;
 
   void paint_block(int x0, int y0, Tile& tile);
+  void paint_sparse_block(int x0, int y0, int pass, Tile& tile);
+  void add_lattice(int x0, int y0, const VisibleSpan& span, Tile& tile);
+  void add_pixel(int x, int y, const VisibleSpan& span, Tile& tile);
+  void paint_added(Tile& tile);
+  void paint_packet(Tile& tile);
   std::uint64_t leave_empty(int x0, int y0) const;
   void composite(Packet& p, MarchCounts& counts) const;
   void project(Packet& p, MarchCounts& counts) const;
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
   [[nodiscard]] bool inside(int x, int y) const { return x < scene_.width && y < scene_.height; }
-  [[nodiscard]] bool unchanged(int x0, int y0, const Packet& p) const;
-  std::uint64_t store_packet(int x0, int y0, const Packet& p) const;
-  void store(int x, int y, int lane, const Packet& p) const;
+  [[nodiscard]] bool unchanged(const Packet& p) const;
+  std::uint64_t store_packet(const Packet& p) const;
+  void store(int lane, const Packet& p) const;
 
   const Scene& scene_;
   const MarchInputs& in_;
@@ -46,6 +58,8 @@ class CpuPainter {
   CpuPicture& picture_;
   bool keep_;
   const VisibleSpans* spans_;
+  std::optional<SparseRays> sparse_;
+  std::optional<PixelLattice> lattice_;  ///< With sparse_.
   March plain_;
   March fading_;
   March project_;
@@ -58,6 +72,7 @@ class CpuPainter {
   std::atomic<std::uint64_t> window_gradients_{0};
   std::atomic<std::uint64_t> cutaway_rays_{0};
   std::atomic<std::uint64_t> faded_{0};
+  std::atomic<std::uint64_t> means_{0};
 };
 
 }  // namespace nav::render

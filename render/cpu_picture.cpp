@@ -16,16 +16,26 @@ std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 }  // namespace
 
-void CpuPicture::start(int width, int height) {
-  if (!has_size(width, height)) buffers_.clear();
+void CpuPicture::start(int width, int height, const Eigen::Vector3d* background) {
+  const bool kept = background != nullptr && background_ == *background;
+  background_ = background != nullptr ? std::optional(*background) : std::nullopt;
+  blocks_across_ = (width + kBlock - 1) / kBlock;
+  const int blocks = blocks_across_ * ((height + kBlock - 1) / kBlock);
+  if (!kept || !has_size(width, height)) blank_.assign(size_of(blocks), 0);
+  if (has_size(width, height)) return;
+  buffers_.clear();
   width_ = width;
   height_ = height;
   records_.assign(size_of(width) * size_of(height), PixelRecord{});
-  seen_.resize(size_of(height));
+  seen_.assign(size_of(height), {});
 }
 
-void CpuPicture::collect(int threads) {
+void CpuPicture::collect(bool plane, int threads) {
   ++collected_;
+  if (!plane) {
+    for (std::vector<Seen>& seen : seen_) seen.clear();
+    return;
+  }
   for_each_index(height_, threads, [&](int y) {
     std::vector<Seen>& seen = seen_[size_of(y)];
     seen.clear();

@@ -44,10 +44,10 @@ bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& t
   return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
 }
 
-void CpuRays::keep_span(const VisibleSpan& span, CpuPacket& p) const {
-  const double near = span.near / step_;
-  const double far = span.far / step_;
+void CpuRays::keep_spans(CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
+    const double near = p.spans[lane].near / step_;
+    const double far = p.spans[lane].far / step_;
     // Whole cells, so that none is cut that was not; rounding takes less than the one to spare.
     p.from[lane] = static_cast<float>(std::floor(near - p.starts.base[lane]) - 1);
     p.until[lane] = static_cast<float>(std::ceil(far - p.starts.base[lane]) + 1);
@@ -58,26 +58,34 @@ void CpuRays::keep_span(const VisibleSpan& span, CpuPacket& p) const {
 
 void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
                     CpuPacket& p) const {
-  marches_.start(inputs_, x0, y0, p.rays, p.starts);
-  keep_span(span, p);
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    p.pixels.x[lane] = x0 + lane % kPacketWidth;
+    p.pixels.y[lane] = y0 + lane / kPacketWidth;
+    p.spans[lane] = span;
+  }
+  start(solids, choice, p);
+}
+
+void CpuRays::start(bool solids, const CutChoice* choice, CpuPacket& p) const {
+  marches_.start(inputs_, p.pixels, p.rays, p.starts);
+  keep_spans(p);
   p.most_hits = 0;
   p.cut = 0;
   for (auto& hits : p.hits) hits.clear();
-  if (solids) meet_surfaces(x0, y0, p);
-  if (choice != nullptr && p.starts.any) cut(x0, y0, *choice, p);
-  if (field_ != nullptr && p.starts.any) cut_by_field(x0, y0, p);
+  if (solids) meet_surfaces(p);
+  if (choice != nullptr && p.starts.any) cut(*choice, p);
+  if (field_ != nullptr && p.starts.any) cut_by_field(p);
 }
 
-void CpuRays::meet_surfaces(int x0, int y0, CpuPacket& p) const {
+void CpuRays::meet_surfaces(CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    surfaces_.meet(spec::ray_of(view_, x0 + lane % kPacketWidth, y0 + lane / kPacketWidth),
-                   p.hits[lane]);
+    surfaces_.meet(spec::ray_of(view_, p.pixels.x[lane], p.pixels.y[lane]), p.hits[lane]);
     p.most_hits = std::max(p.most_hits, p.hits[lane].size());
   }
 }
 
-void CpuRays::cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const {
-  marches_.aim(inputs_, cut_view_, x0, y0, p.cut_rays, p.foot);
+void CpuRays::cut(const CutChoice& choice, CpuPacket& p) const {
+  marches_.aim(inputs_, cut_view_, p.pixels, p.cut_rays, p.foot);
   marches_.meet(cutaway_.objects(), choice, p.cut_rays);
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;
@@ -86,11 +94,16 @@ void CpuRays::cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const {
   }
 }
 
-void CpuRays::cut_by_field(int x0, int y0, CpuPacket& p) const {
+void CpuRays::cut_by_field(CpuPacket& p) const {
   std::array<spec::CutawaySpan<float>, kPacketLanes> spans{};
   // By rows, so that a ray starts its search where its neighbour's ended.
-  for (int row = 0; row < kPacketHeight; ++row) {
-    field_->meet_row(view_, x0, y0 + row, kPacketWidth, spans.data() + row * kPacketWidth);
+  for (int first = 0, end = 0; first < kPacketLanes; first = end) {
+    do {
+      ++end;
+    } while (end < kPacketLanes && p.pixels.y[end] == p.pixels.y[first] &&
+             p.pixels.x[end] == p.pixels.x[end - 1] + 1);
+    field_->meet_row(view_, p.pixels.x[first], p.pixels.y[first], end - first,
+                     spans.data() + first);
   }
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     if (!(p.starts.end[lane] > p.starts.begin[lane])) continue;

@@ -26,6 +26,8 @@ spec::Interval<double> between_surfaces(const std::vector<spec::Hit<double>>& hi
 /// A packet of rays and what they meet besides the volume.
 struct CpuPacket {
   RayPacket rays;
+  PacketPixels pixels;
+  VisibleSpan spans[kPacketLanes];
   RayStarts starts;
   std::vector<spec::Hit<double>> hits[kPacketLanes];
   std::size_t most_hits;
@@ -59,23 +61,29 @@ class CpuRays {
   [[nodiscard]] bool solids(int x0, int y0, int size) const {
     return !surfaces_.empty() && bounds_.reach(view_, x0, y0, size);
   }
-  /// The packet of pixels from (x0, y0) on. choice: null where nothing cuts.
+  /// Some ray of a square of pixels may meet a surface other than the ultrasound picture.
+  [[nodiscard]] bool shapes(int x0, int y0, int size) const {
+    return !surfaces_.empty() && bounds_.reach_shapes(view_, x0, y0, size);
+  }
+  /// The packet of the block of pixels from (x0, y0) on. choice: null where nothing cuts.
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
     start(x0, y0, solids, choice, {}, p);
   }
   /// The same; the rays keep only the cells of which a part may lie in the span.
   void start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
              CpuPacket& p) const;
+  /// The packet of p.pixels with p.spans.
+  void start(bool solids, const CutChoice* choice, CpuPacket& p) const;
   /// Leaves of every lane the stretch between its surfaces segment - 1 and segment.
   void set_segment(std::size_t segment, CpuPacket& p) const;
   /// Leaves of every lane what lies of a stretch in the volume; false: nothing of any.
   bool set_stretches(const LaneStretches& stretches, CpuPacket& p) const;
 
  private:
-  void keep_span(const VisibleSpan& span, CpuPacket& p) const;
-  void meet_surfaces(int x0, int y0, CpuPacket& p) const;
-  void cut(int x0, int y0, const CutChoice& choice, CpuPacket& p) const;
-  void cut_by_field(int x0, int y0, CpuPacket& p) const;
+  void keep_spans(CpuPacket& p) const;
+  void meet_surfaces(CpuPacket& p) const;
+  void cut(const CutChoice& choice, CpuPacket& p) const;
+  void cut_by_field(CpuPacket& p) const;
   bool set_lane(double begin_mm, double end_mm, int lane, CpuPacket& p) const;
   void cut_lane(double t1_mm, double t2_mm, int lane, CpuPacket& p) const;
 

@@ -3,6 +3,8 @@
 #include "render/cpu_surface_bounds.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 namespace nav::render {
 
@@ -18,36 +20,56 @@ SurfaceBounds::SurfaceBounds(const Scene& scene) : origin_(scene.ct->grid().orig
         corners.push_back((scene.plane->ct_from_image * image).mm);
       }
     }
-    add(corners, 0);
+    Eigen::Vector3d centre(0, 0, 0);
+    for (const Eigen::Vector3d& p : corners) centre += p / static_cast<double>(corners.size());
+    double reach = 0;
+    for (const Eigen::Vector3d& p : corners) reach = std::max(reach, (p - centre).norm());
+    add(centre, centre, reach);
+    first_shape_ = 1;
   }
   if (scene.needle && scene.needle->safety.state != SafetyState::kLost) {
-    add({scene.needle->tip_ct.mm, scene.needle->hub_ct.mm}, scene.needle->radius_mm);
+    add(scene.needle->tip_ct.mm, scene.needle->hub_ct.mm, scene.needle->radius_mm);
   }
-  for (const SphereShape& s : scene.spheres) add({s.centre_ct.mm}, s.radius_mm);
-  for (const LineShape& l : scene.lines) add({l.from_ct.mm, l.to_ct.mm}, l.radius_mm);
+  for (const SphereShape& s : scene.spheres) add(s.centre_ct.mm, s.centre_ct.mm, s.radius_mm);
+  for (const LineShape& l : scene.lines) add(l.from_ct.mm, l.to_ct.mm, l.radius_mm);
 }
 
-void SurfaceBounds::add(const std::vector<Eigen::Vector3d>& points_ct, double radius_mm) {
-  Eigen::Vector3d centre(0, 0, 0);
-  for (const Eigen::Vector3d& p : points_ct) centre += p / static_cast<double>(points_ct.size());
-  double reach = 0;
-  for (const Eigen::Vector3d& p : points_ct) reach = std::max(reach, (p - centre).norm());
+void SurfaceBounds::add(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct,
+                        double radius_mm) {
   constexpr double kSlackMm = 1e-3;  // Rounding of positions far away.
-  balls_.push_back({centre - origin_, (reach + radius_mm) * 1.0001 + kSlackMm});
+  capsules_.push_back({from_ct - origin_, to_ct - origin_, radius_mm * 1.0001 + kSlackMm});
 }
 
 bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size) const {
+  return reach(view, x0, y0, size, 0);
+}
+
+bool SurfaceBounds::reach_shapes(const spec::View<double>& view, int x0, int y0, int size) const {
+  return reach(view, x0, y0, size, first_shape_);
+}
+
+bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size,
+                          std::size_t first) const {
   const auto middle = spec::ray_of(view, x0 + size / 2, y0 + size / 2);
   // The farthest pixel centre from that of the ray is the first corner.
   const auto corner = spec::ray_of(view, x0, y0);
   const double spread = 1.01 * (corner.direction - middle.direction).norm();
   const double shift = 1.01 * (corner.origin - middle.origin).norm();
-  return std::any_of(balls_.begin(), balls_.end(), [&](const Ball& ball) {
-    const Eigen::Vector3d to = ball.centre - middle.origin;
-    const Eigen::Vector3d across = to - to.dot(middle.direction) * middle.direction;
+  const auto aside = [&](const Eigen::Vector3d& point) {
+    const Eigen::Vector3d to = point - middle.origin;
+    return Eigen::Vector3d(to - to.dot(middle.direction) * middle.direction);
+  };
+  const auto begin = capsules_.begin() + static_cast<std::ptrdiff_t>(first);
+  return std::any_of(begin, capsules_.end(), [&](const Capsule& capsule) {
+    const Eigen::Vector3d from = aside(capsule.from);
+    const Eigen::Vector3d along = aside(capsule.to) - from;
+    const double length = along.squaredNorm();
+    const double nearest = length > 0 ? std::clamp(-from.dot(along) / length, 0.0, 1.0) : 0.0;
+    const double farthest =
+        std::max((capsule.from - middle.origin).norm(), (capsule.to - middle.origin).norm());
     // A point q on another ray is at most |q| sin(angle) from this one; 2 bounds wide angles.
-    const double turn = 2 * spread * (to.norm() + ball.radius);
-    return across.norm() <= ball.radius + turn + shift;
+    const double turn = 2 * spread * (farthest + capsule.radius);
+    return (from + nearest * along).norm() <= capsule.radius + turn + shift;
   });
 }
 

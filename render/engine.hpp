@@ -16,6 +16,7 @@ namespace nav::render {
 /// What a picture cost. Zero where a scene did not need it.
 struct RenderStatistics {
   std::uint64_t rays = 0;              ///< Cast anew; pixels that could stay are not counted.
+  std::uint64_t pixels_without_ray = 0;  ///< Means of their neighbours: sparse_rays.hpp.
   std::uint64_t volume_samples = 0;    ///< Interpolated CT values.
   std::uint64_t gradient_samples = 0;  ///< Shaded samples.
   std::uint64_t window_gradients = 0;  ///< Gradients that gradient windows asked for.

@@ -151,6 +151,9 @@ struct Quality {
   /// > 0, at most 1: cells of a brick that together add no more error than this to a channel are
   /// taken as one, see adaptive_step.hpp; 0: never.
   double adaptive_error = 0;
+  /// > 0, at most 1: a pixel takes the mean of rays around it where those differ by no more than
+  /// this in any channel, see sparse_rays.hpp; 0: every pixel has its ray. Not the reference.
+  double pixel_error = 0;
 };
 
 /// A 3D ultrasound volume inside the CT, drawn by predicates: ray_spec.hpp, "Two volumes".

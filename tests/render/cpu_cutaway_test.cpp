@@ -80,11 +80,16 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
         const int y = y0 + packet / 2 * kPacketHeight;
         CutRays rays{};
         double feet[kPacketLanes];
-        marches.aim(aim, eye, x, y, rays, feet);
+        PacketPixels pixels{};
+        for (int lane = 0; lane < kPacketLanes; ++lane) {
+          pixels.x[lane] = x + lane % kPacketWidth;
+          pixels.y[lane] = y + lane / kPacketWidth;
+        }
+        marches.aim(aim, eye, pixels, rays, feet);
         marches.meet(plan.objects(), block.choice(), rays);
         for (int lane = 0; lane < kPacketLanes; ++lane) {
-          const auto span = spec::meet_cutaway(
-              objects, spec::ray_of(view, x + lane % kPacketWidth, y + lane / kPacketWidth));
+          const auto span =
+              spec::meet_cutaway(objects, spec::ray_of(view, pixels.x[lane], pixels.y[lane]));
           EXPECT_LE(span.t2 - feet[lane], most);
           worst = std::max({worst, std::abs(feet[lane] + rays.t1[lane] - span.t1),
                             std::abs(feet[lane] + rays.t2[lane] - span.t2)});

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "render/cpu_picture.hpp"
+#include "render/sparse_rays.hpp"
+
+namespace nav::render {
+
+/// The pixels of a picture that have a ray whatever it shows, and in which order the others are
+/// decided: sparse_rays.hpp. Pass 0 casts the lattice, each later one halves its squares.
+struct PixelLattice {
+  int stride;
+  int last_x;  ///< Last column and row of the lattice; beyond them every pixel has a ray.
+  int last_y;
+
+  PixelLattice(int width, int height, int pixels_between)
+      : stride(pixels_between),
+        last_x((width - 1) / pixels_between * pixels_between),
+        last_y((height - 1) / pixels_between * pixels_between) {}
+
+  [[nodiscard]] int passes() const { return stride == 2 ? 2 : 3; }
+  /// Of the squares that a pass > 0 halves, pixels.
+  [[nodiscard]] int side(int pass) const { return stride >> (pass - 1); }
+  [[nodiscard]] bool beyond(int x, int y) const { return x > last_x || y > last_y; }
+};
+
+/// The squares that touch a tile of a picture, and the means between their corners.
+class LatticeSquares {
+ public:
+  static constexpr int kTile = 32;  ///< Pixels.
+
+  /// The picture must outlive it.
+  LatticeSquares(CpuPicture& picture, const PixelLattice& lattice, float error)
+      : picture_(picture), lattice_(lattice), error_(error) {}
+
+  /// Looks which squares of that side are even about the tile from (x0, y0) on. Their corners must
+  /// have been drawn.
+  void find(int x0, int y0, int side);
+  /// Whether a pixel in the middle of a square or of an edge may take a mean.
+  [[nodiscard]] bool even_around(int x, int y) const;
+  /// Gives it the mean.
+  void fill(int x, int y) const;
+
+ private:
+  static constexpr int kMost = kTile / 2 + 1;  ///< Squares in a row.
+
+  [[nodiscard]] bool find_one(int x, int y) const;
+  [[nodiscard]] bool at(int column, int row) const {
+    return even_[static_cast<std::size_t>(row * kMost + column)];
+  }
+
+  CpuPicture& picture_;
+  PixelLattice lattice_;
+  float error_;
+  int side_ = 2;   ///< 2 or 4.
+  int shift_ = 1;  ///< Its logarithm.
+  int x0_ = 0;     ///< Upper left corner of the first square.
+  int y0_ = 0;
+  std::array<bool, static_cast<std::size_t>(kMost) * kMost> even_{};
+};
+
+}  // namespace nav::render

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// Fewer rays than pixels, for the CPU and the OpenGL engine (after Levoy 1990, adaptive
+/// refinement). With quality.pixel_error > 0 rays are cast first for the pixels of a lattice: every
+/// stride-th column and row from the upper left on, and all beyond its last column and row. Then
+/// the squares between four neighbours of the lattice are divided in four, until they are pixels.
+///
+/// The rule. The middle of a square and the middles of its edges take the mean of the four or two
+/// corners around them if every square that they belong to is *even*: its corners differ by no more
+/// than error in any channel of what lies around the ultrasound picture and in the weight of that,
+/// and either all or none of them show it. Otherwise they have rays of their own, and so has every
+/// pixel that a needle, sphere or line may reach. Means are of what was there before the ultrasound
+/// picture was put in, so that its pixels are shown as sharply as ever.
+///
+/// Nothing bounds the error of a mean: what lies between the rays of a lattice is not seen by it.
+/// So the lattice is never wider than two voxels in the middle of the volume, the narrowest
+/// structure that a CT can show (its sampling theorem), and stillness asks for 0.
+struct SparseRays {
+  int stride;   ///< Pixels between the rays of the lattice: 2 or 4.
+  float error;  ///< quality.pixel_error.
+};
+
+/// How a scene's rays are spared; none: every pixel has its ray. Pictures by predicates, whose
+/// speckle hides nothing between rays, and jittered ones, whose rays differ by intent, have all.
+std::optional<SparseRays> sparse_rays(const Scene& scene);
+
+}  // namespace nav::render
