@@ -16,8 +16,8 @@ struct BenchRenderOptions {
   std::string scene;         ///< Only scenes whose name contains it; empty: all.
   bool quick = false;        ///< A few scenes, small pictures: about two minutes on two cores.
   bool costs = false;        ///< Also the cost of every element of a picture.
-  int width = 800;           ///< Of the timed pictures, pixels, [16, 8192].
-  int height = 600;          ///< Of the timed pictures, pixels, [16, 8192].
+  int width = 832;           ///< Of the timed pictures, pixels, an odd multiple of 64.
+  int height = 624;          ///< The same multiple of 48.
   std::optional<std::string> json;
 };
 

@@ -75,6 +75,12 @@ Json ratios_of(const BenchRenderReport& report) {
   json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
   json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
   json["gl_vs_vtk_gpu"] = summary(comparison, "gl_vs_vtk_gpu", {});
+  json["cpu_vs_vtk_gpu_any_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu_any", false);
+  json["cpu_vs_vtk_gpu_any_shaded"] = summary(comparison, "cpu_vs_vtk_gpu_any", true);
+  json["gl_vs_vtk_gpu_any"] = summary(comparison, "gl_vs_vtk_gpu_any", {});
+  json["cpu_dense_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_dense_vs_vtk_gpu", false);
+  json["cpu_dense_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_dense_vs_vtk_gpu", true);
+  json["gl_dense_vs_vtk_gpu"] = summary(comparison, "gl_dense_vs_vtk_gpu", {});
   json["cpu_vs_vtk_fixedpoint"] = fixed_point_summary(comparison);
   json["samples_skip_off_over_on"] = skip_summary(report);
   json["cutaway_plane_fraction"] = {{"fraction", json_number(cutaway.own_fraction())},
@@ -113,7 +119,10 @@ Json json_of(const bench::Interaction& one) {
   return {{"scene", one.scene},
           {"side", one.side},
           {"step", one.step},
+          {"pixel_error", one.pixel_error},
           {"rms", one.rms},
+          {"dense_step", one.dense_step},
+          {"dense_fps", 1e3 / one.dense_wall_ms},
           {"cpu_ms", one.cpu_ms},
           {"wall_ms", one.wall_ms},
           {"fps", 1e3 / one.wall_ms},
@@ -179,6 +188,7 @@ void add_comparison(const bench::RenderBenchReport& report, Json& json) {
     json["results"].push_back({{"scene", row.scene},
                                {"engine", row.engine},
                                {"step", row.step},
+                               {"pixel_error", row.pixel_error},
                                {"cpu_s", row.cpu_s},
                                {"wall_s", row.wall_s},
                                {"rms", row.rms},
@@ -255,10 +265,10 @@ std::string live_text(const BenchRenderReport& report) {
         << " ms to classify anew, " << report.edit->frame_ms << " ms process for the next frame.\n";
   }
   for (const auto& one : report.interaction) {
-    out << one.scene << " at " << one.side << "^3, step " << one.step << ", rms "
-        << std::setprecision(4) << one.rms << std::setprecision(1) << ": " << 1e3 / one.wall_ms
-        << " fps (" << one.cpu_ms << " process ms), half size " << 1e3 / one.half_wall_ms
-        << " fps.\n";
+    out << one.scene << " at " << one.side << "^3, step " << one.step << ", pixel error "
+        << one.pixel_error << ", rms " << std::setprecision(4) << one.rms << std::setprecision(1)
+        << ": " << 1e3 / one.wall_ms << " fps (" << one.cpu_ms << " process ms), half size "
+        << 1e3 / one.half_wall_ms << " fps.\n";
   }
   return out.str();
 }

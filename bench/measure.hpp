@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <functional>
+#include <utility>
 #include <vector>
 
+#include "nav/check.hpp"
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 
@@ -19,6 +21,18 @@ std::size_t resident_bytes();
 double median(std::vector<double> values);
 /// Root mean square over the colours of two pictures of one size.
 double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b);
+
+/// The pixels in the middle of parts of factor × factor of a picture. factor: odd, so that they are
+/// those of a picture of so many fewer pixels.
+template <class T>
+Image2d<T> middles(const Image2d<T>& picture, int factor) {
+  NAV_CHECK(factor > 0 && factor % 2 == 1, factor);
+  std::vector<T> pixels;
+  for (int y = factor / 2; y < picture.height(); y += factor) {
+    for (int x = factor / 2; x < picture.width(); x += factor) pixels.push_back(picture.at(x, y));
+  }
+  return {picture.width() / factor, picture.height() / factor, std::move(pixels)};
+}
 
 /// What one run took.
 struct Taken {

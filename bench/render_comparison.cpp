@@ -39,8 +39,10 @@ Picture colours(const Image2d<Rgba8>& image) {
 struct Contestant {
   std::string name;
   bool ours;
-  std::function<Result<void>(const render::Scene&)> draw;        ///< What is timed.
-  std::function<Result<Picture>(const render::Scene&)> picture;  ///< What is compared, 8 bits.
+  bool by_rays;  ///< No pixel depends on others: a small picture shows the error as a large one.
+  std::function<Result<void>(const render::Scene&)> draw;  ///< What is timed.
+  /// What is compared, 8 bits: middles() of a picture.
+  std::function<Result<Picture>(const render::Scene&, int factor)> picture;
 };
 
 Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
@@ -48,12 +50,12 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (auto image = engine->render(scene); !image) return image.error();
     return {};
   };
-  const auto picture = [engine](const render::Scene& scene) -> Result<Picture> {
+  const auto picture = [engine](const render::Scene& scene, int factor) -> Result<Picture> {
     auto image = engine->render(scene);
     if (!image) return image.error();
-    return colours(render::to_8bit(image->pixels));
+    return colours(middles(render::to_8bit(image->pixels), factor));
   };
-  return {engine->name(), true, draw, picture};
+  return {engine->name(), true, false, draw, picture};
 }
 
 Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline) {
@@ -61,10 +63,10 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
     baseline->render(scene);
     return {};
   };
-  const auto picture = [baseline](const render::Scene& scene) {
-    return Result<Picture>(colours(baseline->render_unsmoothed(scene)));
+  const auto picture = [baseline](const render::Scene& scene, int factor) {
+    return Result<Picture>(colours(middles(baseline->render_unsmoothed(scene), factor)));
   };
-  return {to_string(mapper), false, draw, picture};
+  return {to_string(mapper), false, mapper != VtkBaseline::Mapper::kGpuHalf, draw, picture};
 }
 
 /// Root mean square and greatest difference over pixels and channels.
@@ -79,6 +81,11 @@ std::pair<double, double> difference(const Picture& found, const Picture& truth)
   return {std::sqrt(sum / (3.0 * static_cast<double>(truth.size()))), max};
 }
 
+render::Scene at_step(render::Scene scene, double step) {
+  scene.quality.step_voxels = step;
+  return scene;
+}
+
 Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   const auto refused = [&](const std::string& text) {
     return Error{ErrorCode::kUsage, "scene " + named.name + ": " + text};
@@ -86,6 +93,14 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   const render::Scene& scene = named.scene;
   if (scene.plane || scene.needle || !scene.spheres.empty() || !scene.lines.empty()) {
     return refused("expected CT alone, which VTK's mappers can draw, found a plane or shapes");
+  }
+  const int factor = scene.width / options.reference_width;
+  if (factor % 2 == 0 || scene.width != factor * options.reference_width ||
+      scene.height != factor * options.reference_height) {
+    return refused("expected a picture of an odd multiple of " +
+                   std::to_string(options.reference_width) + " x " +
+                   std::to_string(options.reference_height) + " pixels, found " +
+                   std::to_string(scene.width) + " x " + std::to_string(scene.height));
   }
   if (options.repeats.times < 1) {
     return refused("expected at least 1 timed frame, found " +
@@ -116,20 +131,29 @@ class Comparison {
   RenderBenchReport finish();
 
  private:
+  /// Whose points make a curve.
+  struct Curve {
+    std::vector<std::string> engines;
+    bool sparse;  ///< With quality.pixel_error too.
+  };
+
   Result<Picture> truth_of(const render::Scene& scene, double step) const;
   Result<std::vector<Contestant>> theirs(const render::Scene& scene);
-  Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all, double step,
-                        const Picture& truth, const std::vector<Picture>& own_truths);
-  void add_ratio(const NamedScene& named, const std::string& name, const std::string& ours,
-                 const std::string& theirs);
-  [[nodiscard]] ErrorCurve curve_of(const std::string& scene, const std::string& engine) const;
-  [[nodiscard]] render::Scene small(const render::Scene& scene, double step) const {
+  Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,
+                        const SparsePoint& quality, const Picture& truth,
+                        const std::vector<Picture>& own_truths);
+  void add_ratios(const NamedScene& named);
+  void add_ratio(const NamedScene& named, const std::string& name, const Curve& ours,
+                 const Curve& theirs);
+  [[nodiscard]] ErrorCurve curve_of(const std::string& scene, const Curve& curve) const;
+  [[nodiscard]] render::Scene small(const render::Scene& scene) const {
     render::Scene out = scene;
     out.width = options_.reference_width;
     out.height = options_.reference_height;
-    out.quality.step_voxels = step;
     return out;
   }
+  /// What a contestant shows of a scene where the reference's pixels are.
+  [[nodiscard]] Result<Picture> seen(const Contestant& who, const render::Scene& scene) const;
 
   const RenderBenchOptions& options_;
   Diagnostics& diagnostics_;
@@ -138,17 +162,23 @@ class Comparison {
 };
 
 Result<Picture> Comparison::truth_of(const render::Scene& scene, double step) const {
-  auto image = render::make_reference_engine()->render(small(scene, step));
+  auto image = render::make_reference_engine()->render(at_step(small(scene), step));
   if (!image) return image.error();
   return colours(image->pixels);
+}
+
+Result<Picture> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
+  if (who.by_rays) return who.picture(small(scene), 1);
+  return who.picture(scene, scene.width / options_.reference_width);
 }
 
 Result<std::vector<Contestant>> Comparison::theirs(const render::Scene& scene) {
   std::vector<Contestant> all;
   for (const auto& [wanted, mapper] :
        {std::pair{options_.vtk_gpu, VtkBaseline::Mapper::kGpu},
+        std::pair{options_.vtk_gpu_half, VtkBaseline::Mapper::kGpuHalf},
         std::pair{options_.vtk_fixed_point, VtkBaseline::Mapper::kFixedPoint}}) {
-    if (!wanted) continue;
+    if (!wanted || (mapper == VtkBaseline::Mapper::kGpuHalf && !options_.vtk_gpu)) continue;
     auto baseline = VtkBaseline::create(mapper, scene);
     if (!baseline) return baseline.error();
     all.push_back(contestant(mapper, std::shared_ptr<VtkBaseline>(std::move(baseline).value())));
@@ -175,36 +205,56 @@ Result<void> Comparison::run(const NamedScene& named) {
     first.quality.step_voxels = options_.step_voxels.front();
     if (auto warm = all[i].draw(first); !warm) return warm;
     if (all[i].ours) continue;
-    auto own = all[i].picture(small(named.scene, options_.reference_step));
+    if (!all[i].by_rays) {  // The same mapper with all rays came just before.
+      own_truths[i] = own_truths[i - 1];
+      continue;
+    }
+    auto own = all[i].picture(at_step(small(named.scene), options_.reference_step), 1);
     if (!own) return own.error();
     own_truths[i] = std::move(*own);
   }
   for (const double step : options_.step_voxels) {
-    if (auto ok = run_step(named, all, step, *truth, own_truths); !ok) return ok;
+    if (auto ok = run_step(named, all, {step, 0}, *truth, own_truths); !ok) return ok;
   }
-  for (const double step : options_.own_step_voxels) {
-    if (auto ok = run_step(named, ours_, step, *truth, own_truths); !ok) return ok;
+  std::vector<SparsePoint> own = options_.own_sparse;
+  for (const double step : options_.own_step_voxels) own.push_back({step, 0});
+  for (const SparsePoint& quality : own) {
+    if (auto ok = run_step(named, ours_, quality, *truth, own_truths); !ok) return ok;
   }
-  if (options_.vtk_gpu) add_ratio(named, "cpu_vs_vtk_gpu", "cpu", "vtk-gpu");
-  if (options_.vtk_gpu && options_.gl) add_ratio(named, "gl_vs_vtk_gpu", "gl", "vtk-gpu");
-  if (options_.vtk_fixed_point) {
-    add_ratio(named, "cpu_vs_vtk_fixedpoint", "cpu", "vtk-fixedpoint");
-  }
+  add_ratios(named);
   return {};
 }
 
+void Comparison::add_ratios(const NamedScene& named) {
+  const Curve vtk{{"vtk-gpu"}, false};
+  for (const Contestant& who : ours_) {
+    const Curve all{{who.name}, true};
+    if (options_.vtk_gpu) {
+      add_ratio(named, who.name + "_vs_vtk_gpu", all, vtk);
+      add_ratio(named, who.name + "_dense_vs_vtk_gpu", {{who.name}, false}, vtk);
+    }
+    if (options_.vtk_gpu && options_.vtk_gpu_half) {
+      add_ratio(named, who.name + "_vs_vtk_gpu_any", all, {{"vtk-gpu", "vtk-gpu-half"}, false});
+    }
+  }
+  if (options_.vtk_fixed_point) {
+    add_ratio(named, "cpu_vs_vtk_fixedpoint", {{"cpu"}, true}, {{"vtk-fixedpoint"}, false});
+  }
+}
+
 Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Contestant>& all,
-                                  double step, const Picture& truth,
+                                  const SparsePoint& quality, const Picture& truth,
                                   const std::vector<Picture>& own_truths) {
-  render::Scene scene = named.scene;
-  scene.quality.step_voxels = step;
+  render::Scene scene = at_step(named.scene, quality.step_voxels);
+  scene.quality.pixel_error = quality.pixel_error;
   std::vector<RenderBenchRow> rows;
   std::vector<Task> tasks;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Contestant& who = all[i];
-    const auto found = who.picture(small(named.scene, step));
+    const auto found = seen(who, scene);
     if (!found) return found.error();
-    RenderBenchRow row{named.name, who.name, step, 0, 0, 0, 0, kNone};
+    RenderBenchRow row{named.name, who.name, quality.step_voxels, quality.pixel_error, 0, 0, 0,
+                       0,          kNone};
     std::tie(row.rms, row.max) = difference(*found, truth);
     if (!who.ours) row.rms_own = difference(*found, own_truths[i]).first;
     rows.push_back(std::move(row));
@@ -221,16 +271,19 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
   return {};
 }
 
-ErrorCurve Comparison::curve_of(const std::string& scene, const std::string& engine) const {
+ErrorCurve Comparison::curve_of(const std::string& scene, const Curve& curve) const {
   std::vector<CurvePoint> points;
   for (const RenderBenchRow& row : report_.rows) {
-    if (row.scene == scene && row.engine == engine) points.push_back({row.error(), row.cpu_s});
+    const bool wanted =
+        std::find(curve.engines.begin(), curve.engines.end(), row.engine) != curve.engines.end();
+    if (row.scene != scene || !wanted || (row.pixel_error > 0 && !curve.sparse)) continue;
+    points.push_back({row.error(), row.cpu_s});
   }
   return ErrorCurve(std::move(points));
 }
 
-void Comparison::add_ratio(const NamedScene& named, const std::string& name,
-                           const std::string& ours, const std::string& theirs) {
+void Comparison::add_ratio(const NamedScene& named, const std::string& name, const Curve& ours,
+                           const Curve& theirs) {
   const ErrorCurve our = curve_of(named.name, ours);
   const ErrorCurve their = curve_of(named.name, theirs);
   const double cheapest_s = their.front().empty() ? kNone : their.front().front().cpu_s;
@@ -259,7 +312,8 @@ Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scene
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, double step) {
   for (const RenderBenchRow& row : report.rows) {
-    if (row.scene == scene && row.engine == engine && row.step == step) return &row;
+    const bool dense = row.pixel_error == 0;
+    if (row.scene == scene && row.engine == engine && row.step == step && dense) return &row;
   }
   return nullptr;
 }
@@ -268,22 +322,24 @@ std::string to_text(const RenderBenchReport& report) {
   std::ostringstream out;
   out << "OpenGL device: " << report.gl_device << '\n'
       << "Same camera, step, transfer function and shading flags; CT alone. VTK: no automatic\n"
-         "sampling distance, no jitter, one ray per pixel. All stop a ray at an opacity of about\n"
+         "sampling distance, no jitter; one ray per pixel, or with -half a quarter of them. All "
+         "stop a ray at an opacity of about\n"
          "1 - 1/255. rms, max: 8-bit colours of "
       << report.reference_width << " x " << report.reference_height
-      << " pixels against the double-precision reference at 1/"
+      << " of the picture's pixels against the double-precision reference at 1/"
       << std::lround(1 / report.reference_step)
       << " voxel;\nown: VTK against itself at that step, which forgives it its other lights. Equal "
          "error: along\nthe curves of time over error, VTK's with the smaller of rms and own.\n\n"
       << std::fixed << std::left << std::setw(50) << "scene" << std::setw(16) << "engine"
-      << std::right << std::setw(7) << "step" << std::setw(10) << "cpu ms" << std::setw(10)
-      << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max" << std::setw(10) << "own"
-      << '\n';
+      << std::right << std::setw(7) << "step" << std::setw(7) << "pixel" << std::setw(10)
+      << "cpu ms" << std::setw(10) << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max"
+      << std::setw(10) << "own" << '\n';
   for (const RenderBenchRow& row : report.rows) {
     out << std::left << std::setw(50) << row.scene << std::setw(16) << row.engine << std::right
-        << std::setprecision(3) << std::setw(7) << row.step << std::setprecision(1) << std::setw(10)
-        << 1e3 * row.cpu_s << std::setw(10) << 1e3 * row.wall_s << std::setprecision(5)
-        << std::setw(10) << row.rms << std::setprecision(3) << std::setw(8) << row.max;
+        << std::setprecision(3) << std::setw(7) << row.step << std::setprecision(2) << std::setw(7)
+        << row.pixel_error << std::setprecision(1) << std::setw(10) << 1e3 * row.cpu_s
+        << std::setw(10) << 1e3 * row.wall_s << std::setprecision(5) << std::setw(10) << row.rms
+        << std::setprecision(3) << std::setw(8) << row.max;
     if (std::isfinite(row.rms_own)) out << std::setprecision(5) << std::setw(10) << row.rms_own;
     out << '\n';
   }

@@ -13,30 +13,44 @@
 
 namespace nav::bench {
 
+/// A quality with fewer rays than pixels.
+struct SparsePoint {
+  double step_voxels;
+  double pixel_error;
+};
+
 /// How the comparison is run.
 struct RenderBenchOptions {
   std::vector<double> step_voxels{2, 1, 0.5, 0.25};  ///< Of the smallest spacing; every engine.
   /// Sonde's engines alone, so that their curves span the errors of VTK's.
   std::vector<double> own_step_voxels{4, 0.125};
+  /// And with fewer rays: quality.pixel_error.
+  std::vector<SparsePoint> own_sparse{{1, 0.3},     {1, 0.15},    {1, 0.08},
+                                      {0.5, 0.15},  {0.5, 0.08},  {0.5, 0.04},
+                                      {0.25, 0.08}, {0.25, 0.04}, {0.25, 0.02}};
   /// Errors at which curves are compared besides VTK's own points, rms.
   std::vector<double> levels{2e-2, 1e-2, 5e-3, 2e-3};
-  Repeats repeats;           ///< Of timed frames, engines in turn.
-  int reference_width = 64;  ///< Size of the picture whose error is measured, pixels.
+  Repeats repeats;  ///< Of timed frames, engines in turn.
+  /// Size of the reference's picture, pixels. Those of the scenes are an odd multiple, so that the
+  /// middles of its pixels are middles of theirs, where their error is measured.
+  int reference_width = 64;
   int reference_height = 48;
   double reference_step = 1.0 / 16;  ///< Of the double-precision reference, voxels.
   bool gl = true;                    ///< Sonde's OpenGL engine.
   bool vtk_gpu = true;               ///< vtkOpenGLGPUVolumeRayCastMapper.
+  bool vtk_gpu_half = true;          ///< And with a ray for every second column and row.
   bool vtk_fixed_point = true;       ///< vtkFixedPointVolumeRayCastMapper.
 };
 
 /// One engine on one scene at one step.
 struct RenderBenchRow {
   std::string scene;
-  std::string engine;  ///< "cpu", "gl", "vtk-gpu", "vtk-fixedpoint".
-  double step = 0;     ///< Voxels.
-  double cpu_s = 0;    ///< Process time per frame, user and system, all threads; median.
-  double wall_s = 0;   ///< Median.
-  double rms = 0;      ///< Of 8-bit colour against the reference, all pixels and channels.
+  std::string engine;      ///< "cpu", "gl", "vtk-gpu", "vtk-gpu-half", "vtk-fixedpoint".
+  double step = 0;         ///< Voxels.
+  double pixel_error = 0;  ///< Sonde's engines: quality.pixel_error.
+  double cpu_s = 0;        ///< Process time per frame, user and system, all threads; median.
+  double wall_s = 0;       ///< Median.
+  double rms = 0;          ///< Of 8-bit colour against the reference, all pixels and channels.
   double max = 0;
   /// VTK: the same against its own picture at the reference's step, free of differences between
   /// the models (its lights, its gradients); NaN for Sonde's engines.
@@ -48,7 +62,11 @@ struct RenderBenchRow {
 /// Sonde's engine against VTK's mapper in one scene, along their curves.
 struct RenderBenchRatio {
   std::string scene;
-  std::string name;  ///< "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint".
+  /// "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint": VTK with a ray for every pixel.
+  /// "cpu_vs_vtk_gpu_any", "gl_vs_vtk_gpu_any": VTK's mapper also with half of the rays each way,
+  /// whichever is faster. "cpu_dense_vs_vtk_gpu", "gl_dense_vs_vtk_gpu": a ray for every pixel on
+  /// both sides.
+  std::string name;
   bool shaded = false;
   std::vector<ErrorLevelRatio> levels;
   /// Sonde's time to an rms of 5e-3 over the time of VTK's cheapest picture; NaN: not reached.
@@ -79,7 +97,7 @@ Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scene
                                             Diagnostics& diagnostics,
                                             const std::function<void(std::size_t)>& progress = {});
 
-/// The first row of an engine in a scene at a step; null when there is none.
+/// The row of an engine in a scene at a step with a ray for every pixel; null when there is none.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, double step);
 

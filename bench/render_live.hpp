@@ -67,13 +67,16 @@ struct EditCost {
 };
 Result<EditCost> measure_edit(const render::Scene& scene, int edits);
 
-/// The camera moves: frames of 800 x 600 at the coarsest step that keeps rms <= 1e-2, and of half
-/// that size at the same step.
+/// The camera moves: frames of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
+/// and of half that size at the same quality.
 struct Interaction {
   std::string scene;
   int side = 0;
-  double step = 0;  ///< Voxels; the finest candidate when none keeps to 1e-2.
-  double rms = 0;   ///< Against the reference, unlike the comparison not rounded to 8 bits.
+  double step = 0;         ///< Voxels; the finest candidate when none keeps to 1e-2.
+  double pixel_error = 0;  ///< Of the quality.
+  double rms = 0;          ///< Against the reference, unlike the comparison not rounded to 8 bits.
+  double dense_step = 0;   ///< The coarsest with a ray for every pixel.
+  double dense_wall_ms = 0;
   double cpu_ms = 0;
   double wall_ms = 0;
   double half_cpu_ms = 0;

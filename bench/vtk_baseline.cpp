@@ -23,12 +23,12 @@
 namespace nav::bench {
 namespace {
 
-vtkSmartPointer<vtkOpenGLGPUVolumeRayCastMapper> gpu_mapper() {
+vtkSmartPointer<vtkOpenGLGPUVolumeRayCastMapper> gpu_mapper(float image_sample_distance) {
   auto mapper = vtkSmartPointer<vtkOpenGLGPUVolumeRayCastMapper>::New();
   mapper->SetAutoAdjustSampleDistances(0);
   mapper->SetLockSampleDistanceToInputSpacing(0);
   mapper->SetUseJittering(0);
-  mapper->SetImageSampleDistance(1);
+  mapper->SetImageSampleDistance(image_sample_distance);
   mapper->SetBlendModeToComposite();
   return mapper;
 }
@@ -104,8 +104,8 @@ Result<std::unique_ptr<VtkBaseline>> VtkBaseline::create(Mapper mapper,
   const auto property = render::vtk_property(scene.transfer, scene.shading);
   impl->volume->SetProperty(property);
   const auto image = render::vtk_image(*scene.ct);
-  if (mapper == Mapper::kGpu) {
-    impl->gpu = gpu_mapper();
+  if (mapper != Mapper::kFixedPoint) {
+    impl->gpu = gpu_mapper(mapper == Mapper::kGpuHalf ? 2.0F : 1.0F);
     impl->gpu->SetInputData(image);
     vtkGPUVolumeRayCastMapper& checked = *impl->gpu;  // Public only in the base class.
     if (!checked.IsRenderSupported(&impl->window->window(), property)) {
@@ -146,7 +146,15 @@ Image2d<Rgba8> VtkBaseline::render_unsmoothed(const render::Scene& scene) {
 }
 
 std::string to_string(VtkBaseline::Mapper mapper) {
-  return mapper == VtkBaseline::Mapper::kGpu ? "vtk-gpu" : "vtk-fixedpoint";
+  switch (mapper) {
+    case VtkBaseline::Mapper::kGpu:
+      return "vtk-gpu";
+    case VtkBaseline::Mapper::kGpuHalf:
+      return "vtk-gpu-half";
+    case VtkBaseline::Mapper::kFixedPoint:
+      break;
+  }
+  return "vtk-fixedpoint";
 }
 
 }  // namespace nav::bench

@@ -12,10 +12,14 @@
 namespace nav::bench {
 
 /// VTK's volume mappers, set up fairly: no automatic sampling distances, no jitter, one ray per
-/// pixel, the caller's step, camera, transfer function and shading.
+/// pixel unless asked for fewer, the caller's step, camera, transfer function and shading.
 class VtkBaseline {
  public:
-  enum class Mapper { kGpu, kFixedPoint };
+  enum class Mapper {
+    kGpu,
+    kGpuHalf,  ///< A ray for every second column and row, the rest interpolated by VTK.
+    kFixedPoint
+  };
 
   /// kUnavailable without an off-screen OpenGL context, or when the mapper refuses it. The scene's
   /// volume is shared.
@@ -36,7 +40,7 @@ class VtkBaseline {
   std::unique_ptr<Impl> impl_;
 };
 
-/// "vtk-gpu" or "vtk-fixedpoint".
+/// "vtk-gpu", "vtk-gpu-half" or "vtk-fixedpoint".
 std::string to_string(VtkBaseline::Mapper mapper);
 
 }  // namespace nav::bench

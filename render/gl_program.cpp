@@ -90,6 +90,7 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   define(defines, features.skipping, "SKIPPING");
   define(defines, features.adaptive, "ADAPTIVE");
+  define(defines, features.sparse, "SPARSE");
   return defines;
 }
 
@@ -148,7 +149,8 @@ std::string assembled_shader(const std::string& name) {
 
 std::string raycast_fragment_source(const GlFeatures& features) {
   const bool both = features.predicates && features.beside_ct;
-  std::string text = assembled_shader(both                  ? "two_volumes.frag"
+  std::string text = assembled_shader(features.means        ? "sparse_means.frag"
+                                      : both                ? "two_volumes.frag"
                                       : features.predicates ? "predicates.frag"
                                                             : "raycast.frag");
   const std::size_t after_version = text.find('\n', text.find("#version")) + 1;

@@ -44,6 +44,8 @@ struct GlFeatures {
   bool skipping = false;   ///< Leaps over bricks that show nothing.
   bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
+  bool means = false;          ///< sparse_means.frag instead.
+  bool sparse = false;         ///< Fewer rays than pixels.
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.
   bool capsules = false;       ///< Some of them are longer than a sphere.
@@ -52,12 +54,12 @@ struct GlFeatures {
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
   bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
   /// Something can move while the view stays: rays note what they meet.
-  [[nodiscard]] bool signature() const { return plane || solids || cutaway; }
+  [[nodiscard]] bool signature() const { return (plane || solids || cutaway) && !sparse; }
   auto operator<=>(const GlFeatures&) const = default;
 };
 
 /// Text of the fragment shader for a set of features: the #defines, then the file with its blocks:
-/// raycast.frag, predicates.frag or two_volumes.frag.
+/// raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
 std::string raycast_fragment_source(const GlFeatures& features);
 /// Text of a file of shaders/ with its #include lines replaced, each block once; #include again
 /// stands for a block that is there already.

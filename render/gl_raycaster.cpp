@@ -20,24 +20,6 @@ void bind(GlUnit unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
-/// Makes a texture the target of the framebuffer that is bound.
-void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int height) {
-  glBindTexture(GL_TEXTURE_2D, texture.id());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  const bool whole_numbers = format == GL_RG32UI;
-  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, whole_numbers ? GL_RG_INTEGER : GL_RGBA,
-               whole_numbers ? GL_UNSIGNED_INT : GL_FLOAT, nullptr);
-  glBindTexture(GL_TEXTURE_2D, 0);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
-}
-
-Result<void> complete_framebuffer() {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
-  return Error{ErrorCode::kUnavailable,
-               "OpenGL: expected a single-precision colour target, found none"};
-}
-
 void unbind_all() {
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
@@ -131,6 +113,12 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
       !ok) {
     return ok;
   }
+  const auto sparse = sparse_rays(scene);
+  if (sparse) {
+    if (auto ok = lattice_.prepare(width_, height_, layers_, framebuffer_, *sparse); !ok) return ok;
+  } else {
+    lattice_.release();
+  }
   auto program = programs_.get(features);
   if (!program) return program.error();
   (*program)->use();
@@ -138,12 +126,25 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   bind_textures(depth, features.projection != Projection::kComposite);
   if (features.predicates) bind_predicates(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
+  GlProgram* means = nullptr;
+  if (sparse) {
+    const GlFeatures of_means = means_features(features);
+    auto got = programs_.get(of_means);
+    if (!got) return got.error();
+    means = *got;
+    means->use();
+    set_means_uniforms(*means, of_means, scene, textures_, depth);
+  }
   glFinish();
   const auto prepared = Clock::now();
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  glViewport(0, 0, width_, height_);
   write_everything();
-  draw_triangle();
+  if (sparse) {
+    lattice_.draw(**program, *means, [this] { draw_triangle(); });
+  } else {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+    glViewport(0, 0, width_, height_);
+    draw_triangle();
+  }
   glFinish();
   drawn_with_ = std::move(features);
   count_bricks(*drawn_with_);
@@ -316,6 +317,7 @@ std::vector<RgbaF> GlRaycaster::read() const {
 RenderStatistics GlRaycaster::statistics() const {
   RenderStatistics statistics = statistics_;
   if (!cast_) return statistics;
+  const bool sparse = drawn_with_ && drawn_with_->sparse;
   const GlStateGuard guard;
   std::vector<float> cost(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
@@ -326,6 +328,7 @@ RenderStatistics GlRaycaster::statistics() const {
     statistics.gradient_samples += static_cast<std::uint64_t>(cost[i + 1]);
     statistics.faded_cells += static_cast<std::uint64_t>(cost[i + 2]);
     statistics.rays += cost[i + 3] > 0 ? 1 : 0;
+    if (sparse) statistics.pixels_without_ray += cost[i + 3] > 0 ? 0 : 1;
     statistics.cutaway_rays += cost[i + 3] > 1 ? 1 : 0;
   }
   return statistics;
@@ -352,26 +355,26 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers, bo
   glActiveTexture(GL_TEXTURE0 + kTarget);
   glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  attach(front_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
-  attach(cost_, GL_COLOR_ATTACHMENT1, GL_RGBA32F, width, height);
+  gl::attach(front_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  gl::attach(cost_, GL_COLOR_ATTACHMENT1, GL_RGBA32F, width, height);
   if (layers) {
-    attach(behind_, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
-    attach(live_at_, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
+    gl::attach(behind_, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
+    gl::attach(live_at_, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
   }
   if (signatures) {
-    attach(signatures_before_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
-    attach(signatures_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
+    gl::attach(signatures_before_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
+    gl::attach(signatures_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
   }
   const auto with = [](bool used, GLenum attachment) { return used ? attachment : GL_NONE; };
   const std::array<GLenum, 5> all{
       GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, with(layers, GL_COLOR_ATTACHMENT2),
       with(layers, GL_COLOR_ATTACHMENT3), with(signatures, GL_COLOR_ATTACHMENT4)};
   glDrawBuffers(static_cast<GLsizei>(all.size()), all.data());
-  if (auto ok = complete_framebuffer(); !ok || !layers) return ok;
+  if (auto ok = gl::complete_framebuffer(); !ok || !layers) return ok;
   glGenFramebuffers(1, &resolve_framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
-  attach(resolved_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
-  return complete_framebuffer();
+  gl::attach(resolved_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
+  return gl::complete_framebuffer();
 }
 
 void GlRaycaster::release_targets() {
@@ -401,6 +404,7 @@ void GlRaycaster::release() {
   field_.reset();
   field_spans_.release();
   release_targets();
+  lattice_.release();
   programs_.clear();
   resolve_program_.reset();
   composite_program_.reset();

@@ -10,6 +10,7 @@
 #include "nav/result.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
+#include "render/gl_lattice.hpp"
 #include "render/gl_predicates.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
@@ -109,6 +110,7 @@ class GlRaycaster {
   int settled_after_ = kSettledAfter;
   std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
   int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.
+  GlLattice lattice_;                 ///< With fewer rays than pixels.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.

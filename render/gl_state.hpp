@@ -24,6 +24,7 @@ class GlStateGuard {
     glGetIntegerv(GL_BLEND_DST_ALPHA, &blend_[3]);
     glGetBooleanv(GL_COLOR_WRITEMASK, colour_mask_.data());
     glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
+    glGetIntegerv(GL_DEPTH_FUNC, &depth_function_);
     for (std::size_t i = 0; i < kSwitches.size(); ++i) switches_[i] = glIsEnabled(kSwitches[i]);
   }
   ~GlStateGuard() {
@@ -37,6 +38,7 @@ class GlStateGuard {
                         static_cast<GLenum>(blend_[2]), static_cast<GLenum>(blend_[3]));
     glColorMask(colour_mask_[0], colour_mask_[1], colour_mask_[2], colour_mask_[3]);
     glDepthMask(depth_mask_);
+    glDepthFunc(static_cast<GLenum>(depth_function_));
     for (std::size_t i = 0; i < kSwitches.size(); ++i) {
       if (switches_[i]) {
         glEnable(kSwitches[i]);
@@ -52,7 +54,7 @@ class GlStateGuard {
   static constexpr std::array<GLenum, 5> kSwitches{GL_BLEND, GL_DEPTH_TEST, GL_CULL_FACE,
                                                    GL_SCISSOR_TEST, GL_MULTISAMPLE};
   GLint draw_framebuffer_ = 0, read_framebuffer_ = 0, active_texture_ = 0, vertex_array_ = 0;
-  GLint program_ = 0;
+  GLint program_ = 0, depth_function_ = GL_LESS;
   std::array<GLint, 4> viewport_{}, blend_{};
   std::array<GLboolean, 4> colour_mask_{};
   GLboolean depth_mask_ = GL_TRUE;
@@ -65,6 +67,18 @@ inline void write_everything() {
     glDisable(test);
   }
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_FALSE);
+}
+
+/// The pass writes the depth of every pixel; the next one only the pixels that lie behind it.
+inline void write_depth() {
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_ALWAYS);
+  glDepthMask(GL_TRUE);
+}
+inline void keep_nearer() {
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
   glDepthMask(GL_FALSE);
 }
 

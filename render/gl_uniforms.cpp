@@ -8,6 +8,7 @@
 #include "render/adaptive_step.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/ray_spec.hpp"
+#include "render/sparse_rays.hpp"
 #include "render/two_volumes.hpp"
 
 namespace nav::render {
@@ -165,6 +166,24 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
 
+void set_light(GlProgram& program, const Shading& light) {
+  program.set("shade_light",
+              Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
+}
+
+/// Solids, and geometry of others.
+void set_shapes(GlProgram& program, const GlFeatures& features, const GlTextures& textures,
+                const std::optional<SharedDepth>& depth) {
+  if (features.solids) {
+    program.set("solids", kSolids);
+    program.set("solid_count", textures.solid_count());
+  }
+  if (features.shared_depth) {
+    program.set("vtk_depth", kDepth);
+    program.set("depth_rows", depth->rows);
+  }
+}
+
 }  // namespace
 
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
@@ -175,6 +194,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.capsules = has_capsules(scene);
   features.solids = features.capsules || !scene.spheres.empty();
   features.jitter = scene.quality.jitter;
+  features.sparse = sparse_rays(scene).has_value();
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
   // Leaps over cells longer than a brick would not be exact, nor worth it.
@@ -238,9 +258,7 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
   const bool transfer = !features.predicates || features.beside_ct;
   if (transfer) program.set("opaque_at", opaque_at(scene));
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {
-    const Shading& light = scene.shading;
-    program.set("shade_light",
-                Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
+    set_light(program, scene.shading);
   }
   if (features.beside_ct) set_two_volumes(program, scene);
   if (!transfer) {
@@ -255,14 +273,30 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
     }
   }
   if (features.plane) set_plane(program, *spec::make_plane<double>(*scene.plane, grid));
-  if (features.solids) {
-    program.set("solids", kSolids);
-    program.set("solid_count", textures.solid_count());
-  }
-  if (features.shared_depth) {
-    program.set("vtk_depth", kDepth);
-    program.set("depth_rows", depth->rows);
-  }
+  set_shapes(program, features, textures, depth);
+}
+
+GlFeatures means_features(const GlFeatures& features) {
+  GlFeatures means;
+  means.means = means.sparse = true;
+  means.plane = features.plane;
+  means.solids = features.solids;
+  means.capsules = features.capsules;
+  means.shared_depth = features.shared_depth;
+  means.manual_filter = features.manual_filter;
+  return means;
+}
+
+void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
+                        const GlTextures& textures, const std::optional<SharedDepth>& depth) {
+  set_rays(program, scene);
+  if (features.solids) set_light(program, scene.shading);
+  set_shapes(program, features, textures, depth);
+  program.set("coarse_front", kFront);
+  program.set("coarse_spent", kSpent);
+  if (!features.plane) return;
+  program.set("coarse_behind", kBehind);
+  program.set("coarse_live_at", kLiveAt);
 }
 
 }  // namespace nav::render

@@ -36,6 +36,7 @@ enum GlUnit {
   kFront,
   kBehind,
   kSignatures,
+  kSpent = kSignatures,  ///< Rays that are spared have no signatures.
   kLiveAt,
   kFeatures,  ///< And the three after it.
   kUndefined = kFeatures + 4,
@@ -51,6 +52,11 @@ enum GlUnit {
 /// for the scene.
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
                        bool manual_filter);
+
+/// What shaders/sparse_means.frag needs of a scene; the passes come from GlLattice.
+GlFeatures means_features(const GlFeatures& features);
+void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
+                        const GlTextures& textures, const std::optional<SharedDepth>& depth);
 
 /// What shaders/include/camera.glsl, ct.glsl and lattice.glsl need.
 void set_rays(GlProgram& program, const Scene& scene);

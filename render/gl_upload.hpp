@@ -5,6 +5,7 @@
 #include <vector>
 #include <vtk_glew.h>
 
+#include "nav/result.hpp"
 #include "render/gl_textures.hpp"
 
 /// How textures are sent. Only for render/gl_*.cpp.
@@ -43,6 +44,24 @@ void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) 
   glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
   glTexBuffer(GL_TEXTURE_BUFFER, internal, table.buffer_id());
   glBindBuffer(GL_TEXTURE_BUFFER, 0);
+}
+
+/// Makes a texture the target of the framebuffer that is bound.
+inline void attach(GlTexture& texture, GLenum attachment, GLint format, int width, int height) {
+  glBindTexture(GL_TEXTURE_2D, texture.id());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  const bool whole_numbers = format == GL_RG32UI;
+  glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, whole_numbers ? GL_RG_INTEGER : GL_RGBA,
+               whole_numbers ? GL_UNSIGNED_INT : GL_FLOAT, nullptr);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture.id(), 0);
+}
+
+inline Result<void> complete_framebuffer() {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return Error{ErrorCode::kUnavailable,
+               "OpenGL: expected a single-precision colour target, found none"};
 }
 
 }  // namespace nav::render::gl

@@ -11,6 +11,7 @@
 // it, column and row. resolve.frag puts the picture in.
 
 #include "include/camera.glsl"
+#define pixel_centre gl_FragCoord.xy
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"

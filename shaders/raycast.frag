@@ -9,6 +9,11 @@
 // where the ray meets it, column and row. resolve.frag puts the picture between the two.
 
 #include "include/camera.glsl"
+#ifdef SPARSE
+#include "include/sparse.glsl"
+#else
+#define pixel_centre gl_FragCoord.xy
+#endif
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
@@ -160,13 +165,16 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 }
 
 void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+#ifdef SPARSE
+  set_pixel();
+#endif
+  Ray ray = ray_of_pixel(pixel_centre);
   set_lattice(ray);
   float t_eye = -t_base_mm;
   vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   float t_stop = 3.0e38;
 #ifdef SHARED_DEPTH
-  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  t_stop = t_of_geometry(ivec2(pixel_centre), ray.direction);
   box.y = min(box.y, t_stop);
 #endif
 #ifdef CUTAWAY

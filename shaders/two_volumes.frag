@@ -5,6 +5,7 @@
 // composited by importance: render/ray_spec.hpp, "Two volumes". Results as predicates.frag.
 
 #include "include/camera.glsl"
+#define pixel_centre gl_FragCoord.xy
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"

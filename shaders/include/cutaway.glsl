@@ -22,8 +22,8 @@ uniform sampler2D cut_field;  // theta2, theta1: t from the eye, row 0 at the to
 uniform int cut_field_height;
 
 CutawaySpan meet_cutaway(Ray ray, float begin) {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec2 t = texelFetch(cut_field, ivec2(pixel.x, cut_field_height - 1 - pixel.y), 0).rg - t_base_mm;
+  ivec2 at = ivec2(pixel_centre);
+  vec2 t = texelFetch(cut_field, ivec2(at.x, cut_field_height - 1 - at.y), 0).rg - t_base_mm;
   return CutawaySpan(t.y, t.x);
 }
 #else

@@ -19,6 +19,8 @@ namespace {
 NamedScene small_scene(bool shaded) {
   NamedScene named{"ball", test::ball_scene(test::cube_grid(32, 1.0))};
   named.scene.shading.enabled = shaded;
+  named.scene.width = 192;  // Three times the reference's.
+  named.scene.height = 144;
   return named;
 }
 
@@ -26,11 +28,12 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   RenderBenchOptions options;
   options.step_voxels = {1, 0.5};
   options.own_step_voxels = {2};
+  options.own_sparse = {{0.5, 0.1}};
   options.repeats = {1, 0};
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
-  ASSERT_EQ(report->rows.size(), 10U);
+  ASSERT_EQ(report->rows.size(), 14U);
   // Loose: VTK classifies after rounding and keeps 8 bits. A wrong camera, transfer function or
   // placement is ten times off.
   constexpr double kSamePicture = 0.06;
@@ -41,7 +44,7 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
     EXPECT_GT(row.cpu_s, 0);
     EXPECT_GT(row.wall_s, 0);
   }
-  EXPECT_EQ(report->ratios.size(), 3U);
+  EXPECT_EQ(report->ratios.size(), 7U);
   ASSERT_EQ(report->truths.size(), 1U);
   EXPECT_LT(report->truths[0].self_convergence, 1e-3);
   EXPECT_NE(to_text(*report).find("cpu_vs_vtk_fixedpoint"), std::string::npos);
@@ -51,6 +54,7 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   RenderBenchOptions options;
   options.step_voxels = {2, 1, 0.5, 0.25};
   options.own_step_voxels = {};
+  options.own_sparse = {};
   options.repeats = {1, 0};
   options.vtk_gpu = options.vtk_fixed_point = false;
   CollectingDiagnostics diagnostics;
@@ -59,6 +63,14 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   for (std::size_t i = 2; i < report->rows.size(); ++i) {  // Rows alternate between two engines.
     EXPECT_LT(report->rows[i].rms, report->rows[i - 2].rms) << report->rows[i].engine;
   }
+}
+
+TEST(RenderComparisonTest, RefusesPicturesWhoseMiddlesAreNotTheReferences) {
+  NamedScene named = small_scene(false);
+  named.scene.width = 128;
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::refuses(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
+                            {"scene ball", "odd multiple of 64 x 48", "128 x 144"}));
 }
 
 TEST(RenderComparisonTest, RefusesWhatVtkCannotDraw) {

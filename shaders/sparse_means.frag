@@ -1,0 +1,135 @@
+#version 410 core
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Fewer rays than pixels, by the rule of render/sparse_rays.hpp: takes over what the pass before has
+// drawn and means of it, and leaves the other fragments to raycast.frag by their depth. Results as
+// those of raycast.frag.
+
+#include "include/camera.glsl"
+#include "include/sparse.glsl"
+#include "include/ct.glsl"
+#include "include/compositing.glsl"
+#include "include/lattice.glsl"
+#ifdef SOLIDS
+#include "include/phong.glsl"
+#include "include/surfaces.glsl"
+#include "include/solids.glsl"
+#endif
+#ifdef SHARED_DEPTH
+#include "include/shared_depth.glsl"
+#endif
+
+uniform int coarse_step;        // Pixels between fragments of the pass before.
+uniform ivec2 last_of_lattice;  // Last column and row; beyond them every pixel has a ray.
+uniform float pixel_error;
+uniform sampler2D coarse_front;  // Its results.
+uniform sampler2D coarse_spent;
+#ifdef PLANE
+uniform sampler2D coarse_behind;
+uniform sampler2D coarse_live_at;
+#endif
+
+layout(location = 0) out vec4 colour;
+layout(location = 1) out vec4 spent;  // See lattice.glsl; 0 for means.
+#ifdef PLANE
+layout(location = 2) out vec4 behind;
+layout(location = 3) out vec2 live_at;
+#endif
+
+// Least and greatest of what corners of squares show.
+struct Extent {
+  vec4 low;
+  vec4 high;
+};
+
+const Extent kNoExtent = Extent(vec4(1.0e9), vec4(-1.0e9));
+
+void add(inout Extent extent, vec4 value) {
+  extent.low = min(extent.low, value);
+  extent.high = max(extent.high, value);
+}
+
+bool is_within(Extent extent, float error) {
+  return all(lessThanEqual(extent.high - extent.low, vec4(error)));
+}
+
+// The square with its upper left corner there.
+bool is_even(ivec2 at) {
+  Extent front = kNoExtent;
+  for (int i = 0; i < 4; ++i) add(front, texelFetch(coarse_front, at + ivec2(i & 1, i >> 1), 0));
+  if (!is_within(front, pixel_error)) return false;
+#ifdef PLANE
+  Extent back = kNoExtent;
+  Extent live = kNoExtent;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 corner = at + ivec2(i & 1, i >> 1);
+    add(back, texelFetch(coarse_behind, corner, 0));
+    add(live, texelFetch(coarse_live_at, corner, 0));
+  }
+  bool some = live.high.x > -1.0e6;
+  return is_within(back, pixel_error) && (!some || live.low.x > -1.0e6);
+#else
+  return true;
+#endif
+}
+
+// Squares that are not there decide nothing.
+bool both_even(ivec2 first, ivec2 second, bool has_first, bool has_second) {
+  return (has_first || has_second) && (!has_first || is_even(first)) &&
+         (!has_second || is_even(second));
+}
+
+// rest: of the pixel beyond the corner at its upper left, which is that texel.
+bool is_even_around(ivec2 at, ivec2 rest) {
+  if (rest.x == 0)
+    return both_even(at - ivec2(1, 0), at, pixel.x > 0, pixel.x < last_of_lattice.x);
+  if (rest.y == 0)
+    return both_even(at - ivec2(0, 1), at, pixel.y > 0, pixel.y < last_of_lattice.y);
+  return is_even(at);
+}
+
+// Of the two or four corners around the pixel; of one, itself.
+vec4 mean_of(sampler2D layer, ivec2 at, ivec2 rest) {
+  ivec2 other = at + ivec2(notEqual(rest, ivec2(0)));
+  vec4 ends = texelFetch(layer, at, 0) + texelFetch(layer, other, 0);
+  if (rest.x == 0 || rest.y == 0) return 0.5 * ends;
+  vec4 others =
+      texelFetch(layer, ivec2(at.x, other.y), 0) + texelFetch(layer, ivec2(other.x, at.y), 0);
+  return 0.25 * (ends + others);
+}
+
+// Whether a needle, sphere or line may be seen there, or geometry of others ends the ray.
+bool meets_shapes() {
+  bool meets = false;
+#if defined(SOLIDS) || defined(SHARED_DEPTH)
+  Ray ray = ray_of_pixel(pixel_centre);
+  float t_eye = -t_base_mm;
+#endif
+#ifdef SOLIDS
+  for (int i = 0; i < solid_count; ++i) meets = meets || hit_solid(i, ray, t_eye).t < kNever;
+#endif
+#ifdef SHARED_DEPTH
+  vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
+  meets = meets || t_of_geometry(ivec2(pixel_centre), ray.direction) < box.y;
+#endif
+  return meets;
+}
+
+void main() {
+  set_pixel();
+  ivec2 at = pixel / coarse_step;
+  ivec2 rest = pixel - at * coarse_step;
+  bool drawn = rest == ivec2(0);
+  bool beyond = any(greaterThan(pixel, last_of_lattice));
+  if (!drawn && (beyond || !is_even_around(at, rest) || meets_shapes())) {
+    gl_FragDepth = 1.0;
+    return;
+  }
+  gl_FragDepth = 0.0;
+  colour = mean_of(coarse_front, at, rest);
+  spent = drawn ? texelFetch(coarse_spent, at, 0) : vec4(0.0);
+#ifdef PLANE
+  behind = mean_of(coarse_behind, at, rest);
+  live_at = mean_of(coarse_live_at, at, rest).xy;
+#endif
+}
