@@ -46,8 +46,10 @@ bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& t
 
 void CpuRays::keep_spans(CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const double near = p.spans[lane].near / step_;
-    const double far = p.spans[lane].far / step_;
+    // An empty one may lie at infinity, where a lane beside others must not go.
+    const VisibleSpan span = p.spans[lane].empty() ? VisibleSpan{0, 0} : p.spans[lane];
+    const double near = span.near / step_;
+    const double far = span.far / step_;
     // Whole cells, so that none is cut that was not; rounding takes less than the one to spare.
     p.from[lane] = static_cast<float>(std::floor(near - p.starts.base[lane]) - 1);
     p.until[lane] = static_cast<float>(std::ceil(far - p.starts.base[lane]) + 1);

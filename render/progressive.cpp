@@ -62,6 +62,8 @@ ProgressiveRenderer::ProgressiveRenderer(Engine& engine, const ProgressiveOption
     : engine_(engine), options_(options) {
   NAV_CHECK(options.budget_s >= 0 && options.refine_after_s >= 0, options.budget_s,
             options.refine_after_s);
+  NAV_CHECK(options.coarse_pixel_error >= 0 && options.coarse_pixel_error <= 1,
+            options.coarse_pixel_error);
   NAV_CHECK(options.coarse_factor >= 2 && options.coarse_factor <= 8, options.coarse_factor);
 }
 
@@ -85,18 +87,24 @@ Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scen
     return (n + options_.coarse_factor - 1) / options_.coarse_factor;
   };
   Scene wanted = scene;
-  if (coarse) {
+  double& whole_s = cost_of(scene);
+  double& pixel_error = wanted.quality.pixel_error;
+  if (coarse) pixel_error = std::max(pixel_error, options_.coarse_pixel_error);
+  const bool sparse = pixel_error > scene.quality.pixel_error;
+  const bool small = coarse && (!sparse || sparse_share_ * whole_s > options_.budget_s);
+  if (small) {
     wanted.width = fewer(scene.width);
     wanted.height = fewer(scene.height);
   }
   auto image = engine_.render(wanted);
   if (!image) return image.error();
-  if (!coarse) cost_of(wanted) = image->statistics.cast_s;
+  if (!coarse) whole_s = image->statistics.cast_s;
+  if (coarse && !small) sparse_share_ = image->statistics.cast_s / whole_s;
   last_ = scene;
   drawn_ = std::move(wanted);
   refined_ = !coarse;
-  if (coarse) return Picture{enlarged(*image, scene.width, scene.height), false};
-  return Picture{std::move(image).value(), true};
+  if (small) return Picture{enlarged(*image, scene.width, scene.height), false};
+  return Picture{std::move(image).value(), refined_};
 }
 
 }  // namespace nav::render

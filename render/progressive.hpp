@@ -14,18 +14,21 @@ namespace nav::render {
 struct ProgressiveOptions {
   double budget_s = 0.033;  ///< A whole picture that is expected to take no longer is never made
                             ///< coarse; >= 0.
-  int coarse_factor = 2;    ///< Coarse pictures have 1 / this of the pixels per side, in [2, 8].
+  /// quality.pixel_error of coarse pictures, in [0, 1]; 0: as the scene says.
+  double coarse_pixel_error = 0.1;
+  /// Where that is not enough, they have 1 / this of the pixels per side, in [2, 8].
+  int coarse_factor = 2;
   double refine_after_s = 0.1;  ///< Without a change of anything but ultrasound pixels; >= 0.
 };
 
 /// Draws coarsely while the scene changes faster than an engine can follow, and in full once it is
-/// still. A coarse picture shows the same scene at the same moment: only resolution is given up.
-/// Not thread-safe.
+/// still. A coarse picture shows the same scene at the same moment: only rays and, where they are
+/// not enough, resolution are given up. Not thread-safe.
 class ProgressiveRenderer {
  public:
   struct Picture {
     RenderedImage image;  ///< Of the size of the scene.
-    bool refined;         ///< Every pixel has its own ray.
+    bool refined;         ///< Of the quality that was asked for.
   };
 
   /// The engine must outlive this. A bad option is a Bug.
@@ -48,6 +51,7 @@ class ProgressiveRenderer {
   Timestamp changed_{};
   /// What the last whole picture took, by how much it differed from the picture before.
   std::array<double, 4> cost_s_{};
+  double sparse_share_ = 0;  ///< Of that, what fewer rays took; 0: not known.
 };
 
 /// A picture drawn with fewer pixels, brought to the size of the scene: bilinear between the places

@@ -17,6 +17,7 @@ class SlowEngine final : public Engine {
   [[nodiscard]] std::string device() const override { return "test"; }
   Result<RenderedImage> render(const Scene& scene) override {
     asked = {scene.width, scene.height};
+    asked_pixel_error = scene.quality.pixel_error;
     std::vector<RgbaF> pixels;
     for (int y = 0; y < scene.height; ++y) {
       for (int x = 0; x < scene.width; ++x) {
@@ -27,11 +28,13 @@ class SlowEngine final : public Engine {
       }
     }
     RenderedImage image{{scene.width, scene.height, std::move(pixels)}, {}};
-    image.statistics.cast_s = takes_s;
+    image.statistics.cast_s = asked_pixel_error > 0 ? sparse_s : takes_s;
     return image;
   }
   std::pair<int, int> asked;
+  double asked_pixel_error = 0;
   double takes_s = 0.2;
+  double sparse_s = 0.1;
 };
 
 Scene scene() {
@@ -68,15 +71,42 @@ class ProgressiveTest : public ::testing::Test {
 TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullOnceStill) {
   EXPECT_TRUE(draw(0));  // Nothing is known about the cost yet.
   turn();
-  EXPECT_FALSE(draw(0.03));
-  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+  EXPECT_FALSE(draw(0.03));  // Fewer rays may be enough.
+  EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
+  EXPECT_EQ(engine_.asked_pixel_error, 0.1);
   EXPECT_TRUE(progressive_.wants_refinement());
   turn();
-  EXPECT_FALSE(draw(0.06));
+  EXPECT_FALSE(draw(0.06));  // They were not.
+  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
   EXPECT_FALSE(draw(0.15));  // Still for 90 ms only.
   EXPECT_TRUE(draw(0.161));
   EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
+  EXPECT_EQ(engine_.asked_pixel_error, 0);
   EXPECT_FALSE(progressive_.wants_refinement());
+  turn();
+  EXPECT_FALSE(draw(0.2));  // Nor would they be now.
+  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+}
+
+TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
+  engine_.sparse_s = 0.02;
+  EXPECT_TRUE(draw(0));
+  for (int i = 1; i < 4; ++i) {
+    turn();
+    EXPECT_FALSE(draw(0.03 * i));
+    EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
+    EXPECT_EQ(engine_.asked_pixel_error, 0.1);
+  }
+}
+
+TEST_F(ProgressiveTest, GivesUpPixelsAtOnceWhereRaysAreFewAlready) {
+  scene_.quality.pixel_error = 0.2;
+  engine_.sparse_s = 0.2;
+  EXPECT_TRUE(draw(0));
+  turn();
+  EXPECT_FALSE(draw(0.03));
+  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+  EXPECT_EQ(engine_.asked_pixel_error, 0.2);
 }
 
 TEST_F(ProgressiveTest, AFastEngineIsNeverCoarse) {
@@ -145,6 +175,7 @@ TEST(SceneChangeTest, TellsWhatHasToBeDrawnAnew) {
   expect(SceneChange::kView, [](Scene& s) { s.camera.eye_ct.mm.x() += 1e-9; });
   expect(SceneChange::kView, [](Scene& s) { s.transfer = test::fog(0.2); });
   expect(SceneChange::kView, [](Scene& s) { s.quality.step_voxels = 2; });
+  expect(SceneChange::kView, [](Scene& s) { s.quality.pixel_error = 0.1; });
   expect(SceneChange::kView, [](Scene& s) { s.shading.emphasis = 1; });
   expect(SceneChange::kView, [](Scene& s) { s.projection = Projection::kMaximum; });
   expect(SceneChange::kView, [](Scene& s) { s.ct = std::make_shared<Volume>(*s.ct); });
