@@ -39,6 +39,10 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
   verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
   verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
+  verb.add_option("--pixel-error", out.pixel_error,
+                  "pixels between rays that differ by no more have none of their own; 0: all have")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   verb.add_option("--azimuth", config.view.azimuth_deg,
                   "of the camera, degrees: 0 from the front, 90 from the patient's left; neither "
                   "angle given: so that the plane is well seen");

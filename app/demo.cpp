@@ -329,6 +329,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
                         options.output.width,
                         options.output.height,
                         options.output.step_voxels,
+                        options.output.pixel_error,
                         {}};
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();

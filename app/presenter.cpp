@@ -78,6 +78,7 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   scene.projection = look_.projection;
   scene.grey = look_.grey;
   scene.quality.step_voxels = options_.step_voxels;
+  scene.quality.pixel_error = options_.pixel_error;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
     scene.predicates = ultrasound_->predicates;

@@ -22,6 +22,7 @@ struct PresenterOptions {
   int width = 800;   ///< Of the 3D view, pixels.
   int height = 600;  ///< Of the 3D view, pixels.
   double step_voxels = 0.5;
+  double pixel_error = 0;   ///< Of render::Quality.
   render::HuWindow window;  ///< Of the CT slice.
 };
 

@@ -260,6 +260,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                       config.output.width,
                                       config.output.height,
                                       config.output.step_voxels,
+                                      config.output.pixel_error,
                                       {}},
                                      shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();

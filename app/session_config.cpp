@@ -96,6 +96,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   output.integer("width_px", config.output.width);
   output.integer("height_px", config.output.height);
   output.number("step_voxels", config.output.step_voxels);
+  output.number("pixel_error", config.output.pixel_error);
   output.integer("frames", config.output.frames);
   output.flag("window", config.output.window);
   output.refuse_unknown();
@@ -158,6 +159,9 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(output.step_voxels, 1.0 / 64, 16)) {
     return refuse("output.step_voxels", "1/64 to 16", output.step_voxels);
   }
+  if (!within(output.pixel_error, 0, 1)) {
+    return refuse("output.pixel_error", "0 to 1", output.pixel_error);
+  }
   if (!within(output.frames, 0, 1e6)) return refuse("output.frames", "0 to 10^6", output.frames);
   if (!within(config.view.fov_deg, 1, 120)) {
     return refuse("view.fov_deg", "1 to 120", config.view.fov_deg);
@@ -218,6 +222,7 @@ std::string to_toml(const SessionConfig& config) {
                      {"width_px", config.output.width},
                      {"height_px", config.output.height},
                      {"step_voxels", config.output.step_voxels},
+                     {"pixel_error", config.output.pixel_error},
                      {"frames", config.output.frames},
                      {"window", config.output.window}};
   root.insert("ct", std::move(ct));

@@ -97,7 +97,8 @@ struct SessionConfig {
     int width = 800;   ///< Of the 3D view, pixels.
     int height = 600;  ///< Of the 3D view, pixels.
     double step_voxels = 0.5;
-    int frames = 0;  ///< Most pictures written; 0: all.
+    double pixel_error = 0;  ///< Of the engine's quality: rays are spared; 0: none.
+    int frames = 0;          ///< Most pictures written; 0: all.
     bool window = false;
   } output;
 };

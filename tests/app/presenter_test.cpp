@@ -47,7 +47,7 @@ Epoch epoch(SafetyState state, const std::string& cause) {
 class PresenterTest : public ::testing::Test {
  protected:
   PresenterTest()
-      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, {}}, cube(),
+      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, 0, {}}, cube(),
                                       render::make_cpu_engine({.threads = 1}))) {}
   Image2d<Rgba8> present(const Epoch& shown) {
     auto picture = presenter_.present(shown);
@@ -151,6 +151,15 @@ TEST(PatientDirectionTest, NamesTheWayInLps) {
   EXPECT_EQ(patient_direction({0, 0, 1}), "S");
   EXPECT_EQ(patient_direction({0, 0, -1}), "I");
   EXPECT_EQ(patient_direction({-2, -1, 0.1}), "RA");
+}
+
+TEST(PresenterOptionsTest, QualityIsTheScenes) {
+  const auto made = Presenter::create({{}, {}, kWidth, kHeight, 0.25, 0.125, {}}, cube(),
+                                      render::make_cpu_engine());
+  ASSERT_TRUE(test::has_value(made));
+  const render::Quality quality = made->scene(Epoch{}).quality;
+  EXPECT_EQ(quality.step_voxels, 0.25);
+  EXPECT_EQ(quality.pixel_error, 0.125);
 }
 
 TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {

@@ -128,6 +128,8 @@ TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
                             {"output.engine", "vulkan"}));
   EXPECT_TRUE(
       test::refuses(read("[output]\nstep_voxels = 0\n"), Code::kMalformedData, {"step_voxels"}));
+  EXPECT_TRUE(
+      test::refuses(read("[output]\npixel_error = 1.5\n"), Code::kMalformedData, {"pixel_error"}));
   EXPECT_TRUE(test::refuses(read("[placement]\nct_from_reference_mm = [1,2,3]\n"),
                             Code::kMalformedData, {"16 finite numbers"}));
   EXPECT_TRUE(test::refuses(read("[source]\nkind = \"telepathy\"\n"), Code::kMalformedData,

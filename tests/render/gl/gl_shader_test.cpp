@@ -33,6 +33,8 @@ std::vector<GlFeatures> many_features() {
     f.capsules = f.solids && bit(6);
     f.shared_depth = bit(7);
     f.manual_filter = bit(8);
+    f.sparse = bit(11) && !f.jitter;
+    f.means = f.sparse && bit(12);
     all.push_back(f);
   }
   return all;
@@ -66,7 +68,8 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
        {"PROJECTION", "MAXIMUM",   "MINIMUM",    "GRADIENT_WINDOWS", "SHADING",
         "PHONG",      "GOOCH",     "GRADIENTS",  "GRADIENT_TEXTURE", "EMPHASIS",
         "CUTAWAY",    "CUT_FIELD", "IMPORTANCE", "SKIPPING",         "JITTER",
-        "PLANE",      "SOLIDS",    "CAPSULES",   "SHARED_DEPTH",     "MANUAL_FILTER"}) {
+        "PLANE",      "SOLIDS",    "CAPSULES",   "SHARED_DEPTH",     "MANUAL_FILTER",
+        "SPARSE"}) {
     EXPECT_EQ(none.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
   }
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
