@@ -48,8 +48,18 @@ Json json_of(const registration::PhaseResult& found, double period_s) {
           {"gain_sigmas", found.gain_sigmas}};
 }
 
-Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target,
-             double spacing_mm) {
+/// Enough to evaluate it anywhere; null where there is none.
+Json json_of(const registration::SplineField& field, bool supported) {
+  if (!supported) return nullptr;
+  const auto& c = field.coefficients();
+  const Eigen::Vector3d& origin = field.origin();
+  return {{"origin_ct_mm", {origin.x(), origin.y(), origin.z()}},
+          {"spacing_mm", field.spacing_mm()},
+          {"size", field.size()},
+          {"coefficients_mm", std::vector<double>(c.data(), c.data() + c.size())}};
+}
+
+Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
   const Eigen::Vector3d moved = found.field.displacement(target.mm);
   return {{"supported", found.supported},
           {"model", found.supported ? "free-form" : "rigid"},
@@ -65,7 +75,7 @@ Json json_of(const registration::DeformableResult& found, const Point<frames::Ct
           {"max_gradient", found.max_gradient},
           {"one_to_one", found.max_gradient < 1},
           {"bending_energy_mm", found.bending_energy_mm},
-          {"spacing_mm", spacing_mm},
+          {"field", json_of(found.field, found.supported)},
           {"iterations", found.iterations}};
 }
 
@@ -164,7 +174,7 @@ Result<void> refine_tissue(const Volume& ct, const Sweep& sweep, const Point<fra
     fit.ridge = solver.ridge;
     fit.threads = solver.threads;
     const auto found = registration::refine_deformable(seen->ct, seen->patches, pose, fit);
-    json = found ? json_of(*found, target, fit.spacing_mm) : not_tried(found.error().message);
+    json = found ? json_of(*found, target) : not_tried(found.error().message);
   }
   say("deformable", json, console);
   return {};
