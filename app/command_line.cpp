@@ -437,6 +437,9 @@ void CommandLine::add_simulate() {
   verb->add_option("--breathing-mm", o.breathing_mm, "mean way towards the feet")
       ->capture_default_str();
   verb->add_option("--breathing-period-s", o.breathing_period_s)->capture_default_str();
+  verb->add_option("--deform-mm", o.deform_mm,
+                   "largest displacement of a target against the CT, smooth; 0: none")
+      ->capture_default_str();
   auto* needle = verb->add_option("--needle", o.needle, "none, straight, bevel or tip-load")
                      ->capture_default_str();
   verb->add_option("--needle-bending-mm", o.needle_bending_mm,

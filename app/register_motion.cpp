@@ -5,8 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "registration/deformable_registration.hpp"
-#include "registration/motion_evidence.hpp"
+#include "registration/deformed_registration.hpp"
 #include "registration/moving_registration.hpp"
 
 namespace nav::app {
@@ -48,8 +47,18 @@ Json json_of(const registration::PhaseResult& found, double period_s) {
           {"gain_sigmas", found.gain_sigmas}};
 }
 
-Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target,
-             double spacing_mm) {
+/// Enough to evaluate it anywhere; null where there is none.
+Json json_of(const registration::SplineField& field, bool supported) {
+  if (!supported) return nullptr;
+  const auto& c = field.coefficients();
+  const Eigen::Vector3d& origin = field.origin();
+  return {{"origin_ct_mm", {origin.x(), origin.y(), origin.z()}},
+          {"spacing_mm", field.spacing_mm()},
+          {"size", field.size()},
+          {"coefficients_mm", std::vector<double>(c.data(), c.data() + c.size())}};
+}
+
+Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
   const Eigen::Vector3d moved = found.field.displacement(target.mm);
   return {{"supported", found.supported},
           {"model", found.supported ? "free-form" : "rigid"},
@@ -61,11 +70,12 @@ Json json_of(const registration::DeformableResult& found, const Point<frames::Ct
           {"held_out_deformed", found.held_out_deformed},
           {"gain_sigmas", found.gain_sigmas},
           {"displacement_rms_mm", found.displacement_mm},
+          {"halves_disagreement_mm", found.halves_disagreement_mm},
           {"min_determinant", found.min_determinant},
           {"max_gradient", found.max_gradient},
           {"one_to_one", found.max_gradient < 1},
           {"bending_energy_mm", found.bending_energy_mm},
-          {"spacing_mm", spacing_mm},
+          {"field", json_of(found.field, found.supported)},
           {"iterations", found.iterations}};
 }
 
@@ -149,25 +159,53 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
   return still;
 }
 
-Result<void> refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>& target,
-                           const registration::ImageRegistrationOptions& solver, Console& console,
-                           MotionOutcome& outcome) {
+/// The answer becomes that in the bent CT where it is accepted; nothing is claimed of one that is
+/// refused.
+void take(const registration::DeformedRegistration& deformed, const Point<frames::Ct>& target,
+          MotionOutcome& outcome) {
   Json& json = outcome.json["deformable"];
-  // About a refused pose it would be as wrong, and look better.
-  if (!outcome.decision.accepted) {
-    json = not_tried("expected an accepted registration to refine");
+  json["common"] = {
+      {"accepted", outcome.decision.accepted},
+      {"reasons", outcome.decision.reasons},
+      {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+  json["settled_mm"] = json_number(deformed.settled_mm);
+  const auto decision = registration::decide(deformed, {}, target);
+  json["accepted"] = decision.accepted;
+  if (!decision.accepted) {
+    json["supported"] = false;
+    json["model"] = "rigid";
+    json["field"] = nullptr;
+    json["reason"] = deformed.tissue.reason + ", but in the CT so bent the registration is refused";
+    json["refused"] = decision.reasons;
+    return;
+  }
+  outcome.decision = decision;
+  outcome.result = *deformed.in_bent_ct;
+}
+
+void refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>& target,
+                   const registration::ImageRegistrationOptions& solver, Console& console,
+                   MotionOutcome& outcome) {
+  Json& json = outcome.json["deformable"];
+  if (!registration::may_be_moving(outcome.result, {})) {
+    json = not_tried("expected a pose that lacks no overlap, which no deformation explains");
   } else {
-    const auto& pose = outcome.result.ct_from_reference;
-    const auto seen = registration::motion_evidence(ct, sweep, pose, solver.mask);
-    if (!seen) return seen.error();
     registration::DeformableOptions fit;
     fit.ridge = solver.ridge;
     fit.threads = solver.threads;
-    const auto found = registration::refine_deformable(seen->ct, seen->patches, pose, fit);
-    json = found ? json_of(*found, target, fit.spacing_mm) : not_tried(found.error().message);
+    console.begin("deformation");
+    const auto deformed = registration::register_deformed(
+        ct, sweep, outcome.result.ct_from_reference, fit, solver, console, [&](double fraction) {
+          console.progress(fraction);
+          return true;
+        });
+    json = deformed ? json_of(deformed->tissue, target) : not_tried(deformed.error().message);
+    json["accepted"] = false;
+    if (deformed && deformed->in_bent_ct) take(*deformed, target, outcome);
+    console.end(json["accepted"].get<bool>() ? "accepted" : "not supported");
   }
+  if (!json.contains("accepted")) json["accepted"] = false;
   say("deformable", json, console);
-  return {};
 }
 
 }  // namespace
@@ -184,9 +222,7 @@ Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
     still = refine_breath(ct, sweep, target, *options.breath_period_s, solver, console, outcome);
   }
   if (options.deformable) {
-    const auto refined =
-        refine_tissue(ct, still ? *still : sweep, target, solver, console, outcome);
-    if (!refined) return refined.error();
+    refine_tissue(ct, still ? *still : sweep, target, solver, console, outcome);
   }
   return outcome;
 }

@@ -51,6 +51,13 @@ Result<Transform<frames::Ct, frames::Reference>> read_registration(
             ": expected a registration that holds at all times, found one with the breath; "
             "declare the pose of a phase by --ct-from-reference"};
   }
+  const Json deformable = json.value("deformable", Json());
+  if (deformable.is_object() && deformable.value("accepted", Json(false)) == Json(true)) {
+    return Error{ErrorCode::kRefused,
+                 path.string() +
+                     ": expected a registration of the CT as it is, found one of the CT bent by "
+                     "a deformation; register without --deformable"};
+  }
   const Json digest = json.value("ct_sha256", Json());
   if (digest != ct_digest(ct)) {
     return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +

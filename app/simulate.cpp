@@ -105,6 +105,10 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.standard_view = options.probe == "standard";
   out.tracker = *tracker;
   out.breathing = *breathing;
+  out.deformation.largest_mm = options.deform_mm;
+  if (const auto ok = sim::validate(out.deformation); !ok) {
+    return Error{ok.error().code, "--deform-mm: " + ok.error().message};
+  }
   const auto needle = needle_of(options);
   if (!needle) return needle.error();
   out.needle = *needle;

@@ -27,6 +27,7 @@ struct SimulateOptions {
   std::string breathing = "none";   ///< none, rigid, affine or smooth.
   double breathing_mm = 12;         ///< Towards the feet, mean.
   double breathing_period_s = 4;
+  double deform_mm = 0;  ///< Largest displacement of a target against the CT; 0: none.
   /// Chance of each fault at each sample: one for all, or "drop=0.02,nan=0.001".
   std::string faults = "0";
   double tracker_rate_hz = 50;

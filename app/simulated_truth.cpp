@@ -35,6 +35,22 @@ Json json_of_breathing(const sim::BreathingOptions& o) {
           {"stretch", o.stretch}};
 }
 
+/// Null where the tissue lies as in the CT.
+Json json_of_deformation(const sim::SimulatedSession& session) {
+  if (session.deformation() == nullptr) return nullptr;
+  Json json = {{"largest_mm", session.options().deformation.largest_mm}, {"bumps", Json::array()}};
+  for (const sim::WarpBump& bump : session.deformation()->bumps()) {
+    json["bumps"].push_back({{"centre_ct_mm", json_of_vector(bump.centre_mm)},
+                             {"sigma_mm", json_of_vector(bump.sigma_mm)},
+                             {"peak_mm", json_of_vector(bump.peak_mm)}});
+  }
+  json["targets_now_ct_mm"] = Json::array();
+  for (const auto& p : session.patient().targets()) {
+    json["targets_now_ct_mm"].push_back(json_of_vector(session.deformation()->apply(p.mm)));
+  }
+  return json;
+}
+
 void add_faults(Json& list, const char* stream, const std::vector<sim::FaultRecord>& faults) {
   for (const auto& fault : faults) {
     list.push_back({{"stream", stream},
@@ -105,6 +121,7 @@ Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& re
   json["image_from_pixels_mm"] = json_of(image_from_pixels(session.grid()));
   json["tracker"] = json_of_timing(o);
   json["breathing"] = json_of_breathing(session.breathing().options());
+  json["deformation"] = json_of_deformation(session);
   if (session.needle()) json["needle"] = json_of_needle(*session.needle());
   json["targets_ct_mm"] = Json::array();
   for (const auto& p : session.patient().targets()) {

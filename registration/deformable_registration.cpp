@@ -46,6 +46,15 @@ double mean_cost(const DeformedCost& cost, const SplineField* field) {
   return sum;
 }
 
+/// Between two fields, RMS over the patches.
+double rms_apart(const DeformedCost& cost, const SplineField& a, const SplineField& b) {
+  double sum = 0;
+  for (const RestingPatch& p : cost.patches()) {
+    sum += p.weight * (a.displacement(p.centre_ct) - b.displacement(p.centre_ct)).squaredNorm();
+  }
+  return std::sqrt(sum);
+}
+
 double rms_displacement(const DeformedCost& cost, const SplineField& field) {
   double sum = 0;
   for (const RestingPatch& p : cost.patches()) {
@@ -105,7 +114,7 @@ SplineField between(const SplineField& a, const SplineField& b) {
 Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices,
                                 const DeformableOptions& options) {
   const SplineField empty(box_of_patches(cost), options.spacing_mm);
-  DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
   result.final_cost = result.rigid_cost;
   const Error not_finite{ErrorCode::kNumerical,
                          "deformable registration: expected a finite similarity of every patch"};
@@ -120,6 +129,7 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
     add_held_out(cost, fits[half].field, choices.halves[half], pictures);
   }
   weigh(pictures, result);
+  result.halves_disagreement_mm = rms_apart(cost, fits[0].field, fits[1].field);
   std::ostringstream text;
   text.precision(3);
   const double share = 1 - result.held_out_deformed / std::max(result.held_out_rigid, 1e-12);

@@ -43,6 +43,8 @@ struct DeformableResult {
   double held_out_rigid, held_out_deformed;
   double gain_sigmas;      ///< Their difference over its standard error.
   double displacement_mm;  ///< RMS over the patches, of the fitted field; 0 where none was fitted.
+  /// Between the fields of the two halves of the pictures, RMS over the patches, mm.
+  double halves_disagreement_mm;
   double min_determinant;  ///< Of the fitted map, over the box; 1 where none was fitted.
   /// No two points come nearer to each other than 1 − this share of their distance: below 1 the map
   /// is one-to-one everywhere, see SplineField::gradient_bound(). 0 where none was fitted.

@@ -10,6 +10,7 @@
 
 #include "nav/check.hpp"
 #include "registration/motion_evidence.hpp"
+#include "registration/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {
@@ -60,18 +61,6 @@ Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
     still.push_back(std::move(tracked));
   }
   return Sweep::create(std::move(still), sweep.calibration_id());
-}
-
-double apart_mm(const Sweep& sweep, const Pose& a, const Pose& b) {
-  double sum = 0;
-  for (const TrackedFrame& tracked : sweep.frames()) {
-    const auto& pixels = tracked.frame.pixels;
-    const Point<frames::Reference> p =
-        tracked.reference_from_image *
-        tracked.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
-    sum += ((a * p) - (b * p)).v.squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(sweep.frames().size()));
 }
 
 }  // namespace

@@ -44,6 +44,11 @@ class SplineField {
   /// That sum for this field.
   [[nodiscard]] double bending_energy_mm() const;
 
+  [[nodiscard]] double spacing_mm() const { return spacing_mm_; }
+  /// Where control point (0, 0, 0) lies, Ct, mm; how many there are along each axis, x runs
+  /// fastest.
+  [[nodiscard]] const Eigen::Vector3d& origin() const { return origin_; }
+  [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
   [[nodiscard]] int control_points() const { return size_[0] * size_[1] * size_[2]; }
   /// Three per control point.
   [[nodiscard]] const Eigen::VectorXd& coefficients() const { return coefficients_; }

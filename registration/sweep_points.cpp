@@ -70,4 +70,17 @@ CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, doubl
   return box;
 }
 
+double apart_mm(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& a,
+                const Transform<frames::Ct, frames::Reference>& b) {
+  double sum = 0;
+  for (const TrackedFrame& tracked : sweep.frames()) {
+    const auto& pixels = tracked.frame.pixels;
+    const Point<frames::Reference> p =
+        tracked.reference_from_image *
+        tracked.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
+    sum += ((a * p) - (b * p)).v.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(sweep.frames().size()));
+}
+
 }  // namespace nav::registration

@@ -32,4 +32,8 @@ double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
 /// Box that holds all points at all poses and a margin around. Preconditions: neither is empty.
 CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm);
 
+/// How far apart two poses put the middles of the pictures, RMS, mm.
+double apart_mm(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& a,
+                const Transform<frames::Ct, frames::Reference>& b);
+
 }  // namespace nav::registration

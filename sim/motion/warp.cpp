@@ -60,11 +60,13 @@ Result<SmoothWarp> SmoothWarp::create(std::vector<WarpBump> bumps) {
   return SmoothWarp(std::move(bumps), steep);
 }
 
-Vec SmoothWarp::displacement(const Vec& rest) const {
+Vec displacement(const std::vector<WarpBump>& bumps, const Vec& rest) {
   Vec sum = Vec::Zero();
-  for (const WarpBump& bump : bumps_) sum += weight(bump, rest) * bump.peak_mm;
+  for (const WarpBump& bump : bumps) sum += weight(bump, rest) * bump.peak_mm;
   return sum;
 }
+
+Vec SmoothWarp::apply(const Vec& rest) const { return rest + displacement(bumps_, rest); }
 
 Mat SmoothWarp::jacobian(const Vec& rest) const {
   Mat sum = Mat::Identity();
@@ -80,7 +82,7 @@ Vec SmoothWarp::invert(const Vec& now) const {
   constexpr int kNewtonSteps = 12;
   // Contraction by 0.9 per step from at most the largest displacement.
   constexpr int kFixedPointSteps = 400;
-  Vec rest = now - displacement(now);
+  Vec rest = now - displacement(bumps_, now);
   double miss = (apply(rest) - now).norm();
   for (int i = 0; i < kNewtonSteps && miss > kInverseToleranceMm; ++i) {
     const Vec next = rest - jacobian(rest).inverse() * (apply(rest) - now);
@@ -90,12 +92,23 @@ Vec SmoothWarp::invert(const Vec& now) const {
     miss = next_miss;
   }
   for (int i = 0; i < kFixedPointSteps && miss > kInverseToleranceMm; ++i) {
-    rest = now - displacement(rest);
+    rest = now - displacement(bumps_, rest);
     miss = (apply(rest) - now).norm();
   }
   // Far from the origin the last digit of a coordinate is coarser than the tolerance.
   NAV_CHECK(miss <= kInverseToleranceMm + 1e-14 * now.norm(), miss);
   return rest;
+}
+
+ComposedWarp::ComposedWarp(std::shared_ptr<const Warp> first, std::shared_ptr<const Warp> then)
+    : first_(std::move(first)), then_(std::move(then)) {
+  NAV_CHECK(first_ != nullptr && then_ != nullptr);
+}
+
+Vec ComposedWarp::invert(const Vec& now) const {
+  const Vec rest = first_->invert(then_->invert(now));
+  // The errors of both inverses add up: a step of Newton's takes them away.
+  return rest - jacobian(rest).inverse() * (apply(rest) - now);
 }
 
 }  // namespace nav::sim

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "nav/result.hpp"
@@ -60,9 +61,8 @@ class SmoothWarp final : public Warp {
   /// Refuses bumps that are not finite, widths that are not positive, and sets that are together so
   /// steep that tissue could fold (lipschitz() > kMaxLipschitz).
   static Result<SmoothWarp> create(std::vector<WarpBump> bumps);
-  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override {
-    return rest + displacement(rest);
-  }
+  [[nodiscard]] const std::vector<WarpBump>& bumps() const { return bumps_; }
+  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override;
   [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const override;
   /// Newton with the closed-form Jacobian; falls back on the fixed point p − u(p), which always
   /// converges.
@@ -73,12 +73,31 @@ class SmoothWarp final : public Warp {
  private:
   explicit SmoothWarp(std::vector<WarpBump> bumps, double lipschitz)
       : bumps_(std::move(bumps)), lipschitz_(lipschitz) {}
-  [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& rest) const;
   std::vector<WarpBump> bumps_;
   double lipschitz_;
 };
 
 /// Upper bound of how steep a set of bumps is together; see SmoothWarp::lipschitz().
 double steepness(const std::vector<WarpBump>& bumps);
+
+/// Sum of the bumps' displacements at a point, mm.
+Eigen::Vector3d displacement(const std::vector<WarpBump>& bumps, const Eigen::Vector3d& rest);
+
+/// One warp after another: then(first(p)).
+class ComposedWarp final : public Warp {
+ public:
+  /// Precondition: neither is null, otherwise a Bug.
+  ComposedWarp(std::shared_ptr<const Warp> first, std::shared_ptr<const Warp> then);
+  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override {
+    return then_->apply(first_->apply(rest));
+  }
+  [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const override {
+    return then_->jacobian(first_->apply(rest)) * first_->jacobian(rest);
+  }
+  [[nodiscard]] Eigen::Vector3d invert(const Eigen::Vector3d& now) const override;
+
+ private:
+  std::shared_ptr<const Warp> first_, then_;
+};
 
 }  // namespace nav::sim

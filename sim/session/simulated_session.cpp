@@ -114,6 +114,17 @@ BreathingOptions breathing_options(const SimulatedSessionOptions& o) {
   return breathing;
 }
 
+/// Null where there is none.
+Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionOptions& o,
+                                                         const Anatomy& patient) {
+  if (o.deformation.largest_mm == 0) return std::shared_ptr<const SmoothWarp>();
+  DeformationOptions deformation = o.deformation;
+  deformation.seed = hash_bits(o.seed, 0x6465666f, 0);
+  auto warp = make_deformation(deformation, patient.targets());
+  if (!warp) return warp.error();
+  return std::shared_ptr<const SmoothWarp>(std::make_shared<SmoothWarp>(std::move(*warp)));
+}
+
 /// A curved face is pushed into the soft skin.
 double press_of(const ProbeModel& probe) { return probe.kind == ProbeKind::kConvex ? 8 : 2; }
 
@@ -135,13 +146,13 @@ class SessionFrames final : public FrameSource {
     if (received > deadline) {
       return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
     }
-    const bool still = session_.breathing().options().kind == BreathingKind::kNone;
     const NeedleShaft needle = session_.needle()
                                    ? NeedleShaft(session_.needle()->shaft_ct(truth.physical))
                                    : NeedleShaft();
-    UltrasoundFrame frame = simulator_.simulate(
-        truth.ct_from_image, truth.physical + timing.stamp_offset,
-        static_cast<std::uint64_t>(index_), needle, still ? nullptr : truth.warp.get());
+    UltrasoundFrame frame =
+        simulator_.simulate(truth.ct_from_image, truth.physical + timing.stamp_offset,
+                            static_cast<std::uint64_t>(index_), needle,
+                            session_.undeformed() ? nullptr : truth.warp.get());
     frame.received = received;
     ++index_;
     return frame;
@@ -195,7 +206,7 @@ Result<void> validate(const SimulatedSessionOptions& o) {
   }
   for (const Result<void>& part :
        {validate(path_options(o)), validate(o.probe), validate(o.timing), validate(o.breathing),
-        validate(o.pose_faults), validate(o.frame_faults)}) {
+        validate(o.deformation), validate(o.pose_faults), validate(o.frame_faults)}) {
     if (!part) return part.error();
   }
   return o.needle ? validate(*o.needle) : Result<void>();
@@ -224,23 +235,29 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
 Result<SimulatedSession> SimulatedSession::about(const SimulatedSessionOptions& options,
                                                  const std::shared_ptr<const Anatomy>& patient,
                                                  const Transform<Ct, Image>& middle) {
-  if (!options.needle) return SimulatedSession(options, patient, middle, std::nullopt);
+  const auto deformation = deformation_of(options, *patient);
+  if (!deformation) return deformation.error();
+  if (!options.needle) {
+    return SimulatedSession(options, patient, middle, *deformation, std::nullopt);
+  }
   const auto plan = needle_path(*patient, middle, options.probe);
   if (!plan) return plan.error();
   const int last = static_cast<int>(options.duration_s * options.frame_rate_hz + 1e-9);
   const auto needle = NeedleInsertion::create(*plan, *options.needle, kBegin,
                                               kBegin + from_seconds(last / options.frame_rate_hz));
   if (!needle) return needle.error();
-  return SimulatedSession(options, patient, middle, *needle);
+  return SimulatedSession(options, patient, middle, *deformation, *needle);
 }
 
 SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
                                    std::shared_ptr<const Anatomy> patient,
                                    const Transform<Ct, Image>& middle,
+                                   std::shared_ptr<const SmoothWarp> deformation,
                                    const std::optional<NeedleInsertion>& needle)
     : options_(options),
       patient_(std::move(patient)),
       breathing_(breathing_options(options)),
+      deformation_(std::move(deformation)),
       path_(*patient_, middle, path_options(options)),
       ultrasound_(patient_, options.probe, options.seed),
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
@@ -273,13 +290,23 @@ Timestamp SimulatedSession::frame_time(int index) const {
   return kBegin + from_seconds(index / options_.frame_rate_hz);
 }
 
+bool SimulatedSession::undeformed() const {
+  return deformation_ == nullptr && breathing_.options().kind == BreathingKind::kNone;
+}
+
+std::shared_ptr<const Warp> SimulatedSession::warp(Timestamp time) const {
+  if (deformation_ == nullptr) return breathing_.warp(time);
+  if (breathing_.options().kind == BreathingKind::kNone) return deformation_;
+  return std::make_shared<ComposedWarp>(deformation_, breathing_.warp(time));
+}
+
 FrameTruth SimulatedSession::truth(int index) const {
   const Timestamp time = frame_time(index);
   const auto pose = path_.at(time);
-  std::shared_ptr<const Warp> warp = breathing_.warp(time);
+  std::shared_ptr<const Warp> moved = warp(time);
   const RestView rest =
-      rest_view(*warp, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
-  FrameTruth truth{time, pose, rest, breathing_.state(time), std::move(warp), std::nullopt};
+      rest_view(*moved, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
+  FrameTruth truth{time, pose, rest, breathing_.state(time), std::move(moved), std::nullopt};
   if (needle_) truth.needle = needle_->truth(time);
   return truth;
 }

@@ -11,6 +11,7 @@
 #include "sim/anatomy/patient.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/breathing.hpp"
+#include "sim/motion/deformation.hpp"
 #include "sim/motion/hand_path.hpp"
 #include "sim/motion/needle_insertion.hpp"
 #include "sim/session/moving_patient.hpp"
@@ -41,6 +42,8 @@ struct SimulatedSessionOptions {
   TrackerTiming timing;
   ImageTiming image_timing;
   BreathingOptions breathing;
+  /// Of the tissue against the CT, before it breathes; the seed is set by the session.
+  DeformationOptions deformation;
   /// A tracked needle that begins with the hand and, without a speed, arrives with the last
   /// picture.
   std::optional<NeedleInsertionOptions> needle;
@@ -56,16 +59,16 @@ struct FrameTruth {
   Timestamp physical;
   /// Where the probe held the picture, patient axes, as the reference body sees it.
   Transform<frames::Ct, frames::Image> ct_from_image;
-  RestView rest;  ///< The same in the patient at rest, which is what the CT shows.
+  RestView rest;  ///< The same in the patient as the CT shows him: at rest, undeformed.
   BreathingState breathing;
   std::shared_ptr<const Warp> warp;   ///< Of the patient at that moment. Never null.
   std::optional<NeedleTruth> needle;  ///< If there is one: in the room, as ct_from_image.
 };
 
-/// A patient who breathes, a hand that leads a probe, a tracker that errs: ordinary sources on the
-/// session clock, and the truth about them. The reference body stays still, and so does the line
-/// that a needle is pushed along: it does not ride on the breath. Times are physical; the hand and
-/// the needle move from 1 s on for the duration. Thread-safe to read.
+/// A patient who breathes and may lie deformed, a hand that leads a probe, a tracker that errs:
+/// ordinary sources on the session clock, and the truth about them. The reference body stays still,
+/// and so does the line that a needle is pushed along: it does not ride on the breath. Times are
+/// physical; the hand and the needle move from 1 s on for the duration. Thread-safe to read.
 class SimulatedSession {
  public:
   /// Errors: those of validate(); kUsage for a family that does not exist, or a patient in whom no
@@ -78,6 +81,12 @@ class SimulatedSession {
   [[nodiscard]] const SimulatedSessionOptions& options() const { return options_; }
   [[nodiscard]] const Anatomy& patient() const { return *patient_; }
   [[nodiscard]] const Breathing& breathing() const { return breathing_; }
+  /// How the tissue lies at the end of expiration against the CT; null: as in it.
+  [[nodiscard]] std::shared_ptr<const SmoothWarp> deformation() const { return deformation_; }
+  /// The patient at a time, as a map of the patient in the CT. Never null.
+  [[nodiscard]] std::shared_ptr<const Warp> warp(Timestamp time) const;
+  /// Whether the tissue lies as in the CT all the time.
+  [[nodiscard]] bool undeformed() const;
   /// Of the pictures.
   [[nodiscard]] PixelGrid grid() const { return ultrasound_.grid(); }
   [[nodiscard]] const Transform<frames::Ct, frames::Reference>& ct_from_reference() const {
@@ -110,6 +119,7 @@ class SimulatedSession {
  private:
   SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Anatomy> patient,
                    const Transform<frames::Ct, frames::Image>& middle,
+                   std::shared_ptr<const SmoothWarp> deformation,
                    const std::optional<NeedleInsertion>& needle);
   static Result<SimulatedSession> about(const SimulatedSessionOptions& options,
                                         const std::shared_ptr<const Anatomy>& patient,
@@ -119,6 +129,7 @@ class SimulatedSession {
   SimulatedSessionOptions options_;
   std::shared_ptr<const Anatomy> patient_;
   Breathing breathing_;
+  std::shared_ptr<const SmoothWarp> deformation_;  ///< Null: none.
   HandPath path_;
   UltrasoundSimulator ultrasound_;
   std::shared_ptr<const TrackerSensor> sensor_;

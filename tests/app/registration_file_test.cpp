@@ -58,6 +58,17 @@ TEST_F(RegistrationFileTest, RefusesWhatWasNotAccepted) {
   EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
 }
 
+TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
+  Json json = good();
+  json["breath"] = {{"accepted", true}};
+  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"with the breath"}));
+  json["breath"]["accepted"] = false;
+  json["deformable"] = {{"accepted", true}};
+  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"bent by a deformation"}));
+  json["deformable"]["accepted"] = false;
+  EXPECT_TRUE(test::has_value(read(json)));
+}
+
 TEST_F(RegistrationFileTest, RefusesDamage) {
   Json json = good();
   json["registration"]["ct_from_reference_mm"][0] = 2;

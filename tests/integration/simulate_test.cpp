@@ -316,6 +316,24 @@ struct Registered {
   double error_mm, common_mm;
 };
 
+/// The verb from 5 mm beside the truth, with --deformable and more words.
+Json run_verb(const std::filesystem::path& sweep, const std::filesystem::path& ct,
+              const Recorded::Pose& true_pose, const std::vector<std::string>& more,
+              const std::string& json) {
+  const Transform<frames::Ct, frames::Ct> off(Eigen::Quaterniond::Identity(), {3, -4, 0});
+  std::ostringstream start;
+  start.precision(12);
+  start << (off * true_pose).matrix().reshaped<Eigen::RowMajor>().transpose();
+  std::vector<std::string> words = {
+      "sonde",     "register",     sweep.string(), "--ct", ct.string(), "--ct-from-reference",
+      start.str(), "--deformable", "--json",       json};
+  words.insert(words.end(), more.begin(), more.end());
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  run_command_line(static_cast<int>(arguments.size()), arguments.data());
+  return read_json(json);
+}
+
 Registered register_breathing(const std::string& breathing) {
   const test::TemporaryFolder folder;
   Console console(false);
@@ -331,27 +349,9 @@ Registered register_breathing(const std::string& breathing) {
   const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   const auto true_pose =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
-  const Transform<frames::Ct, frames::Ct> off(Eigen::Quaterniond::Identity(), {3, -4, 0});
-  std::ostringstream start;
-  start.precision(12);
-  start << (off * true_pose).matrix().reshaped<Eigen::RowMajor>().transpose();
-  const std::string json = (folder / "report.json").string();
-  std::vector<std::string> words = {"sonde",
-                                    "register",
-                                    options.out.string(),
-                                    "--ct",
-                                    options.ct.string(),
-                                    "--ct-from-reference",
-                                    start.str(),
-                                    "--breath-period",
-                                    "4",
-                                    "--deformable",
-                                    "--json",
-                                    json};
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  run_command_line(static_cast<int>(arguments.size()), arguments.data());
-  Registered out{read_json(json), 0, 0};
+  Registered out{run_verb(options.out, options.ct, true_pose, {"--breath-period", "4"},
+                          (folder / "report.json").string()),
+                 0, 0};
   const auto error = [&](const Json& matrix) {
     const auto pose = transform_of<frames::Ct, frames::Reference>(matrix);
     double sum = 0;
@@ -385,6 +385,100 @@ TEST(RegisterBreathingTest, APatientWhoLiesStillNeitherMovesNorBends) {
   EXPECT_FALSE(found.report.at("breath").at("supported")) << found.report.at("breath");
   EXPECT_FALSE(found.report.at("deformable").at("supported")) << found.report.at("deformable");
   EXPECT_FALSE(found.report.at("deformable").at("reason").get<std::string>().empty());
+}
+
+Eigen::Vector3d vector_of(const Json& numbers) {
+  return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
+}
+
+/// The displacement field of a report, by the definition of uniform cubic B-splines.
+Eigen::Vector3d displacement(const Json& field, const Eigen::Vector3d& p) {
+  const auto basis = [](double x) {
+    const double a = std::abs(x);
+    if (a >= 2) return 0.0;
+    return a >= 1 ? std::pow(2 - a, 3) / 6 : (4 - 6 * a * a + 3 * a * a * a) / 6;
+  };
+  const Eigen::Vector3d at =
+      (p - vector_of(field.at("origin_ct_mm"))) / field.at("spacing_mm").get<double>();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::size_t n = 0;
+  for (int k = 0; k < field.at("size")[2]; ++k) {
+    for (int j = 0; j < field.at("size")[1]; ++j) {
+      for (int i = 0; i < field.at("size")[0]; ++i, n += 3) {
+        const double w = basis(at.x() - i) * basis(at.y() - j) * basis(at.z() - k);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          sum[static_cast<int>(axis)] += w * field.at("coefficients_mm")[n + axis].get<double>();
+        }
+      }
+    }
+  }
+  return sum;
+}
+
+/// A patient of seed 1 and the CT of his or of seed 2.
+struct Deformed {
+  Json report;
+  double rigid_mm = 0, deformed_mm = 0;  ///< Mean over the targets; the first by the common pose.
+};
+
+Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options;
+  options.out = folder / "sweep.igs.mha";
+  options.deform_mm = deform_mm;
+  EXPECT_TRUE(run_simulate(options, console));
+  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  SimulateOptions other = options;
+  other.seed = ct_seed;
+  other.out = folder / "other.igs.mha";
+  other.duration_s = 0.2;
+  other.ct = folder / "ct.mha";
+  EXPECT_TRUE(run_simulate(other, console));
+  const auto pose = transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
+  Deformed out;
+  out.report = run_verb(options.out, other.ct, pose, {}, (folder / "report.json").string());
+  const Json& tissue = out.report.at("deformable");
+  if (!tissue.at("accepted").get<bool>()) return out;
+  const auto found = transform_of<frames::Ct, frames::Reference>(
+      out.report.at("registration").at("ct_from_reference_mm"));
+  const auto common =
+      transform_of<frames::Ct, frames::Reference>(tissue.at("common").at("ct_from_reference_mm"));
+  const Json& now = truth.at("deformation").at("targets_now_ct_mm");
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto seen = pose.inverse() * Point<frames::Ct>{vector_of(now[i])};
+    const Eigen::Vector3d target = vector_of(truth.at("targets_ct_mm")[i]);
+    const Eigen::Vector3d y = (found * seen).mm;
+    const auto count = static_cast<double>(now.size());
+    out.rigid_mm += ((common * seen).mm - target).norm() / count;
+    out.deformed_mm += (y + displacement(tissue.at("field"), y) - target).norm() / count;
+  }
+  return out;
+}
+
+TEST(RegisterDeformedTest, DeformedTissueIsBentBackAndTheTargetsAreNearerForIt) {
+  const Deformed found = register_deformed_patient(8, 1);
+  EXPECT_TRUE(found.report.at("registration").at("accepted")) << found.report.at("deformable");
+  ASSERT_TRUE(found.report.at("deformable").at("accepted")) << found.report.at("deformable");
+  RecordProperty("rigid_um", static_cast<int>(1000 * found.rigid_mm));
+  RecordProperty("deformed_um", static_cast<int>(1000 * found.deformed_mm));
+  EXPECT_GT(found.rigid_mm, 1.5);
+  EXPECT_LT(found.deformed_mm, 0.7 * found.rigid_mm);
+}
+
+TEST(RegisterDeformedTest, UndeformedTissueIsSaidToBeRigid) {
+  const Json report = register_deformed_patient(0, 1).report;
+  EXPECT_TRUE(report.at("registration").at("accepted"));
+  EXPECT_FALSE(report.at("deformable").at("accepted")) << report.at("deformable");
+  EXPECT_EQ(report.at("deformable").at("model"), "rigid");
+}
+
+TEST(RegisterDeformedTest, NoDeformationMakesAnotherPatientsCtFit) {
+  for (const double mm : {0.0, 8.0}) {
+    const Json report = register_deformed_patient(mm, 2).report;
+    EXPECT_FALSE(report.at("registration").at("accepted")) << report.at("deformable");
+    EXPECT_FALSE(report.at("deformable").at("accepted")) << report.at("deformable");
+  }
 }
 
 }  // namespace

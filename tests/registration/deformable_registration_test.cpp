@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "registration/deformed_registration.hpp"
 #include "registration/motion_evidence.hpp"
 #include "tests/registration/synthetic.hpp"
 
@@ -165,6 +166,32 @@ TEST(DeformableRegistrationTest, LeavesARigidPatientRigid) {
   EXPECT_FALSE(result->supported) << result->reason;
   EXPECT_EQ(added, 0);
   EXPECT_FALSE(result->reason.empty());
+}
+
+TEST(DeformedRegistrationTest, ABentCtShowsAtEachPlaceWhatLiesWhereTheFieldPoints) {
+  VoxelGrid grid = test::cubic_grid(60);
+  std::vector<std::int16_t> hu;
+  const auto slope = [](const Vec& p) { return 3 * p.x() - 2 * p.y() + 5 * p.z(); };
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        hu.push_back(static_cast<std::int16_t>(std::lround(slope(grid.at(Vec(i, j, k)).mm))));
+      }
+    }
+  }
+  const Volume ct = *Volume::create(grid, std::move(hu), "slope");
+  const SplineField field = random_field(4, 6);
+  const auto bent = bent_ct(ct, field);
+  ASSERT_TRUE(bent) << bent.error().message;
+  int seen = 0;
+  for (const Vec& p : {Vec(0, 0, 0), Vec(10, -20, 8), Vec(-24, 12, -16), Vec(20, 20, -20)}) {
+    const Vec index = grid.index_of({p}).array().round();
+    const Vec voxel = grid.at(index).mm;
+    // Rounded twice.
+    EXPECT_NEAR(*bent->sample({voxel}), slope(voxel + field.displacement(voxel)), 1.1);
+    seen += field.displacement(voxel).norm() > 1;
+  }
+  EXPECT_GT(seen, 1) << "the field moves something";
 }
 
 TEST(DeformableRegistrationTest, StressNaNConstantCtAndTooFewPictures) {

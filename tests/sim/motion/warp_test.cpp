@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "sim/motion/deformation.hpp"
 #include "sim/motion/moved_field.hpp"
 #include "sim/random.hpp"
 
@@ -56,6 +57,13 @@ TEST(WarpTest, JacobianAndInverseOfEveryKindAgreeWithTheMap) {
   m << 1.05, 0.1, 0, -0.05, 0.9, 0.02, 0, 0.07, 1.1;
   expect_consistent(AffineWarp(m, {3, 2, 1}), 200);
   expect_consistent(smooth(three_bumps()), 200);
+  const auto bent = std::make_shared<SmoothWarp>(smooth(three_bumps()));
+  const auto turned = std::make_shared<AffineWarp>(
+      AffineWarp::rigid({0.1, -0.2, 0.05}, {10, 20, 30}, {1, -4, -12}));
+  expect_consistent(ComposedWarp(bent, turned), 200);
+  expect_consistent(ComposedWarp(turned, bent), 200);
+  const Vec p(11, -7, 23);
+  EXPECT_EQ(ComposedWarp(bent, turned).apply(p), turned->apply(bent->apply(p)));
 }
 
 TEST(WarpTest, RigidKeepsDistancesAndItsCentre) {
@@ -92,6 +100,25 @@ TEST(WarpTest, StressInverseAtTheSteepestAllowedAndFarFromTheOrigin) {
     const Vec p = far + Vec(x, 0.3 * x, -x);
     EXPECT_LE((away.apply(away.invert(p)) - p).norm(), 2e-9);
   }
+}
+
+TEST(DeformationTest, MovesTheFarthestPointByWhatWasAskedFor) {
+  std::vector<Point<frames::Ct>> points;
+  Random random(5, 4);
+  for (int i = 0; i < 50; ++i) points.push_back({Vec(30, -20, 10) + random.offset(40)});
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    const auto warp = make_deformation({8, seed}, points);
+    ASSERT_TRUE(warp) << warp.error().message;
+    double farthest = 0;
+    for (const auto& p : points) farthest = std::max(farthest, (warp->apply(p.mm) - p.mm).norm());
+    EXPECT_NEAR(farthest, 8, 1e-9);
+    EXPECT_LT(warp->lipschitz(), 0.6);
+  }
+  EXPECT_FALSE(make_deformation({8, 1}, {}));
+  const auto refused = make_deformation({21, 1}, points);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("0 to 20 mm, found 21"));
+  EXPECT_FALSE(validate(DeformationOptions{std::nan(""), 1}));
 }
 
 TEST(MovedFieldTest, ValueAndGradientMoveWithTheTissue) {

@@ -125,6 +125,34 @@ TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
   EXPECT_GT(sum / (80 * 60 * count), 15) << "the probe touches the patient";
 }
 
+TEST(SimulatedSessionTest, DeformedTissueBreathesWhereItLies) {
+  SimulatedSessionOptions options = small();
+  EXPECT_TRUE(make(options).undeformed());
+  options.deformation.largest_mm = 8;
+  const auto still = make(options);
+  ASSERT_NE(still.deformation(), nullptr);
+  EXPECT_FALSE(still.undeformed());
+  options.breathing.kind = BreathingKind::kSmooth;
+  const auto breathing = make(options);
+  for (const auto& p : still.patient().targets()) {
+    const Timestamp time = still.frame_time(3);
+    const Vec lies = still.deformation()->apply(p.mm);
+    EXPECT_EQ(still.warp(time)->apply(p.mm), lies);
+    EXPECT_EQ(breathing.warp(time)->apply(p.mm), breathing.breathing().warp(time)->apply(lies));
+  }
+  // The picture shows the tissue that lies there, not what the CT has at that place.
+  const FrameTruth truth = still.truth(3);
+  EXPECT_GT(
+      std::abs((truth.rest.ct_from_image.translation_mm() - truth.ct_from_image.translation_mm())
+                   .norm()),
+      0.5);
+  options = small();
+  const auto flat = make(options).frames()->next(Timestamp::max());
+  const auto bent = still.frames()->next(Timestamp::max());
+  ASSERT_TRUE(flat && bent);
+  EXPECT_FALSE(std::ranges::equal(flat->pixels.pixels(), bent->pixels.pixels()));
+}
+
 TEST(SimulatedSessionTest, EveryListedDeviceCanBeStartedAndDelivers) {
   for (const SimulatedDevice& device : simulated_devices()) {
     SimulatedSessionOptions options = small();

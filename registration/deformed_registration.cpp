@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/deformed_registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <tbb/parallel_for.h>
+
+#include "nav/check.hpp"
+#include "registration/motion_evidence.hpp"
+#include "registration/sweep_points.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+
+// Farther off it is another minimum than the one that the field was fitted about.
+constexpr double kMaxSettlingMm = 3;
+// Right ones: 0.43 to 1.02 on the development seeds (docs/registration.md).
+constexpr double kMaxHalvesMm = 1.5;
+// A field explains a part of any CT: stricter than the cost of a pose alone. Right ones cost 0.15
+// to 0.28 on the development seeds, other patients' 0.35 and more.
+constexpr double kMaxBentCost = 0.3;
+
+}  // namespace
+
+Result<Volume> bent_ct(const Volume& ct, const SplineField& field) {
+  std::vector<std::int16_t> hu(ct.hu().begin(), ct.hu().end());
+  const VoxelGrid& grid = ct.grid();
+  tbb::parallel_for(0, grid.size[2], [&](int k) {
+    auto voxel = hu.begin() + static_cast<std::ptrdiff_t>(k) * grid.size[0] * grid.size[1];
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i, ++voxel) {
+        const Point<frames::Ct> p = grid.at(Vec(i, j, k));
+        const Vec moved = field.displacement(p.mm);
+        if (moved.isZero(0)) continue;
+        const auto value = ct.sample({p.mm + moved});
+        *voxel = value ? static_cast<std::int16_t>(std::lround(*value)) : kAirHu;
+      }
+    }
+  });
+  return Volume::create(grid, std::move(hu), ct.name() + ", bent");
+}
+
+Result<DeformedRegistration> register_deformed(
+    const Volume& ct, const Sweep& sweep, const Pose& common, const DeformableOptions& fit,
+    const ImageRegistrationOptions& solver, Diagnostics& diagnostics,
+    const std::function<bool(double fraction)>& progress) {
+  const auto evidence = motion_evidence(ct, sweep, common, solver.mask);
+  if (!evidence) return evidence.error();
+  auto tissue = refine_deformable(evidence->ct, evidence->patches, common, fit);
+  if (!tissue) return tissue.error();
+  DeformedRegistration deformed{std::move(*tissue), {}, 0};
+  if (!deformed.tissue.supported) return deformed;
+  const auto bent = bent_ct(ct, deformed.tissue.field);
+  if (!bent) return bent.error();
+  auto found = register_sweep(*bent, sweep, common, solver, diagnostics, progress);
+  if (!found) return found.error();
+  deformed.settled_mm = apart_mm(sweep, common, found->ct_from_reference);
+  deformed.in_bent_ct = std::move(*found);
+  return deformed;
+}
+
+Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& limits,
+                const Point<frames::Ct>& target) {
+  NAV_CHECK(deformed.in_bent_ct.has_value(), deformed.tissue.reason);
+  AcceptanceLimits bent = limits;
+  bent.max_cost = std::min(bent.max_cost, kMaxBentCost);
+  Decision decision = decide(*deformed.in_bent_ct, bent, target);
+  const auto at_most = [&](const char* what, double limit_mm, double found_mm) {
+    if (found_mm <= limit_mm) return;
+    std::ostringstream text;
+    text.precision(3);
+    text << what << ": expected at most " << limit_mm << " mm, found " << found_mm << " mm";
+    decision.reasons.push_back(text.str());
+    decision.accepted = false;
+  };
+  at_most("pose in the bent CT, from the common one", kMaxSettlingMm, deformed.settled_mm);
+  at_most("disagreement of the deformations of odd and even pictures", kMaxHalvesMm,
+          deformed.tissue.halves_disagreement_mm);
+  return decision;
+}
+
+}  // namespace nav::registration
