@@ -37,8 +37,8 @@ enum GlUnit {
   kBehind,
   kSignatures,
   kLiveAt,
-  kFeatures,  ///< And the three after it.
-  kUndefined = kFeatures + 4,
+  kFeatures,  ///< And the two after it.
+  kUndefined = kFeatures + 3,
   kLabels,
   kPredicateBricks,
   kLooks,
