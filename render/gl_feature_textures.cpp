@@ -13,8 +13,10 @@ namespace {
 
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
-/// Codes of one or two volumes, voxel by voxel; undefined ones 0, a missing second too.
-std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members) {
+/// Codes of up to four volumes, voxel by voxel; undefined ones 0, missing ones too. as_they_are: of
+/// the first one, which is no feature.
+std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members,
+                                      bool as_they_are) {
   constexpr std::size_t kWidth = GlFeatureTextures::kChannels;
   const auto& size = members[0]->grid().size;
   const std::size_t slice = size_of(size[0]) * size_of(size[1]);
@@ -23,8 +25,10 @@ std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Vo
     for (std::size_t c = 0; c < members.size(); ++c) {
       const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
       std::int16_t* to = out.data() + kWidth * size_of(k) * slice + c;
+      const bool raw = as_they_are && c == 0;
       for (std::size_t i = 0; i < slice; ++i) {
-        to[kWidth * i] = from[i] == FeatureVolume::kUndefined ? std::int16_t{0} : from[i];
+        const bool undefined = !raw && from[i] == FeatureVolume::kUndefined;
+        to[kWidth * i] = undefined ? std::int16_t{0} : from[i];
       }
     }
   });
@@ -71,18 +75,23 @@ const GlFeatureTextures::Place* GlFeatureTextures::find(const Volume* codes) con
   return found == places_.end() ? nullptr : &found->second;
 }
 
-Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered) {
-  const bool stale = std::any_of(places_.begin(), places_.end(), [&](const auto& place) {
+bool GlFeatureTextures::is_stale(const PredicateSet& set, const Features& offered) const {
+  const auto& first = groups_[0].members;
+  if (!first.empty() && first[0] != set.channels()[0].codes) return true;
+  return std::any_of(places_.begin(), places_.end(), [&](const auto& place) {
     return std::none_of(offered.volumes.begin(), offered.volumes.end(), [&](const auto& named) {
       return named.second.codes().get() == place.first;
     });
   });
+}
+
+Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered) {
+  const bool stale = is_stale(set, offered);
   const auto missing = [&] {
     return std::count_if(set.channels().begin() + 1, set.channels().end(),
                          [&](const auto& channel) { return !find(channel.codes.get()); });
   };
-  if (stale || places_.size() + size_of(static_cast<int>(missing())) > kMostTextures * kChannels)
-    release();
+  if (stale || places_.size() + size_of(static_cast<int>(missing())) > kMostFeatures) release();
   if (auto ok = place(set); !ok) return ok;
   used_.clear();
   channels_.clear();
@@ -91,6 +100,7 @@ Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& 
     const std::size_t group = channels_.back().group;
     if (std::find(used_.begin(), used_.end(), group) == used_.end()) used_.push_back(group);
   }
+  std::sort(used_.begin(), used_.end());
   for (const std::size_t g : used_) {
     if (groups_[g].sent) continue;
     if (auto ok = send(groups_[g]); !ok) return ok;
@@ -102,12 +112,13 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
     const auto& codes = set.channels()[c].codes;
     if (find(codes.get()) != nullptr) continue;
-    const std::size_t at = places_.size();
-    if (at == kMostTextures * kChannels) {
+    const std::size_t at = places_.size() + 1;  // Behind the volume.
+    if (places_.size() == kMostFeatures) {
       return Error{ErrorCode::kUnsupportedData,
-                   "predicates: expected at most " + std::to_string(at) +
+                   "predicates: expected at most " + std::to_string(kMostFeatures) +
                        " features on the GL engine, found more; the CPU engine draws such scenes"};
     }
+    if (at == 1) groups_[0].members = {set.channels()[0].codes};
     Group& group = groups_[at / kChannels];
     group.members.push_back(codes);
     group.sent = false;
@@ -118,11 +129,11 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
 
 Result<void> GlFeatureTextures::send(Group& group) {
   const auto& size = group.members[0]->grid().size;
-  const std::vector<std::int16_t> texels = interleaved(group.members);
+  const std::vector<std::int16_t> texels = interleaved(group.members, &group == &groups_[0]);
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   // Also for one alone: drivers compile anew for other kinds of textures.
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG16_SNORM, size[0], size[1], size[2], 0, GL_RG, GL_SHORT,
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                texels.data());
   ++uploads_;
   if (auto ok = accepted("features of predicates"); !ok) return ok;

@@ -11,23 +11,26 @@
 
 namespace nav::render {
 
-/// The features of predicates on the device, two interleaved in each texture, so that one fetch
-/// reads both and all textures are of one kind. What has been sent stays as long as the scene
-/// offers it: another set that reads the same features sends nothing. Internal to render/; needs
-/// the context current.
+/// The features of predicates on the device, interleaved in textures of four components, so that
+/// one fetch reads what it can and all textures are of one kind; the volume is the first component.
+/// What has been sent stays as long as the scene offers it: another set that reads the same
+/// features sends nothing. Internal to render/; needs the context current.
 class GlFeatureTextures {
  public:
-  static constexpr std::size_t kMostTextures = 4;
-  static constexpr std::size_t kChannels = 2;  ///< Of a texture.
+  static constexpr std::size_t kMostTextures = 3;
+  static constexpr std::size_t kChannels = 4;  ///< Of a texture.
+  static constexpr std::size_t kMostFeatures = kMostTextures * kChannels - 1;
 
   /// Sends what the channels of a set need and what is not there. offered: the scene's features.
-  /// kUnsupportedData for more than 8 and for what the device's memory does not hold.
+  /// kUnsupportedData for more than kMostFeatures and for what the device's memory does not hold.
   Result<void> update(const PredicateSet& set, const Features& offered);
   void release();
 
   /// Textures of the last set, at most kMostTextures.
   [[nodiscard]] std::size_t used() const { return used_.size(); }
   [[nodiscard]] unsigned texture(std::size_t i) { return groups_[used_[i]].texture.id(); }
+  /// The first component of the first texture is the volume.
+  [[nodiscard]] bool has_volume() const { return !used_.empty() && used_.front() == 0; }
   /// Some feature of the last set has voxels without a value.
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// Bits of the features without a value at one of the eight voxels around a place, by the voxel
@@ -54,6 +57,8 @@ class GlFeatureTextures {
     std::size_t group;
     std::size_t component;
   };
+  /// Whether something that is placed has gone.
+  [[nodiscard]] bool is_stale(const PredicateSet& set, const Features& offered) const;
   [[nodiscard]] const Place* find(const Volume* codes) const;
   Result<void> place(const PredicateSet& set);
   Result<void> send(Group& group);

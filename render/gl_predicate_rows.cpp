@@ -74,18 +74,19 @@ void append_numbers(const PredicateForm& form, std::size_t leaf, const LeafUnifo
 }
 
 void append_leaf(const PredicateSet& set, std::size_t i, const GlFeatureTextures& features,
-                 std::uint32_t undefined, const LeafUniforms& uniforms,
+                 std::uint32_t undefined, std::uint32_t label_bits, const LeafUniforms& uniforms,
                  std::vector<Texel>& texels) {
   const PredicateSet::Leaf& leaf = set.leaves()[i];
-  const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
+  PredicateForm form = leaf.kind->form(set.place(), leaf.values);
+  form.mask = packed_bits(form.mask, label_bits);
   Texel head{static_cast<std::uint32_t>(form.kind), 0, 0, undefined};
   Texel scales{};
   for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
     const auto channel = static_cast<std::size_t>(leaf.channels[c]);
     if (channel > 0) {
       const auto slot = features.slot(channel);
-      head[1 + c] =
-          static_cast<std::uint32_t>(1 + 2 * static_cast<int>(slot.texture) + slot.component);
+      head[1 + c] = static_cast<std::uint32_t>(1 + GlFeatureTextures::kChannels * slot.texture +
+                                               static_cast<std::size_t>(slot.component));
     }
     scales[2 * c] = bits_of(set.channels()[channel].offset);
     scales[2 * c + 1] = bits_of(set.channels()[channel].scale);
@@ -112,14 +113,23 @@ bool append_tokens(const PredicateSet& set, GlPredicateRows& rows) {
 
 }  // namespace
 
+std::uint32_t packed_bits(std::uint32_t word, std::uint32_t kept) {
+  std::uint32_t packed = 0;
+  for (std::uint32_t to = 1; kept != 0; kept &= kept - 1, to <<= 1U) {
+    if ((word & kept & (~kept + 1)) != 0) packed |= to;
+  }
+  return packed;
+}
+
 std::optional<GlPredicateRows> predicate_rows(const PredicateSet& set,
                                               const GlFeatureTextures& features,
-                                              const std::vector<std::uint32_t>& undefined) {
+                                              const std::vector<std::uint32_t>& undefined,
+                                              std::uint32_t label_bits) {
   GlPredicateRows rows;
   rows.leaves = static_cast<int>(set.leaves().size());
   const LeafUniforms uniforms(set);
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    append_leaf(set, i, features, undefined[i], uniforms, rows.texels);
+    append_leaf(set, i, features, undefined[i], label_bits, uniforms, rows.texels);
   }
   if (classes_of(set) == PredicateClasses::kLeaves) return rows;
   if (!append_tokens(set, rows)) return std::nullopt;

@@ -20,10 +20,15 @@ struct GlPredicateRows {
   int tokens = 0;  ///< 0: classes are leaves.
 };
 
+/// The bits of a word that are kept, next to each other, lowest first.
+std::uint32_t packed_bits(std::uint32_t word, std::uint32_t kept);
+
+/// label_bits: those that the label texture keeps, packed_bits().
 /// undefined: for each leaf the bits of the features that it needs defined. Absent when expressions
 /// are nested deeper than the table can say: 32 operands that wait.
 std::optional<GlPredicateRows> predicate_rows(const PredicateSet& set,
                                               const GlFeatureTextures& features,
-                                              const std::vector<std::uint32_t>& undefined);
+                                              const std::vector<std::uint32_t>& undefined,
+                                              std::uint32_t label_bits);
 
 }  // namespace nav::render

@@ -60,13 +60,12 @@ bool same_programs(const PredicateSet& a, const PredicateSet& b) {
                     });
 }
 
-/// Sends labels in as few bytes as their bits need.
 template <class T>
-void send_bits(std::span<const std::uint32_t> bits, const std::array<int, 3>& size, GLint internal,
-               GLenum type) {
+void send_bits(std::span<const std::uint32_t> bits, std::uint32_t kept,
+               const std::array<int, 3>& size, GLint internal, GLenum type) {
   std::vector<T> texels(bits.size());
   std::transform(bits.begin(), bits.end(), texels.begin(),
-                 [](std::uint32_t b) { return static_cast<T>(b); });
+                 [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
   glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, GL_RED_INTEGER, type,
                texels.data());
 }
@@ -95,13 +94,14 @@ Result<void> GlPredicates::update(const Scene& scene) {
   }
   form_ = {.text = predicate_shader(*set_, texels),
            .feature_textures = static_cast<int>(features_.used()),
+           .volume_in_features = features_.has_volume(),
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
            .log_importance = set_->size() > kMostWeighed,
            .look_table = classes_of(*set_) != PredicateClasses::kNone};
   std::vector<std::uint32_t> undefined;
   for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
-  rows_ = predicate_rows(*set_, features_, undefined);
+  rows_ = predicate_rows(*set_, features_, undefined, label_bits_);
   const bool other_leaves = known_.update(*set_, 0);
   unchanged_ = !other_looks && !other_leaves;
   if (other_looks) form_.look_table ? send_looks() : send_weights();
@@ -125,12 +125,14 @@ Result<void> GlPredicates::send_labels() {
   glBindTexture(GL_TEXTURE_3D, label_texture_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
   const auto& size = labels->grid().size;
-  if (all <= 0xFFU) {
-    send_bits<std::uint8_t>(labels->bits(), size, GL_R8UI, GL_UNSIGNED_BYTE);
-  } else if (all <= 0xFFFFU) {
-    send_bits<std::uint16_t>(labels->bits(), size, GL_R16UI, GL_UNSIGNED_SHORT);
+  // One kind of texture nearly always: software rasterisers compile anew for another.
+  const bool packs = std::popcount(all) <= 16;
+  label_bits_ = packs ? all : ~0U;
+  label_format_ = packs ? GL_R16UI : GL_R32UI;
+  if (packs) {
+    send_bits<std::uint16_t>(labels->bits(), label_bits_, size, label_format_, GL_UNSIGNED_SHORT);
   } else {
-    send_bits<std::uint32_t>(labels->bits(), size, GL_R32UI, GL_UNSIGNED_INT);
+    send_bits<std::uint32_t>(labels->bits(), label_bits_, size, label_format_, GL_UNSIGNED_INT);
   }
   if (glGetError() != GL_NO_ERROR) {
     return Error{ErrorCode::kUnsupportedData,
@@ -304,7 +306,8 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene,
 void GlPredicates::set_leaves(GlProgram& program) const {
   const PredicateUniforms uniforms = predicate_uniforms(*set_);
   for (const auto& [name, value] : uniforms.values) program.set(name, value);
-  for (const auto& [name, mask] : uniforms.masks) program.set_bits(name, mask);
+  for (const auto& [name, mask] : uniforms.masks)
+    program.set_bits(name, packed_bits(mask, label_bits_));
   for (std::size_t c = 0; c < set_->channels().size(); ++c) {
     const PredicateSet::Channel& channel = set_->channels()[c];
     const std::string prefix = "channel" + std::to_string(c);

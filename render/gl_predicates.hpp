@@ -46,6 +46,8 @@ class GlPredicates {
 
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
+  /// Internal format of the label texture, 0: none was sent yet; for tests.
+  [[nodiscard]] int label_format() const { return label_format_; }
   [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
 
  private:
@@ -71,6 +73,8 @@ class GlPredicates {
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   std::optional<LabelVolume> labels_;
+  int label_format_ = 0;
+  std::uint32_t label_bits_ = ~0U;   ///< That the label texture keeps, packed_bits().
   std::vector<double> importances_;  ///< Of the bricks.
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;

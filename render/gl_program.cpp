@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
+#include <algorithm>
 #include <glm/gtc/type_ptr.hpp>
 #include <iomanip>
 #include <set>
@@ -99,6 +100,7 @@ std::string predicate_defines(const GlPredicateForm& form) {
   std::string defines;
   if (form.feature_textures > 0)
     defines += "#define FEATURES " + std::to_string(form.feature_textures) + '\n';
+  define(defines, form.volume_in_features, "VOLUME_IN_FEATURES");
   define(defines, form.undefined, "UNDEFINED");
   define(defines, form.labels, "LABELS");
   define(defines, form.log_importance, "LOG_IMPORTANCE");
@@ -138,7 +140,32 @@ std::string constants() {
   return defines;
 }
 
+int samplers_of_device(int most) {
+  GLint units = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+  return std::min<int>(units, most);
+}
+
 }  // namespace
+
+int samplers_of(const GlFeatures& f) {
+  const auto count = [](std::initializer_list<bool> used) {
+    return static_cast<int>(std::count(used.begin(), used.end(), true));
+  };
+  int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature()});
+  if (f.predicates) {
+    const GlPredicateForm& p = *f.predicates;
+    // Bricks, looks, opacity.
+    samplers += 3 + p.feature_textures + count({p.undefined, p.labels, p.generic, f.beside_ct});
+  }
+  if (!f.predicates || f.beside_ct) {
+    const bool pre_integrated = f.classified == GlFeatures::Classified::kPreIntegrated;
+    const bool shaded = f.shaded != GlFeatures::Shaded::kNot;
+    samplers += count({true, f.cutaway || (shaded && f.emphasis), pre_integrated,
+                       f.skipping || f.adaptive, f.adaptive, f.gradient_texture});
+  }
+  return samplers;
+}
 
 std::string assembled_shader(const std::string& name) {
   std::set<std::string> done;
@@ -243,9 +270,21 @@ void GlProgram::set(const std::string& name, const Eigen::Matrix4d& value) {
   glUniformMatrix4fv(location(name), 1, GL_FALSE, glm::value_ptr(to_gpu<4>(value)));
 }
 
+bool GlProgramCache::fits(const GlFeatures& features) const {
+  return samplers_of(features) <= samplers_of_device(most_samplers_);
+}
+
 Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
   const auto found = programs_.find(features);
   if (found != programs_.end()) return found->second.get();
+  if (!fits(features)) {
+    return Error{ErrorCode::kUnsupportedData,
+                 "OpenGL: expected at least " + std::to_string(samplers_of(features)) +
+                     " textures in a fragment shader for this scene, found "
+                     "GL_MAX_TEXTURE_IMAGE_UNITS " +
+                     std::to_string(samplers_of_device(most_samplers_)) +
+                     "; the CPU engine draws it"};
+  }
   ++compiled_;
   auto program =
       GlProgram::link(assembled_shader("fullscreen.vert"), raycast_fragment_source(features));

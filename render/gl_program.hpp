@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <compare>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,9 +19,10 @@ namespace nav::render {
 
 /// What a set of predicates needs compiled in.
 struct GlPredicateForm {
-  std::string text;          ///< Of predicate_shader().
-  int feature_textures = 0;  ///< At most 4.
-  bool undefined = false;    ///< Some feature has voxels without a value.
+  std::string text;                 ///< Of predicate_shader().
+  int feature_textures = 0;         ///< At most 3.
+  bool volume_in_features = false;  ///< VOLUME_IN_FEATURES of predicate_march.glsl.
+  bool undefined = false;           ///< Some feature has voxels without a value.
   bool labels = false;
   bool log_importance = false;  ///< Else weights.
   bool look_table = false;      ///< Else Eqs. 6 to 8 for every sample.
@@ -61,6 +63,8 @@ struct GlFeatures {
 /// Text of the fragment shader for a set of features: the #defines, then the file with its blocks:
 /// raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
 std::string raycast_fragment_source(const GlFeatures& features);
+/// Textures that a program for a set of features declares: at most 12 without predicates.
+int samplers_of(const GlFeatures& features);
 /// Text of a file of shaders/ with its #include lines replaced, each block once; #include again
 /// stands for a block that is there already.
 std::string assembled_shader(const std::string& name);
@@ -105,7 +109,13 @@ class GlProgram {
 /// Programs by feature set; compiles only what has not been asked for before.
 class GlProgramCache {
  public:
+  /// kUnsupportedData for more textures than fragment shaders of this device have, before anything
+  /// is compiled.
   Result<GlProgram*> get(const GlFeatures& features);
+  /// Whether the device has enough textures.
+  [[nodiscard]] bool fits(const GlFeatures& features) const;
+  /// An artificial limit of the device's textures, for tests.
+  void set_most_samplers(int most) { most_samplers_ = most; }
   [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
   /// How many programs have been compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }
@@ -114,6 +124,7 @@ class GlProgramCache {
  private:
   std::map<GlFeatures, std::unique_ptr<GlProgram>> programs_;
   int compiled_ = 0;
+  int most_samplers_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace nav::render

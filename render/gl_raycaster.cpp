@@ -170,8 +170,10 @@ GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
   pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
   wanted_ = features;
   const auto generic = predicates_.generic_form();
-  const bool own = programs_.has(features) || pictures_wanted_ >= settled_after_ || !generic;
-  return own ? *features.predicates : *generic;
+  if (!generic || programs_.has(features) || pictures_wanted_ >= settled_after_)
+    return *features.predicates;
+  features.predicates = generic;
+  return programs_.fits(features) ? *generic : *wanted_->predicates;
 }
 
 void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {

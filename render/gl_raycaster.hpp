@@ -73,6 +73,8 @@ class GlRaycaster {
   }
   /// An artificial limit of its memory, voxels, for tests.
   void set_memory(std::size_t voxels) { textures_.set_memory(voxels); }
+  /// An artificial limit of the textures of a fragment shader, for tests.
+  void set_most_samplers(int most) { programs_.set_most_samplers(most); }
   /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
   void set_gradient_texture(bool allowed) {
     textures_.set_gradient_texture(allowed);

@@ -22,12 +22,12 @@ struct Kind {
 };
 
 /// As GlFeatureTextures and GlPredicates send them.
-constexpr Kind kFeatureKind{GL_RG16_SNORM, GL_RG, GL_SHORT, GL_LINEAR};
+constexpr Kind kFeatureKind{GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, GL_LINEAR};
 constexpr Kind kUndefinedKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
-constexpr Kind kLabelKind{GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, GL_NEAREST};
+constexpr Kind kLabelKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
 
 void send(const Kind& kind, const std::array<int, 3>& size, GlTexture& texture) {
-  const std::vector<std::uint8_t> nothing(27 * 4);
+  const std::vector<std::uint8_t> nothing(27 * 8);
   glBindTexture(GL_TEXTURE_3D, texture.id());
   gl::set_sampling(GL_TEXTURE_3D, kind.filter);
   glTexImage3D(GL_TEXTURE_3D, 0, kind.internal, size[0], size[1], size[2], 0, kind.layout,

@@ -11,8 +11,8 @@ namespace nav::render {
 /// Textures of a few texels for what the generic program of predicates could read and a set does
 /// not. Mesa's software rasteriser compiles a program anew when a texture is bound where there was
 /// none, one of another format, or one whose edges are powers of two where they were not: these
-/// are of the kinds that features, undefined voxels and labels of up to 8 bits have. Never read.
-/// Internal to render/; needs the context current.
+/// are of the kinds that features, undefined voxels and labels of up to 16 different bits have.
+/// Never read. Internal to render/; needs the context current.
 class GlStandIns {
  public:
   /// size: of the volume, voxels.

@@ -38,8 +38,8 @@ enum GlUnit {
   kSignatures,
   kSpent = kSignatures,  ///< Rays that are spared have no signatures.
   kLiveAt,
-  kFeatures,  ///< And the three after it.
-  kUndefined = kFeatures + 4,
+  kFeatures,  ///< And the two after it.
+  kUndefined = kFeatures + 3,
   kLabels,
   kPredicateBricks,
   kLooks,

@@ -23,13 +23,12 @@ uvec4 leaf_texel(int leaf, int texel) {
 }
 vec4 leaf_numbers(int leaf, int texel) { return uintBitsToFloat(leaf_texel(leaf, texel)); }
 
-// slot: 0 the volume, else 1 + 2 texture + component.
+// slot: 0 the volume, else 1 + 4 texture + component.
 float code_of(vec4 texels[FEATURES], float volume, uint slot) {
   if (slot == 0u) return volume;
-  uint which = (slot - 1u) >> 1u;
-  vec4 texel = which == 0u ? texels[0] : which == 1u ? texels[1]
-             : which == 2u ? texels[2] : texels[3];
-  return ((slot - 1u) & 1u) == 0u ? texel.x : texel.y;
+  uint which = (slot - 1u) >> 2u;
+  vec4 texel = which == 0u ? texels[0] : which == 1u ? texels[1] : texels[2];
+  return texel[(slot - 1u) & 3u];
 }
 
 bool is_within(float x, vec2 range) { return x >= range.x && x <= range.y; }

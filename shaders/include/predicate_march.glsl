@@ -16,19 +16,24 @@ uniform float leave_out_from;  // spec::EarlyEnds; > 1: never.
 uniform float end_at;
 uniform vec2 entry_of_volume;   // Of the table of extinctions: scale, offset.
 uniform float last_entry;
+// One fetch reads all that there is: runs without features need no loop of their own, which costs a
+// turn even where no ray takes it.
+#ifdef VOLUME_IN_FEATURES
+#if FEATURES == 1
+#define ONE_TEXTURE
+#endif
+#endif
 uniform samplerBuffer opacity;  // Extinction per mm, what to add to reach the next.
 uniform vec3 spacing_mm;
 
 #ifdef FEATURES
-uniform sampler3D features0;  // Codes of up to two features each.
+// Codes of up to four features each; with VOLUME_IN_FEATURES the first one is the volume.
+uniform sampler3D features0;
 #if FEATURES > 1
 uniform sampler3D features1;
 #endif
 #if FEATURES > 2
 uniform sampler3D features2;
-#endif
-#if FEATURES > 3
-uniform sampler3D features3;
 #endif
 uniform ivec4 feature_leaves;  // Leaves that read each texture.
 #ifdef UNDEFINED
@@ -47,14 +52,26 @@ uniform float cutaway_greatest;
 bool ended;              // The light is final.
 float greatest_to_come;  // Importance on the rest of the stretch, at most.
 
+// What a sample reads at once. reads: some leaf that matters reads features.
+vec4 first_texel(vec3 index, bool reads) {
+#ifdef VOLUME_IN_FEATURES
+  if (reads) return trilinear(features0, index);
+#endif
+  return vec4(ct_hu(index));
+}
+
 // Which leaves are true at a place. asked: those that matter; reads: some of them reads features.
-uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
+uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
   uint undefined = 0u;
   uint bits = 0u;
 #ifdef FEATURES
   vec4 texels[FEATURES];
+#ifdef VOLUME_IN_FEATURES
+  texels[0] = first;
+#else
   texels[0] = vec4(0.0);
   if (reads && (asked & uint(feature_leaves.x)) != 0u) texels[0] = trilinear(features0, index);
+#endif
 #if FEATURES > 1
   texels[1] = vec4(0.0);
   if (reads && (asked & uint(feature_leaves.y)) != 0u) texels[1] = trilinear(features1, index);
@@ -62,10 +79,6 @@ uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
 #if FEATURES > 2
   texels[2] = vec4(0.0);
   if (reads && (asked & uint(feature_leaves.z)) != 0u) texels[2] = trilinear(features2, index);
-#endif
-#if FEATURES > 3
-  texels[3] = vec4(0.0);
-  if (reads && (asked & uint(feature_leaves.w)) != 0u) texels[3] = trilinear(features3, index);
 #endif
 #ifdef UNDEFINED
 #ifdef GENERIC
@@ -82,7 +95,7 @@ uint leaves_at(vec3 index, float volume, uint asked, bool reads) {
 #ifdef GENERIC
   asked_leaves = asked;
 #endif
-  return predicate_leaves(texels, volume, undefined, bits, spacing_mm * index);
+  return predicate_leaves(texels, first.x, undefined, bits, spacing_mm * index);
 }
 
 float extinction_of(float entry) {
@@ -116,11 +129,11 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
   float cell = float(n);
   vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), vec3(ct_size - 1));
   cost.x += 1.0;
-  float volume = ct_hu(index);
-  float entry = volume * entry_of_volume.x + entry_of_volume.y;
+  vec4 first = first_texel(index, reads);
+  float entry = first.x * entry_of_volume.x + entry_of_volume.y;
   if (!(entry > 0.0)) return;
   entry = min(entry, last_entry);
-  uint leaves = sure | (leaves_at(index, volume, open, reads) & open);
+  uint leaves = sure | (leaves_at(index, first, open, reads) & open);
   Look look = look_of(predicate_class(leaves));
   if (!(look.importance > 0.0)) return;
   float from = max(cell, begin);
@@ -225,8 +238,12 @@ void march(float begin, float end, float far, bool fading) {
     }
     // A device that runs many rays in step skips nothing inside of a loop, but whole loops. The
     // same operations in both, so that the bits are the same.
+#ifdef ONE_TEXTURE
+    const bool reads = true;
+#else
     bool reads = fading || reads_features(open);
-#ifdef FEATURES
+#endif
+#if defined(FEATURES) && !defined(ONE_TEXTURE)
     if (n < run_end && !ended && !reads && !fading) do {
       add_cell(n, begin, end, sure, open, false, false);
       ++n;

@@ -307,6 +307,53 @@ TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
   EXPECT_EQ(draw_moved(), 3);
 }
 
+/// As many labels as bits of `used`, one after the other along the volume.
+LabelVolume labels_of(const Volume& ct, const std::vector<std::uint32_t>& used) {
+  std::vector<std::uint32_t> bits(ct.grid().voxel_count());
+  for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = used[i * used.size() / bits.size()];
+  return *LabelVolume::create(ct.grid(), std::move(bits), "labels");
+}
+
+TEST_F(GlPredicatesTest, LabelsOfAnyBitsAreOfOneKind) {
+  const double mask = 2147483648.0;
+  Scene scene = scene_with(test::model_of({{E::kind("label", {2 + mask}), 1}}));
+  const std::uint32_t top = 1U << 31;
+  std::vector<int> formats;
+  for (const std::vector<std::uint32_t>& used :
+       {std::vector<std::uint32_t>{1, 2, 3}, {1, 2, 1U << 9}, {4, top, 2 + top}, {4, 1U << 20}}) {
+    scene.predicates->features.labels = labels_of(*scene.ct, used);
+    EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+    formats.push_back(caster().predicates().label_format());
+  }
+  EXPECT_EQ(formats, std::vector<int>(4, formats[0]));
+  scene.camera.eye_ct.mm.x() += 1;
+  caster().set_settled_after(1000);
+  scene.predicates->model =
+      test::model_of({{E::kind("label", {2 + mask}), 1}, {E::kind("depth", {-9, 1e4}), 0}});
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << "the generic program";
+  scene.predicates->features.labels =
+      labels_of(*scene.ct, {1, 2, 4, 8, 16, 32, 64, 128, 1U << 30, 0x3FF00U, top});
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << "more bits than a texel has";
+  EXPECT_NE(caster().predicates().label_format(), formats[0]);
+}
+
+TEST_F(GlPredicatesTest, ADeviceOfFewTexturesIsToldBeforeCompiling) {
+  Scene scene = scene_with(
+      test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
+  caster().set_settled_after(1000);
+  caster().set_most_samplers(8);  // Its own program fits, the generic one does not.
+  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  const int compiled = caster().compiled();
+  scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.9}), 1}});
+  caster().set_most_samplers(5);
+  const auto drawn = try_to_draw(scene);
+  ASSERT_FALSE(drawn);
+  EXPECT_EQ(drawn.error().message,
+            "OpenGL: expected at least 7 textures in a fragment shader for this scene, found "
+            "GL_MAX_TEXTURE_IMAGE_UNITS 5; the CPU engine draws it");
+  EXPECT_EQ(caster().compiled(), compiled);
+}
+
 TEST_F(GlPredicatesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));

@@ -43,7 +43,8 @@ std::vector<GlFeatures> many_features() {
 /// What predicates.frag has besides the set itself, whose text others check.
 GlPredicateForm some_form(int i) {
   GlPredicateForm form;
-  form.feature_textures = i % 5;
+  form.feature_textures = i % 4;
+  form.volume_in_features = form.feature_textures > 0 && i % 3 < 2;
   form.undefined = form.feature_textures > 0 && i % 2 == 0;
   form.labels = i % 3 == 0;
   form.log_importance = i % 4 < 2;
