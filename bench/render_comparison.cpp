@@ -330,12 +330,12 @@ std::string to_text(const RenderBenchReport& report) {
       << std::lround(1 / report.reference_step)
       << " voxel;\nown: VTK against itself at that step, which forgives it its other lights. Equal "
          "error: along\nthe curves of time over error, VTK's with the smaller of rms and own.\n\n"
-      << std::fixed << std::left << std::setw(50) << "scene" << std::setw(16) << "engine"
+      << std::fixed << std::left << std::setw(54) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(7) << "pixel" << std::setw(10)
       << "cpu ms" << std::setw(10) << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max"
       << std::setw(10) << "own" << '\n';
   for (const RenderBenchRow& row : report.rows) {
-    out << std::left << std::setw(50) << row.scene << std::setw(16) << row.engine << std::right
+    out << std::left << std::setw(54) << row.scene << std::setw(16) << row.engine << std::right
         << std::setprecision(3) << std::setw(7) << row.step << std::setprecision(2) << std::setw(7)
         << row.pixel_error << std::setprecision(1) << std::setw(10) << 1e3 * row.cpu_s
         << std::setw(10) << 1e3 * row.wall_s << std::setprecision(5) << std::setw(10) << row.rms
@@ -346,7 +346,7 @@ std::string to_text(const RenderBenchReport& report) {
   out << "\nTimes faster at equal error (VTK's process time over Sonde's), at each rms; \"-\": "
          "Sonde's curve ends before.\n";
   for (const RenderBenchRatio& ratio : report.ratios) {
-    out << std::left << std::setw(50) << ratio.scene << std::setw(24) << ratio.name << std::right;
+    out << std::left << std::setw(54) << ratio.scene << std::setw(28) << ratio.name << std::right;
     for (const ErrorLevelRatio& level : ratio.levels) {
       out << "  " << std::setprecision(4) << level.rms << ": " << std::setprecision(1);
       if (std::isfinite(level.ratio)) {
@@ -359,7 +359,7 @@ std::string to_text(const RenderBenchReport& report) {
   }
   out << "\nReference: rms between its step and twice that\n";
   for (const SceneTruth& truth : report.truths) {
-    out << std::left << std::setw(50) << truth.scene << std::setprecision(6)
+    out << std::left << std::setw(54) << truth.scene << std::setprecision(6)
         << truth.self_convergence << '\n';
   }
   return out.str();

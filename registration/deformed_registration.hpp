@@ -15,7 +15,8 @@ namespace nav::registration {
 struct DeformedRegistration {
   DeformableResult tissue;  ///< About the common pose.
   /// Of the pictures in the bent CT: what lies at y there lies at y + tissue.field(y) in the CT.
-  /// Absent where no deformation is supported.
+  /// Its uncertainty has that of the field in it: tissue.displacement_mm, RMS, everywhere. Absent
+  /// where no deformation is supported.
   std::optional<ImageRegistrationResult> in_bent_ct;
   double settled_mm;  ///< How far it is from the common pose, RMS over the sweep.
 };

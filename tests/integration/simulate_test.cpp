@@ -464,6 +464,10 @@ TEST(RegisterDeformedTest, DeformedTissueIsBentBackAndTheTargetsAreNearerForIt) 
   RecordProperty("deformed_um", static_cast<int>(1000 * found.deformed_mm));
   EXPECT_GT(found.rigid_mm, 1.5);
   EXPECT_LT(found.deformed_mm, 0.7 * found.rigid_mm);
+  const double predicted_mm =
+      found.report.at("registration").at("predicted_target_error_rms_mm").get<double>();
+  EXPECT_GT(predicted_mm, 0.7 * found.deformed_mm);
+  EXPECT_LT(predicted_mm, 2 * found.deformed_mm);
 }
 
 TEST(RegisterDeformedTest, UndeformedTissueIsSaidToBeRigid) {
