@@ -57,6 +57,22 @@ TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
   EXPECT_EQ(caster().compiled(), 1);
 }
 
+TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
+  scene_ = test::ball_scene(test::cube_grid(24, 1.0), 160, 120);
+  draw();
+  ASSERT_EQ(caster().compiled(), 1);
+  scene_.quality.pixel_error = 0.1;
+  draw();
+  EXPECT_GT(statistics().pixels_without_ray, 1000U);
+  EXPECT_EQ(caster().compiled(), 3);  // Rays that are spared, and means.
+  for (const double error : {0.2, 0.0, 0.05}) {
+    scene_.quality.pixel_error = error;
+    scene_.camera.eye_ct.mm.x() += 1;
+    draw();
+  }
+  EXPECT_EQ(caster().compiled(), 3);
+}
+
 TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {
   scene_.transfer = *TransferFunction::create(
       "unimportant",
@@ -335,6 +351,23 @@ TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
   constexpr double kTolerance255 = 2.5;
   EXPECT_NEAR(picture().at(66, 36).r, 255 * (1 - through), kTolerance255);
   EXPECT_NEAR(picture().at(66, 36).g, 255 * through, kTolerance255);
+}
+
+TEST_F(GlRaycasterTest, PixelsThatVtkGeometryEndsKeepTheirRays) {
+  scene_ = block_scene(true);
+  const vtkNew<vtkActor> ball = green_ball({0, 0, 0}, 10);
+  view_->renderer().AddActor(ball);
+  const Image2d<Rgba8> dense = picture();
+  scene_.quality.pixel_error = 0.05;
+  const Image2d<Rgba8> sparse = picture();
+  EXPECT_GT(statistics().pixels_without_ray, 500U);
+  for (int y = 0; y < dense.height(); ++y) {
+    for (int x = 0; x < dense.width(); ++x) {
+      EXPECT_NEAR(sparse.at(x, y).r, dense.at(x, y).r, 13) << x << ' ' << y;
+      if (std::hypot(x - 47.5, y - 35.5) > 13) continue;  // The ball: 12 pixels.
+      EXPECT_EQ(sparse.at(x, y), dense.at(x, y)) << x << ' ' << y;
+    }
+  }
 }
 
 TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesSolids) {
