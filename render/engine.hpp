@@ -15,13 +15,13 @@ namespace nav::render {
 
 /// What a picture cost. Zero where a scene did not need it.
 struct RenderStatistics {
-  std::uint64_t rays = 0;              ///< Cast anew; pixels that could stay are not counted.
+  std::uint64_t rays = 0;                ///< Cast anew; pixels that could stay are not counted.
   std::uint64_t pixels_without_ray = 0;  ///< Means of their neighbours: sparse_rays.hpp.
-  std::uint64_t volume_samples = 0;    ///< Interpolated CT values.
-  std::uint64_t gradient_samples = 0;  ///< Shaded samples.
-  std::uint64_t window_gradients = 0;  ///< Gradients that gradient windows asked for.
-  std::uint64_t cutaway_rays = 0;      ///< Rays that a surface of the cutaway meets in the volume.
-  std::uint64_t faded_cells = 0;       ///< Cells sampled in front of the outer surface.
+  std::uint64_t volume_samples = 0;      ///< Interpolated CT values.
+  std::uint64_t gradient_samples = 0;    ///< Shaded samples.
+  std::uint64_t window_gradients = 0;    ///< Gradients that gradient windows asked for.
+  std::uint64_t cutaway_rays = 0;  ///< Rays that a surface of the cutaway meets in the volume.
+  std::uint64_t faded_cells = 0;   ///< Cells sampled in front of the outer surface.
   std::uint64_t bricks = 0;
   std::uint64_t bricks_occupied = 0;
   double prepare_s = 0;  ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
