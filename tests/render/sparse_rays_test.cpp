@@ -192,7 +192,7 @@ TEST_P(SparseRaysTest, WhatMovesInTheSameViewLeavesNoTrace) {
 }
 
 /// Of the pixels that differ by more: sharp edges bend between the rays of the lattice.
-double share_beyond(const RenderedImage& a, const RenderedImage& b, float most) {
+double share_beyond(const RenderedImage& a, const RenderedImage& b, double most) {
   const auto pixels = a.pixels.pixels();
   double count = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
