@@ -3,6 +3,7 @@
 #include "render/cpu_lattice.hpp"
 
 #include <Eigen/Core>
+#include <bit>
 
 namespace nav::render {
 namespace {
@@ -44,19 +45,20 @@ PixelRecord mean_record(const std::array<const PixelRecord*, kCorners>& corners)
 }  // namespace
 
 bool LatticeSquares::find_one(int x, int y) const {
-  if (x < 0 || y < 0 || x + side_ > lattice_.last_x || y + side_ > lattice_.last_y) return false;
+  const int right = x + side();
+  const int below = y + side();
+  if (x < 0 || y < 0 || lattice_.beyond(right, below)) return false;
   const Eigen::Array4f a = colour_of(picture_.at(x, y));
-  const Eigen::Array4f b = colour_of(picture_.at(x + side_, y));
-  const Eigen::Array4f c = colour_of(picture_.at(x, y + side_));
-  const Eigen::Array4f d = colour_of(picture_.at(x + side_, y + side_));
+  const Eigen::Array4f b = colour_of(picture_.at(right, y));
+  const Eigen::Array4f c = colour_of(picture_.at(x, below));
+  const Eigen::Array4f d = colour_of(picture_.at(right, below));
   const Eigen::Array4f low = a.min(b).min(c.min(d));
   const Eigen::Array4f high = a.max(b).max(c.max(d));
   return ((high - low) <= error_).all() && (low.w() > 0) == (high.w() > 0);
 }
 
 void LatticeSquares::find(int x0, int y0, int side) {
-  side_ = side;
-  shift_ = side == 4 ? 2 : 1;
+  shift_ = std::countr_zero(static_cast<unsigned>(side));
   x0_ = x0 - side;
   y0_ = y0 - side;
   const int count = kTile / side + 1;
@@ -71,8 +73,8 @@ void LatticeSquares::find(int x0, int y0, int side) {
 bool LatticeSquares::even_around(int x, int y) const {
   const int column = (x - x0_) >> shift_;
   const int row = (y - y0_) >> shift_;
-  const bool on_column = (x & (side_ - 1)) == 0;
-  const bool on_row = (y & (side_ - 1)) == 0;
+  const bool on_column = beyond_edge(x) == 0;
+  const bool on_row = beyond_edge(y) == 0;
   // Squares that are not there decide nothing.
   const bool left = x > 0;
   const bool right = x < lattice_.last_x;
@@ -88,16 +90,16 @@ bool LatticeSquares::even_around(int x, int y) const {
 }
 
 void LatticeSquares::fill(int x, int y) const {
-  const int half = side_ / 2;
-  const int across = (x & (side_ - 1)) == 0 ? 0 : half;
-  const int down = (y & (side_ - 1)) == 0 ? 0 : half;
+  const int across = beyond_edge(x);
+  const int down = beyond_edge(y);
   PixelRecord& pixel = picture_.at(x, y);
   if (across == 0 || down == 0) {
     pixel =
         mean_record<2>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down)});
   } else {
-    pixel = mean_record<4>({&picture_.at(x - half, y - half), &picture_.at(x + half, y + half),
-                            &picture_.at(x - half, y + half), &picture_.at(x + half, y - half)});
+    pixel =
+        mean_record<4>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down),
+                        &picture_.at(x - across, y + down), &picture_.at(x + across, y - down)});
   }
 }
 

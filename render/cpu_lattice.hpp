@@ -10,24 +10,6 @@
 
 namespace nav::render {
 
-/// The pixels of a picture that have a ray whatever it shows, and in which order the others are
-/// decided: sparse_rays.hpp. Pass 0 casts the lattice, each later one halves its squares.
-struct PixelLattice {
-  int stride;
-  int last_x;  ///< Last column and row of the lattice; beyond them every pixel has a ray.
-  int last_y;
-
-  PixelLattice(int width, int height, int pixels_between)
-      : stride(pixels_between),
-        last_x((width - 1) / pixels_between * pixels_between),
-        last_y((height - 1) / pixels_between * pixels_between) {}
-
-  [[nodiscard]] int passes() const { return stride == 2 ? 2 : 3; }
-  /// Of the squares that a pass > 0 halves, pixels.
-  [[nodiscard]] int side(int pass) const { return stride >> (pass - 1); }
-  [[nodiscard]] bool beyond(int x, int y) const { return x > last_x || y > last_y; }
-};
-
 /// The squares that touch a tile of a picture, and the means between their corners.
 class LatticeSquares {
  public:
@@ -56,8 +38,12 @@ class LatticeSquares {
   CpuPicture& picture_;
   PixelLattice lattice_;
   float error_;
-  int side_ = 2;   ///< 2 or 4.
-  int shift_ = 1;  ///< Its logarithm.
+  /// Of a square, pixels.
+  [[nodiscard]] int side() const { return 1 << shift_; }
+  /// How far a column or row lies beyond one of the squares' edges.
+  [[nodiscard]] int beyond_edge(int pixel) const { return pixel & (side() - 1); }
+
+  int shift_ = 1;  ///< Logarithm of the side: pixels are many, and divisions dear.
   int x0_ = 0;     ///< Upper left corner of the first square.
   int y0_ = 0;
   std::array<bool, static_cast<std::size_t>(kMost) * kMost> even_{};

@@ -80,15 +80,15 @@ struct CpuPainter::Tile {
   CutSelection all;
   CutSelection tile;
   CutSelection block;
-  bool cut = false;     ///< The cutaway may reach some ray.
-  bool solids = false;  ///< And so may a surface.
+  bool cut = false;  ///< The cutaway may reach some ray.
   Packet packet{};
   MarchCounts counts{};
   std::uint64_t rays = 0;
   std::uint64_t cut_rays = 0;
 
   // With sparse rays.
-  int waiting = 0;  ///< Lanes of the packet that have a pixel.
+  bool solids = false;  ///< A surface may be met in some block so far.
+  int waiting = 0;      ///< Lanes of the packet that have a pixel.
   std::optional<LatticeSquares> squares;
   std::uint64_t means = 0;
 };
@@ -125,11 +125,7 @@ void CpuPainter::paint_tile(int index, int pass) {
   tile.cut = rays_of_.cuts() && rays_of_.cull(x0, y0, kTile, tile.all.choice(), tile.tile.choice());
   for (int y = y0; y < std::min(y0 + kTile, scene_.height); y += kBlock) {
     for (int x = x0; x < std::min(x0 + kTile, scene_.width); x += kBlock) {
-      if (lattice_) {
-        paint_sparse_block(x, y, pass, tile);
-      } else {
-        paint_block(x, y, tile);
-      }
+      paint_block(x, y, pass, tile);
     }
   }
   paint_added(tile);
@@ -142,19 +138,32 @@ void CpuPainter::paint_tile(int index, int pass) {
   means_ += tile.means;
 }
 
-void CpuPainter::paint_block(int x0, int y0, Tile& tile) {
-  tile.solids = rays_of_.solids(x0, y0, kBlock);
+void CpuPainter::paint_block(int x0, int y0, int pass, Tile& tile) {
+  const bool solids = rays_of_.solids(x0, y0, kBlock);
   const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{};
-  if (span.empty() && !tile.solids) {
-    tile.rays += leave_empty(x0, y0);
+  if (span.empty() && !solids) {
+    if (pass == 0) tile.rays += leave_empty(x0, y0);
     return;
   }
-  picture_.set_blank(x0, y0, false);
+  if (pass == 0) picture_.set_blank(x0, y0, false);
+  if (!lattice_) {
+    cast_all(x0, y0, solids, span, tile);
+    return;
+  }
+  tile.solids = tile.solids || solids;
+  if (pass == 0) {
+    add_lattice(x0, y0, span, tile);
+  } else {
+    halve_squares(x0, y0, pass, span, tile);
+  }
+}
+
+void CpuPainter::cast_all(int x0, int y0, bool solids, const VisibleSpan& span, Tile& tile) {
   const bool cut =
       tile.cut && rays_of_.cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
-      rays_of_.start(x, y, tile.solids, cut ? &tile.block.choice() : nullptr, span, tile.packet);
+      rays_of_.start(x, y, solids, cut ? &tile.block.choice() : nullptr, span, tile.packet);
       paint_packet(tile);
     }
   }
@@ -178,26 +187,13 @@ void CpuPainter::paint_packet(Tile& tile) {
   tile.rays += store_packet(p);
 }
 
-// Pass 0 casts the lattice; each later one decides about the pixels in the middle of its squares
-// and of their edges.
-void CpuPainter::paint_sparse_block(int x0, int y0, int pass, Tile& tile) {
-  const bool solids = rays_of_.solids(x0, y0, kBlock);
-  const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{};
-  if (span.empty() && !solids) {
-    if (pass == 0) tile.rays += leave_empty(x0, y0);
-    return;
-  }
-  tile.solids = tile.solids || solids;
-  if (pass == 0) {
-    picture_.set_blank(x0, y0, false);
-    add_lattice(x0, y0, span, tile);
-    return;
-  }
+/// Decides about the pixels in the middle of squares and of their edges.
+void CpuPainter::halve_squares(int x0, int y0, int pass, const VisibleSpan& span, Tile& tile) {
   if (!tile.squares) {
     tile.squares.emplace(picture_, *lattice_, sparse_->error);
     tile.squares->find(x0 / kTile * kTile, y0 / kTile * kTile, lattice_->side(pass));
   }
-  const bool shapes = solids && rays_of_.shapes(x0, y0, kBlock);
+  const bool shapes = tile.solids && rays_of_.shapes(x0, y0, kBlock);
   const int side = lattice_->side(pass);
   const int step = side / 2;
   for (int y = y0; y <= std::min(y0 + kBlock - 1, lattice_->last_y); y += step) {

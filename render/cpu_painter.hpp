@@ -37,8 +37,9 @@ class CpuPainter {
   struct Packet;
   struct Tile;
 
-  void paint_block(int x0, int y0, Tile& tile);
-  void paint_sparse_block(int x0, int y0, int pass, Tile& tile);
+  void paint_block(int x0, int y0, int pass, Tile& tile);
+  void cast_all(int x0, int y0, bool solids, const VisibleSpan& span, Tile& tile);
+  void halve_squares(int x0, int y0, int pass, const VisibleSpan& span, Tile& tile);
   void add_lattice(int x0, int y0, const VisibleSpan& span, Tile& tile);
   void add_pixel(int x, int y, const VisibleSpan& span, Tile& tile);
   void paint_added(Tile& tile);

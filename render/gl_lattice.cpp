@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include "render/gl_lattice.hpp"
-
 #include "render/gl_state.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
@@ -73,13 +73,12 @@ void GlLattice::bind(Level& level) {
 
 void GlLattice::draw(GlProgram& rays, GlProgram& means,
                      const std::function<void()>& draw_triangle) {
-  const int stride = sparse_.stride;
-  const auto last = [&](int pixels) { return (pixels - 1) / stride * stride; };
+  const PixelLattice lattice(last_.width, last_.height, sparse_.stride);
   means.use();
   means.set("pixel_error", static_cast<double>(sparse_.error));
-  means.set("last_of_lattice", Eigen::Vector2i(last(last_.width), last(last_.height)));
+  means.set("last_of_lattice", Eigen::Vector2i(lattice.last_x, lattice.last_y));
   Level* before = nullptr;
-  for (int step = stride; step > 0; step /= 2) {
+  for (int step = lattice.stride; step > 0; step /= 2) {
     Level& level = step == 1 ? last_ : levels_[step == 4 ? 0 : 1];
     glBindFramebuffer(GL_FRAMEBUFFER, level.framebuffer);
     glViewport(0, 0, level.width, level.height);

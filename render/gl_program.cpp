@@ -152,6 +152,8 @@ int samplers_of(const GlFeatures& f) {
   const auto count = [](std::initializer_list<bool> used) {
     return static_cast<int>(std::count(used.begin(), used.end(), true));
   };
+  // Of the pass before: front, spent; behind and live_at with a plane.
+  if (f.means) return count({true, f.solids, f.shared_depth}) + (f.plane ? 4 : 2);
   int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature()});
   if (f.predicates) {
     const GlPredicateForm& p = *f.predicates;

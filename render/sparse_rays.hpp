@@ -28,6 +28,24 @@ struct SparseRays {
   float error;  ///< quality.pixel_error.
 };
 
+/// The pixels of a picture that have a ray whatever it shows, and in which order the others are
+/// decided: pass 0 casts the lattice, each later one halves its squares.
+struct PixelLattice {
+  int stride;
+  int last_x;  ///< Last column and row of the lattice; beyond them every pixel has a ray.
+  int last_y;
+
+  PixelLattice(int width, int height, int pixels_between)
+      : stride(pixels_between),
+        last_x((width - 1) / pixels_between * pixels_between),
+        last_y((height - 1) / pixels_between * pixels_between) {}
+
+  [[nodiscard]] int passes() const { return stride == 2 ? 2 : 3; }
+  /// Of the squares that a pass > 0 halves, pixels.
+  [[nodiscard]] int side(int pass) const { return stride >> (pass - 1); }
+  [[nodiscard]] bool beyond(int x, int y) const { return x > last_x || y > last_y; }
+};
+
 /// How a scene's rays are spared; none: every pixel has its ray. Pictures by predicates, whose
 /// speckle hides nothing between rays, and jittered ones, whose rays differ by intent, have all.
 std::optional<SparseRays> sparse_rays(const Scene& scene);
