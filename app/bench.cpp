@@ -217,6 +217,13 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
 
 Result<void> measure_comparison(const BenchRenderOptions& options, int width, int height,
                                 BenchRenderReport& report, Console& console) {
+  bench::RenderBenchOptions bench_options;
+  if (options.quick) {
+    bench_options.repeats = {1, 0};
+    bench_options.reference_width = 40;
+    bench_options.reference_height = 30;
+  }
+  if (auto ok = bench::check_picture(bench_options, width, height); !ok) return ok;
   console.begin("volumes");
   auto scenes = comparison_scenes(options, width, height, console);
   if (!scenes) return scenes.error();
@@ -228,13 +235,7 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
                      static_cast<double>(scenes->size()));
   }
   console.end();
-  bench::RenderBenchOptions bench_options;
-  if (options.quick) {
-    *scenes = stratified(*scenes);
-    bench_options.repeats = {1, 0};
-    bench_options.reference_width = 40;
-    bench_options.reference_height = 30;
-  }
+  if (options.quick) *scenes = stratified(*scenes);
   console.begin("engines side by side");
   auto compared = bench::compare_renderers(*scenes, bench_options, console, [&](std::size_t done) {
     console.progress(static_cast<double>(done) / static_cast<double>(scenes->size()));

@@ -105,12 +105,7 @@ Json default_quality(const bench::RenderBenchReport& report) {
     const auto* ours = bench::find_row(report, truth.scene, "cpu", render::Quality{}.step_voxels);
     const auto* theirs = bench::find_row(report, truth.scene, "vtk-gpu", 1);
     if (!ours || !theirs) continue;
-    std::vector<bench::CurvePoint> points;
-    for (const auto& row : report.rows) {
-      if (row.scene != truth.scene || row.engine != "cpu") continue;
-      points.push_back({row.rms, row.cpu_s});
-    }
-    const double fine_s = bench::ErrorCurve(std::move(points)).time_at(2e-3);
+    const double fine_s = bench::curve_of(report, truth.scene, {{"cpu"}, true}).time_at(2e-3);
     rows.push_back({{"scene", truth.scene},
                     {"rms", ours->rms},
                     {"cpu_s", ours->cpu_s},

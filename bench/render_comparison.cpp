@@ -39,7 +39,8 @@ Picture colours(const Image2d<Rgba8>& image) {
 struct Contestant {
   std::string name;
   bool ours;
-  bool by_rays;  ///< No pixel depends on others: a small picture shows the error as a large one.
+  bool by_rays;  ///< Without a pixel error no pixel depends on others: a small picture shows the
+                 ///< error as a large one.
   std::function<Result<void>(const render::Scene&)> draw;  ///< What is timed.
   /// What is compared, 8 bits: middles() of a picture.
   std::function<Result<Picture>(const render::Scene&, int factor)> picture;
@@ -55,7 +56,7 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (!image) return image.error();
     return colours(middles(render::to_8bit(image->pixels), factor));
   };
-  return {engine->name(), true, false, draw, picture};
+  return {engine->name(), true, true, draw, picture};
 }
 
 Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline) {
@@ -94,13 +95,8 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   if (scene.plane || scene.needle || !scene.spheres.empty() || !scene.lines.empty()) {
     return refused("expected CT alone, which VTK's mappers can draw, found a plane or shapes");
   }
-  const int factor = scene.width / options.reference_width;
-  if (factor % 2 == 0 || scene.width != factor * options.reference_width ||
-      scene.height != factor * options.reference_height) {
-    return refused("expected a picture of an odd multiple of " +
-                   std::to_string(options.reference_width) + " x " +
-                   std::to_string(options.reference_height) + " pixels, found " +
-                   std::to_string(scene.width) + " x " + std::to_string(scene.height));
+  if (const auto ok = check_picture(options, scene.width, scene.height); !ok) {
+    return refused(ok.error().message);
   }
   if (options.repeats.times < 1) {
     return refused("expected at least 1 timed frame, found " +
@@ -131,21 +127,14 @@ class Comparison {
   RenderBenchReport finish();
 
  private:
-  /// Whose points make a curve.
-  struct Curve {
-    std::vector<std::string> engines;
-    bool sparse;  ///< With quality.pixel_error too.
-  };
-
   Result<Picture> truth_of(const render::Scene& scene, double step) const;
   Result<std::vector<Contestant>> theirs(const render::Scene& scene);
   Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,
                         const SparsePoint& quality, const Picture& truth,
                         const std::vector<Picture>& own_truths);
   void add_ratios(const NamedScene& named);
-  void add_ratio(const NamedScene& named, const std::string& name, const Curve& ours,
-                 const Curve& theirs);
-  [[nodiscard]] ErrorCurve curve_of(const std::string& scene, const Curve& curve) const;
+  void add_ratio(const NamedScene& named, const std::string& name, const RenderBenchCurve& ours,
+                 const RenderBenchCurve& theirs);
   [[nodiscard]] render::Scene small(const render::Scene& scene) const {
     render::Scene out = scene;
     out.width = options_.reference_width;
@@ -168,7 +157,7 @@ Result<Picture> Comparison::truth_of(const render::Scene& scene, double step) co
 }
 
 Result<Picture> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
-  if (who.by_rays) return who.picture(small(scene), 1);
+  if (who.by_rays && scene.quality.pixel_error == 0) return who.picture(small(scene), 1);
   return who.picture(scene, scene.width / options_.reference_width);
 }
 
@@ -226,9 +215,9 @@ Result<void> Comparison::run(const NamedScene& named) {
 }
 
 void Comparison::add_ratios(const NamedScene& named) {
-  const Curve vtk{{"vtk-gpu"}, false};
+  const RenderBenchCurve vtk{{"vtk-gpu"}, false};
   for (const Contestant& who : ours_) {
-    const Curve all{{who.name}, true};
+    const RenderBenchCurve all{{who.name}, true};
     if (options_.vtk_gpu) {
       add_ratio(named, who.name + "_vs_vtk_gpu", all, vtk);
       add_ratio(named, who.name + "_dense_vs_vtk_gpu", {{who.name}, false}, vtk);
@@ -271,21 +260,10 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
   return {};
 }
 
-ErrorCurve Comparison::curve_of(const std::string& scene, const Curve& curve) const {
-  std::vector<CurvePoint> points;
-  for (const RenderBenchRow& row : report_.rows) {
-    const bool wanted =
-        std::find(curve.engines.begin(), curve.engines.end(), row.engine) != curve.engines.end();
-    if (row.scene != scene || !wanted || (row.pixel_error > 0 && !curve.sparse)) continue;
-    points.push_back({row.error(), row.cpu_s});
-  }
-  return ErrorCurve(std::move(points));
-}
-
-void Comparison::add_ratio(const NamedScene& named, const std::string& name, const Curve& ours,
-                           const Curve& theirs) {
-  const ErrorCurve our = curve_of(named.name, ours);
-  const ErrorCurve their = curve_of(named.name, theirs);
+void Comparison::add_ratio(const NamedScene& named, const std::string& name,
+                           const RenderBenchCurve& ours, const RenderBenchCurve& theirs) {
+  const ErrorCurve our = curve_of(report_, named.name, ours);
+  const ErrorCurve their = curve_of(report_, named.name, theirs);
   const double cheapest_s = their.front().empty() ? kNone : their.front().front().cpu_s;
   report_.ratios.push_back({named.name, name, named.scene.shading.enabled,
                             equal_error_ratios(our, their, options_.levels),
@@ -307,6 +285,30 @@ Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scene
     if (progress) progress(i + 1);
   }
   return comparison.finish();
+}
+
+ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
+                    const RenderBenchCurve& curve) {
+  std::vector<CurvePoint> points;
+  for (const RenderBenchRow& row : report.rows) {
+    const bool wanted =
+        std::find(curve.engines.begin(), curve.engines.end(), row.engine) != curve.engines.end();
+    if (row.scene != scene || !wanted || (row.pixel_error > 0 && !curve.sparse)) continue;
+    points.push_back({row.error(), row.cpu_s});
+  }
+  return ErrorCurve(std::move(points));
+}
+
+Result<void> check_picture(const RenderBenchOptions& options, int width, int height) {
+  const int factor = width / options.reference_width;
+  if (factor % 2 == 1 && width == factor * options.reference_width &&
+      height == factor * options.reference_height) {
+    return {};
+  }
+  return Error{ErrorCode::kUsage, "expected a picture of an odd multiple of " +
+                                      std::to_string(options.reference_width) + " x " +
+                                      std::to_string(options.reference_height) + " pixels, found " +
+                                      std::to_string(width) + " x " + std::to_string(height)};
 }
 
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,

@@ -97,6 +97,17 @@ Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scene
                                             Diagnostics& diagnostics,
                                             const std::function<void(std::size_t)>& progress = {});
 
+/// Whose pictures make a curve.
+struct RenderBenchCurve {
+  std::vector<std::string> engines;
+  bool sparse;  ///< With quality.pixel_error too.
+};
+ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
+                    const RenderBenchCurve& curve);
+
+/// Refuses pictures that are no odd multiple of the reference's.
+Result<void> check_picture(const RenderBenchOptions& options, int width, int height);
+
 /// The row of an engine in a scene at a step with a ray for every pixel; null when there is none.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, double step);

@@ -7,9 +7,10 @@
 
 What was measured is kept in build/figures/, one JSON file for each part, with its date and the
 load of the machine before it: --only measures some parts and takes the others from there, or as
-they stand on the page. On two quiet cores render takes half an hour, scaling two, registration (the whole cohort, twice) an
-hour; --quick takes six minutes in all and shows fewer scenes and trials. Volumes other than the
-simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by hand.
+they stand on the page. On two quiet cores render takes fifty minutes, scaling two, registration (the
+whole cohort, twice) an hour; --quick takes six minutes in all and shows fewer scenes and trials.
+Volumes other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by
+hand.
 """
 import argparse
 import datetime
@@ -131,8 +132,7 @@ def error_panel(rows: list[dict], scene: str) -> str:
         if fewer:
             points = front(points)
         if points:
-            engine = name
-            lines[engine] = (colour, points)
+            lines[name] = (colour, points)
     return panel(lines, scene.split("/", 1)[1], "process seconds per frame", "rms colour error")
 
 
