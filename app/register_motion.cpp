@@ -104,15 +104,19 @@ std::vector<double> phases_by_period(const Sweep& sweep, double period_s) {
 
 namespace {
 
+/// What became of the common pose.
+Json json_of_common(const MotionOutcome& outcome) {
+  return {{"accepted", outcome.decision.accepted},
+          {"reasons", outcome.decision.reasons},
+          {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+}
+
 /// The motion takes the place of the common pose; what became of that one is said. Nothing is
 /// claimed of a motion that is refused.
 void take(const registration::MovingRegistration& moving, const Point<frames::Ct>& target,
           MotionOutcome& outcome) {
   Json& json = outcome.json["breath"];
-  json["common"] = {
-      {"accepted", outcome.decision.accepted},
-      {"reasons", outcome.decision.reasons},
-      {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+  json["common"] = json_of_common(outcome);
   outcome.decision = registration::decide(moving, {}, target);
   outcome.result = *moving.at_rest;
   json["accepted"] = outcome.decision.accepted;
@@ -164,10 +168,7 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
 void take(const registration::DeformedRegistration& deformed, const Point<frames::Ct>& target,
           MotionOutcome& outcome) {
   Json& json = outcome.json["deformable"];
-  json["common"] = {
-      {"accepted", outcome.decision.accepted},
-      {"reasons", outcome.decision.reasons},
-      {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+  json["common"] = json_of_common(outcome);
   json["settled_mm"] = json_number(deformed.settled_mm);
   const auto decision = registration::decide(deformed, {}, target);
   json["accepted"] = decision.accepted;
@@ -200,11 +201,10 @@ void refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>
           return true;
         });
     json = deformed ? json_of(deformed->tissue, target) : not_tried(deformed.error().message);
-    json["accepted"] = false;
     if (deformed && deformed->in_bent_ct) take(*deformed, target, outcome);
-    console.end(json["accepted"].get<bool>() ? "accepted" : "not supported");
+    console.end(json.value("accepted", false) ? "accepted" : "not supported");
   }
-  if (!json.contains("accepted")) json["accepted"] = false;
+  json.emplace("accepted", false);
   say("deformable", json, console);
 }
 

@@ -56,6 +56,12 @@ Result<void> validate(const AcceptanceLimits& limits) {
   return {};
 }
 
+void require_at_most(std::vector<std::string>& reasons, const std::string& what, double found,
+                     double limit, const std::string& unit) {
+  if (std::isfinite(found) && found <= limit) return;
+  reasons.push_back(sentence(what, "at most", limit, unit, found));
+}
+
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target) {
   const auto ok = validate(limits);
@@ -67,9 +73,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   };
   const auto at_most = [&](const std::string& what, double found, double limit,
                            const std::string& unit) {
-    if (!(std::isfinite(found) && found <= limit)) {
-      reasons.push_back(sentence(what, "at most", limit, unit, found));
-    }
+    require_at_most(reasons, what, found, limit, unit);
   };
   if (result.termination == Termination::kFailed) {
     reasons.push_back("solver: expected it to converge, found: " + result.message);
@@ -104,14 +108,10 @@ double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames:
 Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
                 const Point<frames::Ct>& target) {
   std::vector<std::string> reasons;
-  const auto at_most = [&](const std::string& what, double found, double limit) {
-    if (!(std::isfinite(found) && found <= limit)) {
-      reasons.push_back(sentence(what, "at most", limit, " mm", found));
-    }
-  };
-  at_most("residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm);
-  at_most("predicted error at the target", predicted_tre_rms_mm(fit, target),
-          limits.max_tre_rms_mm);
+  require_at_most(reasons, "residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm,
+                  " mm");
+  require_at_most(reasons, "predicted error at the target", predicted_tre_rms_mm(fit, target),
+                  limits.max_tre_rms_mm, " mm");
   const bool accepted = reasons.empty();
   return {accepted, std::move(reasons)};
 }

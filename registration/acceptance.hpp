@@ -40,6 +40,10 @@ struct Decision {
   std::vector<std::string> reasons;
 };
 
+/// Adds a reason unless a value is finite and no greater than its limit. unit: with its space.
+void require_at_most(std::vector<std::string>& reasons, const std::string& what, double found,
+                     double limit, const std::string& unit);
+
 /// Judges a result for use at a target. A value that is not finite never passes. Limits out of
 /// range are a Bug: validate() them first.
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,

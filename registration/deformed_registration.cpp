@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <tbb/parallel_for.h>
 
 #include "nav/check.hpp"
@@ -78,17 +77,11 @@ Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& li
   AcceptanceLimits bent = limits;
   bent.max_cost = std::min(bent.max_cost, kMaxBentCost);
   Decision decision = decide(*deformed.in_bent_ct, bent, target);
-  const auto at_most = [&](const char* what, double limit_mm, double found_mm) {
-    if (found_mm <= limit_mm) return;
-    std::ostringstream text;
-    text.precision(3);
-    text << what << ": expected at most " << limit_mm << " mm, found " << found_mm << " mm";
-    decision.reasons.push_back(text.str());
-    decision.accepted = false;
-  };
-  at_most("pose in the bent CT, from the common one", kMaxSettlingMm, deformed.settled_mm);
-  at_most("disagreement of the deformations of odd and even pictures", kMaxHalvesMm,
-          deformed.tissue.halves_disagreement_mm);
+  require_at_most(decision.reasons, "pose in the bent CT, from the common one", deformed.settled_mm,
+                  kMaxSettlingMm, " mm");
+  require_at_most(decision.reasons, "disagreement of the deformations of odd and even pictures",
+                  deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, " mm");
+  decision.accepted = decision.reasons.empty();
   return decision;
 }
 
