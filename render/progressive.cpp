@@ -96,10 +96,12 @@ Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scen
     wanted.width = fewer(scene.width);
     wanted.height = fewer(scene.height);
   }
+  // What an engine may keep of the last picture says nothing about the cost of a new one.
+  const bool anew = !drawn_ || change_between(*drawn_, wanted) == SceneChange::kView;
   auto image = engine_.render(wanted);
   if (!image) return image.error();
   if (!coarse) whole_s = image->statistics.cast_s;
-  if (coarse && !small) sparse_share_ = image->statistics.cast_s / whole_s;
+  if (coarse && !small && anew) sparse_share_ = image->statistics.cast_s / whole_s;
   last_ = scene;
   drawn_ = std::move(wanted);
   refined_ = !coarse;

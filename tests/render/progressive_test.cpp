@@ -99,6 +99,20 @@ TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
   }
 }
 
+TEST_F(ProgressiveTest, APictureThatIsKeptTellsNothingAboutFewerRays) {
+  engine_.sparse_s = 0.03;
+  EXPECT_TRUE(draw(0));
+  turn();
+  EXPECT_FALSE(draw(0.03));
+  engine_.sparse_s = 0;
+  EXPECT_FALSE(draw(0.05));  // Nothing has changed.
+  engine_.takes_s = 1;
+  EXPECT_TRUE(draw(0.2));
+  turn();
+  EXPECT_FALSE(draw(0.25));  // Fewer rays would take 0.15 s now.
+  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+}
+
 TEST_F(ProgressiveTest, GivesUpPixelsAtOnceWhereRaysAreFewAlready) {
   scene_.quality.pixel_error = 0.2;
   engine_.sparse_s = 0.2;
