@@ -103,7 +103,7 @@ void CpuPredicatePainter::paint_packet(int x0, int y0, bool solids, bool cut, Ti
   tile.cut_rays += static_cast<std::uint64_t>(p.cut);
   if (tile.ct) beside_.ct->start(x0, y0, *tile.ct);
   composite(tile);
-  tile.rays += store_packet(x0, y0, p);
+  tile.rays += store_packet(p);
 }
 
 RenderStatistics CpuPredicatePainter::statistics() const {
@@ -245,20 +245,18 @@ void CpuPredicatePainter::put(const Light& light, int lane, Packet& p) const {
   p.more.importance[lane] = state.importance;
 }
 
-std::uint64_t CpuPredicatePainter::store_packet(int x0, int y0, const Packet& p) const {
+std::uint64_t CpuPredicatePainter::store_packet(const Packet& p) const {
   std::uint64_t rays = 0;
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    const int x = x0 + lane % kPacketWidth;
-    const int y = y0 + lane / kPacketWidth;
-    if (!inside(x, y)) continue;
-    store(x, y, lane, p);
+    if (!inside(p.pixels.x[lane], p.pixels.y[lane])) continue;
+    store(lane, p);
     ++rays;
   }
   return rays;
 }
 
-void CpuPredicatePainter::store(int x, int y, int lane, const Packet& p) const {
-  PixelRecord& record = picture_.at(x, y);
+void CpuPredicatePainter::store(int lane, const Packet& p) const {
+  PixelRecord& record = picture_.at(p.pixels.x[lane], p.pixels.y[lane]);
   record = p.seen[lane];
   const float alpha = p.rays.alpha[lane];
   record.weight = alpha * p.more.picture[lane];

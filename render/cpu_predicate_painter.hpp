@@ -50,8 +50,8 @@ class CpuPredicatePainter {
   void blend(const spec::Hit<double>& hit, int lane, Packet& p) const;
   struct Light;
   void put(const Light& light, int lane, Packet& p) const;
-  [[nodiscard]] std::uint64_t store_packet(int x0, int y0, const Packet& p) const;
-  void store(int x, int y, int lane, const Packet& p) const;
+  [[nodiscard]] std::uint64_t store_packet(const Packet& p) const;
+  void store(int lane, const Packet& p) const;
   [[nodiscard]] bool inside(int x, int y) const { return x < scene_.width && y < scene_.height; }
 
   const Scene& scene_;

@@ -36,6 +36,15 @@ CpuRays::CpuRays(const Scene& scene, const MarchSet& marches, const CutPlan& cut
       near_mm_(nearest_mm(view_, scene.ct->grid())),
       overlay_cells_(overlay_cells < 1e29F ? static_cast<double>(overlay_cells) : 0) {}
 
+PacketPixels block_pixels(int x0, int y0) {
+  PacketPixels pixels;
+  for (int lane = 0; lane < kPacketLanes; ++lane) {
+    pixels.x[lane] = x0 + lane % kPacketWidth;
+    pixels.y[lane] = y0 + lane / kPacketWidth;
+  }
+  return pixels;
+}
+
 bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
   const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
   const double most = marches_.cull(cutaway_.objects(), block, from, to);
@@ -60,11 +69,8 @@ void CpuRays::keep_spans(CpuPacket& p) const {
 
 void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
                     CpuPacket& p) const {
-  for (int lane = 0; lane < kPacketLanes; ++lane) {
-    p.pixels.x[lane] = x0 + lane % kPacketWidth;
-    p.pixels.y[lane] = y0 + lane / kPacketWidth;
-    p.spans[lane] = span;
-  }
+  p.pixels = block_pixels(x0, y0);
+  std::fill_n(p.spans, kPacketLanes, span);
   start(solids, choice, p);
 }
 

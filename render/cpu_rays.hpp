@@ -23,6 +23,9 @@ inline constexpr double kCutNowhere = -1e30;
 spec::Interval<double> between_surfaces(const std::vector<spec::Hit<double>>& hits,
                                         std::size_t segment);
 
+/// The packet of the block of pixels from (x0, y0) on.
+PacketPixels block_pixels(int x0, int y0);
+
 /// A packet of rays and what they meet besides the volume.
 struct CpuPacket {
   RayPacket rays;

@@ -34,21 +34,9 @@ Result<void> GlLattice::prepare(int width, int height, bool layers, unsigned fra
 }
 
 Result<void> GlLattice::add_targets(Level& level) const {
-  const auto add = [&](GlTexture& texture, GLenum attachment, GLint format) {
-    gl::attach(texture, attachment, format, level.width, level.height);
-  };
   glGenFramebuffers(1, &level.framebuffer);
   glBindFramebuffer(GL_FRAMEBUFFER, level.framebuffer);
-  add(level.front, GL_COLOR_ATTACHMENT0, GL_RGBA32F);
-  add(level.spent, GL_COLOR_ATTACHMENT1, GL_RGBA32F);
-  if (layers_) {
-    add(level.behind, GL_COLOR_ATTACHMENT2, GL_RGBA32F);
-    add(level.live_at, GL_COLOR_ATTACHMENT3, GL_RG32F);
-  }
-  const auto with = [&](GLenum attachment) { return layers_ ? attachment : GL_NONE; };
-  const std::array<GLenum, 4> all{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
-                                  with(GL_COLOR_ATTACHMENT2), with(GL_COLOR_ATTACHMENT3)};
-  glDrawBuffers(static_cast<GLsizei>(all.size()), all.data());
+  level.layers.attach(level.width, level.height, layers_, false);
   add_depth(level);
   return gl::complete_framebuffer();
 }
@@ -64,8 +52,8 @@ void GlLattice::add_depth(Level& level) {
 
 void GlLattice::bind(Level& level) {
   for (const auto& [unit, texture] :
-       {std::pair{kFront, &level.front}, std::pair{kSpent, &level.spent},
-        std::pair{kBehind, &level.behind}, std::pair{kLiveAt, &level.live_at}}) {
+       {std::pair{kFront, &level.layers.front}, std::pair{kSpent, &level.layers.spent},
+        std::pair{kBehind, &level.layers.behind}, std::pair{kLiveAt, &level.layers.live_at}}) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
     glBindTexture(GL_TEXTURE_2D, texture->id());
   }
@@ -101,9 +89,7 @@ void GlLattice::draw(GlProgram& rays, GlProgram& means,
 
 void GlLattice::release() {
   for (Level* level : {&levels_[0], &levels_[1], &last_}) {
-    for (GlTexture* texture : {&level->front, &level->spent, &level->behind, &level->live_at}) {
-      texture->release();
-    }
+    level->layers.release();
     if (level->depth != 0) glDeleteRenderbuffers(1, &level->depth);
     if (level != &last_ && level->framebuffer != 0) glDeleteFramebuffers(1, &level->framebuffer);
     level->depth = level->framebuffer = 0;

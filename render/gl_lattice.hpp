@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "nav/result.hpp"
+#include "render/gl_layers.hpp"
 #include "render/gl_program.hpp"
-#include "render/gl_textures.hpp"
 #include "render/sparse_rays.hpp"
 
 namespace nav::render {
@@ -33,7 +33,7 @@ class GlLattice {
  private:
   /// What one pass draws.
   struct Level {
-    GlTexture front, spent, behind, live_at;
+    GlLayers layers;
     unsigned depth = 0;
     unsigned framebuffer = 0;
     int width = 0;

@@ -267,9 +267,9 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("plane_opacity", scene.plane->opacity);
   resolve_program_->set("opaque_at", opaque_at(scene));
   resolve_program_->set("by_weight", static_cast<int>(shows_predicates(scene)));
-  bind(kFront, GL_TEXTURE_2D, front_.id());
-  bind(kBehind, GL_TEXTURE_2D, behind_.id());
-  bind(kLiveAt, GL_TEXTURE_2D, live_at_.id());
+  bind(kFront, GL_TEXTURE_2D, targets_.front.id());
+  bind(kBehind, GL_TEXTURE_2D, targets_.behind.id());
+  bind(kLiveAt, GL_TEXTURE_2D, targets_.live_at.id());
   bind(kPicture, GL_TEXTURE_2D, textures_.picture.id());
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
   glViewport(0, 0, width_, height_);
@@ -357,21 +357,11 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers, bo
   glActiveTexture(GL_TEXTURE0 + kTarget);
   glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  gl::attach(front_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, width, height);
-  gl::attach(cost_, GL_COLOR_ATTACHMENT1, GL_RGBA32F, width, height);
-  if (layers) {
-    gl::attach(behind_, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
-    gl::attach(live_at_, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
-  }
   if (signatures) {
     gl::attach(signatures_before_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
     gl::attach(signatures_, GL_COLOR_ATTACHMENT4, GL_RG32UI, width, height);
   }
-  const auto with = [](bool used, GLenum attachment) { return used ? attachment : GL_NONE; };
-  const std::array<GLenum, 5> all{
-      GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, with(layers, GL_COLOR_ATTACHMENT2),
-      with(layers, GL_COLOR_ATTACHMENT3), with(signatures, GL_COLOR_ATTACHMENT4)};
-  glDrawBuffers(static_cast<GLsizei>(all.size()), all.data());
+  targets_.attach(width, height, layers, signatures);
   if (auto ok = gl::complete_framebuffer(); !ok || !layers) return ok;
   glGenFramebuffers(1, &resolve_framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
@@ -380,10 +370,8 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers, bo
 }
 
 void GlRaycaster::release_targets() {
-  for (GlTexture* texture :
-       {&front_, &cost_, &behind_, &live_at_, &resolved_, &signatures_, &signatures_before_}) {
-    texture->release();
-  }
+  targets_.release();
+  for (GlTexture* texture : {&resolved_, &signatures_, &signatures_before_}) texture->release();
   for (unsigned* framebuffer : {&framebuffer_, &resolve_framebuffer_}) {
     if (*framebuffer != 0) glDeleteFramebuffers(1, framebuffer);
     *framebuffer = 0;

@@ -99,7 +99,7 @@ class GlRaycaster {
   Result<void> update_second(const Scene& scene);
   void bind_predicates(GlProgram& program, bool generic, const Scene& scene);
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
-  [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : front_; }
+  [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : targets_.front; }
   void release_targets();
   void draw_triangle();
 
@@ -115,8 +115,8 @@ class GlRaycaster {
   GlLattice lattice_;                 ///< With fewer rays than pixels.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
-  GlTexture front_;  ///< All of the picture, or with layers_ what is in front of the plane.
-  GlTexture cost_, behind_, live_at_, resolved_;
+  GlLayers targets_;
+  GlTexture resolved_;
   GlTexture signatures_;         ///< Of the rays, with signed_.
   GlTexture signatures_before_;  ///< Of the picture that the targets hold.
   unsigned framebuffer_ = 0;

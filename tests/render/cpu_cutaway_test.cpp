@@ -3,6 +3,7 @@
 // The CPU engine's cutaway, culled by blocks of pixels, against spec::meet_cutaway().
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
+#include "render/cpu_rays.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
@@ -80,11 +81,7 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
         const int y = y0 + packet / 2 * kPacketHeight;
         CutRays rays{};
         double feet[kPacketLanes];
-        PacketPixels pixels{};
-        for (int lane = 0; lane < kPacketLanes; ++lane) {
-          pixels.x[lane] = x + lane % kPacketWidth;
-          pixels.y[lane] = y + lane / kPacketWidth;
-        }
+        const PacketPixels pixels = block_pixels(x, y);
         marches.aim(aim, eye, pixels, rays, feet);
         marches.meet(plan.objects(), block.choice(), rays);
         for (int lane = 0; lane < kPacketLanes; ++lane) {
