@@ -17,6 +17,22 @@ constexpr std::size_t kPatchesPerChunk = 32;
 // Threads cost more than they save below: some 0.1 ms of work.
 constexpr std::size_t kLeastParallelPatches = 400;
 
+/// By a twist about a common centre instead of the patch's, which lies r from it (Grid):
+/// MᵀHM and Mᵀg with M = patch_from_common(r), block by block.
+void about_common(const Eigen::Vector3d& r, PatchTerms& terms) {
+  const Eigen::Matrix3d cross = cross_matrix(r);
+  const Eigen::Matrix3d c = terms.hessian.bottomRightCorner<3, 3>();
+  // Rows of translations first, then of rotations; Mᵀ takes [r]× times the former to the latter.
+  const Eigen::Matrix3d b =
+      Eigen::Matrix3d(terms.hessian.topRightCorner<3, 3>()) + cross.lazyProduct(c);
+  const Eigen::Matrix3d old = terms.hessian.topRightCorner<3, 3>();
+  const Eigen::Matrix3d turned = cross.lazyProduct(old.transpose());
+  terms.hessian.topLeftCorner<3, 3>() += turned - b.lazyProduct(cross);
+  terms.hessian.topRightCorner<3, 3>() = b;
+  terms.hessian.bottomLeftCorner<3, 3>() = b.transpose();
+  terms.gradient.head<3>() += r.cross(terms.gradient.tail<3>());
+}
+
 }  // namespace
 
 GridPose grid_pose(const CtChannels& ct, const Pose& pose) {
@@ -95,6 +111,16 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
 
 CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                          bool keep_patch_gradients) const {
+  return sum_terms(true, ct_from_reference, centre_ct_mm, keep_patch_gradients);
+}
+
+CostTerms Lc2Cost::gradient(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
+                            bool keep_patch_gradients) const {
+  return sum_terms(false, ct_from_reference, centre_ct_mm, keep_patch_gradients);
+}
+
+CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
+                             const Eigen::Vector3d& centre_ct_mm, bool keep_patch_gradients) const {
   if (similarity_ == Similarity::kMutualInformation) {
     return mutual_information_terms(ct_, patches_, ct_from_reference, centre_ct_mm,
                                     keep_patch_gradients);
@@ -108,7 +134,8 @@ CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& c
     CostTerms& part = parts[chunk];
     for (std::size_t i = begin; i < end; ++i) {
       const PlacedPatch placed = place(patches_, i, pose);
-      const PatchTerms terms = patch_terms(ct_, placed, ridge_, intensity_only);
+      PatchTerms terms = with_hessian ? patch_terms(ct_, placed, ridge_, intensity_only)
+                                      : patch_gradient(ct_, placed, ridge_, intensity_only);
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
       if (std::isnan(terms.s)) {
@@ -116,12 +143,11 @@ CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& c
         ++part.non_finite;
         continue;
       }
-      const Matrix6d m = patch_from_common(placed.centre - centre);
-      const Vector6d g = w * (m.transpose() * terms.gradient);
+      about_common(placed.centre - centre, terms);
       part.cost += w * terms.s;
-      part.gradient += g;
-      part.hessian += w * (m.transpose() * terms.hessian * m);
-      if (keep_patch_gradients) gradients[i] = g;
+      part.gradient += w * terms.gradient;
+      if (with_hessian) part.hessian += w * terms.hessian;
+      if (keep_patch_gradients) gradients[i] = w * terms.gradient;
     }
   });
   CostTerms sum;

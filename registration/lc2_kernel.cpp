@@ -15,20 +15,22 @@
 namespace nav::registration {
 namespace {
 
-// Floats in one register. The compiler's own vectors need no intrinsics; eight of them are one
-// register where the machine has AVX2 and two elsewhere. Everything that patch_terms() calls is
-// inlined by force, so that it is compiled for AVX2 where patch_terms() is.
+// The compiler's own vectors need no intrinsics; eight floats are one register where the machine
+// has AVX2 and two elsewhere. Everything that patch_terms() calls is inlined by force, so that it
+// is compiled for AVX2 where patch_terms() is.
 using Float4 = float __attribute__((vector_size(16)));
 using Float8 = float __attribute__((vector_size(32)));
+using Int8 = int __attribute__((vector_size(32)));
 using Double4 = double __attribute__((vector_size(32)));
 
 // Smooths |d·G| at zero, in the unit of f: half the usual CT noise.
 constexpr float kBeamEpsilon = 0.01f;
-constexpr int kMaxSamples = kMaxPatchSide * kMaxPatchSide;
+constexpr std::size_t kLanes = 8;
+constexpr std::size_t kMaxSamples = static_cast<std::size_t>(kMaxPatchSide) * kMaxPatchSide;
+constexpr std::size_t kMaxGroups = (kMaxSamples + kLanes - 1) / kLanes;
 // Beyond this a coordinate is nonsense, and converting it to an integer undefined.
 constexpr double kMaxIndex = 1e9;
 
-[[gnu::always_inline]] inline Float4 splat(float x) { return Float4{x, x, x, x}; }
 [[gnu::always_inline]] inline void splat(float x, Float8& out) {
   out = Float8{x, x, x, x, x, x, x, x};
 }
@@ -43,72 +45,138 @@ constexpr double kMaxIndex = 1e9;
   return __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }
 
-/// One interpolated sample with the derivatives of the interpolant by the texel index.
-struct Sample {
-  Float4 value, di, dj, dk;
+/// Samples are taken in groups of eight, each quantity in a register of its own.
+struct Group {
+  Float8 f, g;
+  std::array<Float8, 3> df;    ///< ∇f, Grid, per mm.
+  std::array<Float8, 3> dg;    ///< ∇g at a fixed beam.
+  std::array<Float8, 3> spin;  ///< Derivative of g by turning the beam: (q/g) d × G.
+};
+
+/// What pass one leaves for pass two. Lanes of the last group beyond the samples are 0.
+struct Samples {
+  std::array<Group, kMaxGroups> groups;
+};
+
+/// Where each sample of a patch lies, in steps from its centre; a fastest. Zeros fill the last
+/// group up.
+struct Steps {
+  alignas(32) std::array<float, kMaxGroups * kLanes> a, b;
+};
+
+constexpr std::size_t kSides = (kMaxPatchSide - 1) / 2 + 1;
+
+constexpr std::array<Steps, kSides> all_steps() {
+  std::array<Steps, kSides> all{};
+  for (std::size_t s = 0; s < kSides; ++s) {
+    const int half = static_cast<int>(s);
+    std::size_t n = 0;
+    for (int b = -half; b <= half; ++b) {
+      for (int a = -half; a <= half; ++a, ++n) {
+        all[s].a[n] = static_cast<float>(a);
+        all[s].b[n] = static_cast<float>(b);
+      }
+    }
+  }
+  return all;
+}
+
+constexpr std::array<Steps, kSides> kSteps = all_steps();  // By (side − 1)/2.
+
+/// Which lanes of group k of n samples are samples: 1, beyond them 0.
+[[gnu::always_inline]] inline void lanes_within(std::size_t k, std::size_t n, Float8& mask) {
+  for (std::size_t l = 0; l < kLanes; ++l) mask[l] = k * kLanes + l < n ? 1.0f : 0.0f;
+}
+
+[[gnu::always_inline]] inline void square_root(const Float8& x, Float8& root) {
+  for (std::size_t l = 0; l < kLanes; ++l) root[l] = std::sqrt(x[l]);
+}
+
+/// Texels of eight samples as they come from memory, one [f, gx, gy, gz] after the other: the
+/// interpolant and its derivatives by the texel index.
+struct Rows {
+  using Eight = std::array<std::array<float, 4>, kLanes>;
+  alignas(32) Eight value;
+  alignas(32) std::array<Eight, 3> by;
 };
 
 /// Trilinear interpolation at integer corner + fractions.
 template <bool kDerivatives>
 [[gnu::always_inline]] inline void interpolate(const std::array<float, 4>* corner,
                                                std::ptrdiff_t row, std::ptrdiff_t slice, float wi,
-                                               float wj, float wk, Sample& sample) {
-  const Float4 i = splat(wi);
-  Float8 j, k, t00, t10, t01, t11;
-  splat(wj, j);
-  splat(wk, k);
+                                               float wj, float wk, std::size_t lane, Rows& rows) {
+  Float8 t00, t10, t01, t11;
   load_pair(corner, t00);
   load_pair(corner + row, t10);
   load_pair(corner + slice, t01);
   load_pair(corner + slice + row, t11);
   const Float8 dj0 = t10 - t00;
   const Float8 dj1 = t11 - t01;
-  const Float8 a0 = t00 + j * dj0;
-  const Float8 dk = t01 + j * dj1 - a0;
-  const Float8 value = a0 + k * dk;
+  const Float8 a0 = t00 + wj * dj0;
+  const Float8 dk = t01 + wj * dj1 - a0;
+  const Float8 value = a0 + wk * dk;
   const Float4 di = high_half(value) - low_half(value);
-  sample.value = low_half(value) + i * di;
+  const Float4 middle = low_half(value) + wi * di;
+  std::memcpy(&rows.value[lane], &middle, sizeof middle);
   if constexpr (kDerivatives) {
-    const Float8 dj = dj0 + k * (dj1 - dj0);
-    sample.di = di;
-    sample.dj = low_half(dj) + i * (high_half(dj) - low_half(dj));
-    sample.dk = low_half(dk) + i * (high_half(dk) - low_half(dk));
+    const Float8 dj = dj0 + wk * (dj1 - dj0);
+    const Float4 by_j = low_half(dj) + wi * (high_half(dj) - low_half(dj));
+    const Float4 by_k = low_half(dk) + wi * (high_half(dk) - low_half(dk));
+    std::memcpy(&rows.by[0][lane], &di, sizeof di);
+    std::memcpy(&rows.by[1][lane], &by_j, sizeof by_j);
+    std::memcpy(&rows.by[2][lane], &by_k, sizeof by_k);
   }
 }
 
-/// What pass one leaves for pass two.
-struct Samples {
-  alignas(32) std::array<float, kMaxSamples> f, g;
-  std::array<Float4, kMaxSamples> df;    ///< ∇f, Grid, per mm.
-  std::array<Float4, kMaxSamples> dg;    ///< ∇g at a fixed beam.
-  std::array<Float4, kMaxSamples> spin;  ///< Derivative of g by turning the beam: (q/g) d × G.
+/// Eight texels, one register for each of f, gx, gy, gz.
+struct Columns {
+  Float8 f, gx, gy, gz;
 };
 
-/// Where a sample lies: texel corner and fractions; moves[axis] is 0 where it was clamped.
-struct Location {
-  std::ptrdiff_t offset;
-  std::array<float, 3> w;
-  std::array<float, 3> moves;
-};
-
-[[gnu::always_inline]] inline std::ptrdiff_t offset_of(const CtChannels& ct, int i, int j, int k) {
-  return (static_cast<std::ptrdiff_t>(k) * ct.size[1] + j) * ct.size[0] + i;
+[[gnu::always_inline]] inline void pair_of(const std::array<float, 4>& low,
+                                           const std::array<float, 4>& high, Float8& out) {
+  Float4 l, h;
+  std::memcpy(&l, low.data(), sizeof l);
+  std::memcpy(&h, high.data(), sizeof h);
+  out = __builtin_shufflevector(l, h, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// General and slow: clamps into the grid.
-Location clamped_location(const CtChannels& ct, const Eigen::Vector3d& index) {
-  Location location{};
+[[gnu::always_inline]] inline void transpose(const Rows::Eight& rows, Columns& out) {
+  Float8 r0, r1, r2, r3;
+  pair_of(rows[0], rows[4], r0);
+  pair_of(rows[1], rows[5], r1);
+  pair_of(rows[2], rows[6], r2);
+  pair_of(rows[3], rows[7], r3);
+  const Float8 fx01 = __builtin_shufflevector(r0, r1, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Float8 fx23 = __builtin_shufflevector(r2, r3, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Float8 yz01 = __builtin_shufflevector(r0, r1, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Float8 yz23 = __builtin_shufflevector(r2, r3, 2, 10, 3, 11, 6, 14, 7, 15);
+  out.f = __builtin_shufflevector(fx01, fx23, 0, 1, 8, 9, 4, 5, 12, 13);
+  out.gx = __builtin_shufflevector(fx01, fx23, 2, 3, 10, 11, 6, 7, 14, 15);
+  out.gy = __builtin_shufflevector(yz01, yz23, 0, 1, 8, 9, 4, 5, 12, 13);
+  out.gz = __builtin_shufflevector(yz01, yz23, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/// Where eight samples lie: texel corner and fractions; moves[axis] is 0 where one was clamped.
+struct Locations {
+  Int8 offset;
+  std::array<Float8, 3> w;
+  std::array<Float8, 3> moves;
+};
+
+/// General and slow: clamps sample `lane` into the grid.
+void locate_clamped(const CtChannels& ct, const Eigen::Vector3d& index, std::size_t lane,
+                    Locations& out) {
   std::array<int, 3> base{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double last = ct.size[axis] - 1;
     const double x = index[static_cast<Eigen::Index>(axis)];
     const double inside = std::clamp(x, 0.0, last);
-    location.moves[axis] = inside == x ? 1.0f : 0.0f;
+    out.moves[axis][lane] = inside == x ? 1.0f : 0.0f;
     base[axis] = std::min(static_cast<int>(inside), ct.size[axis] - 2);
-    location.w[axis] = static_cast<float>(inside - base[axis]);
+    out.w[axis][lane] = static_cast<float>(inside - base[axis]);
   }
-  location.offset = offset_of(ct, base[0], base[1], base[2]);
-  return location;
+  out.offset[lane] = (base[2] * ct.size[1] + base[1]) * ct.size[0] + base[0];
 }
 
 /// The patch in texel indices relative to an integer corner: small numbers keep floats exact.
@@ -146,27 +214,76 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
   return local;
 }
 
-template <bool kDerivatives>
-[[gnu::always_inline]] inline void store(const Sample& sample, const Location& location,
-                                         const Eigen::Vector3f& inverse, const Eigen::Vector3f& d,
-                                         std::size_t n, Samples& out) {
-  const Float4 v = sample.value;
-  const float q = d.x() * v[1] + d.y() * v[2] + d.z() * v[3];
-  const float g = std::sqrt(q * q + kBeamEpsilon * kBeamEpsilon);
-  out.f[n] = v[0];
-  out.g[n] = g;
-  if constexpr (kDerivatives) {
-    const Float4 scale{inverse.x() * location.moves[0], inverse.y() * location.moves[1],
-                       inverse.z() * location.moves[2], 0};
-    out.df[n] = scale * Float4{sample.di[0], sample.dj[0], sample.dk[0], 0};
-    const Float4 dq = splat(d.x()) * Float4{sample.di[1], sample.dj[1], sample.dk[1], 0} +
-                      splat(d.y()) * Float4{sample.di[2], sample.dj[2], sample.dk[2], 0} +
-                      splat(d.z()) * Float4{sample.di[3], sample.dj[3], sample.dk[3], 0};
-    const float slope = q / g;
-    out.dg[n] = splat(slope) * scale * dq;
-    out.spin[n] = splat(slope) * Float4{d.y() * v[3] - d.z() * v[2], d.z() * v[1] - d.x() * v[3],
-                                        d.x() * v[2] - d.y() * v[1], 0};
+/// Offsets are from the patch's corner where it is inside, else from the first texel.
+[[gnu::always_inline]] inline void locate(const CtChannels& ct, const PlacedPatch& patch,
+                                          const LocalPatch& local, std::size_t group,
+                                          Locations& out) {
+  const Steps& steps = kSteps[static_cast<std::size_t>(patch.side / 2)];
+  if (!local.inside) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const double a = steps.a[group * kLanes + lane];
+      const double b = steps.b[group * kLanes + lane];
+      const Eigen::Vector3d at = patch.centre + a * patch.step_a + b * patch.step_b;
+      locate_clamped(ct, at.cwiseQuotient(ct.spacing_mm), lane, out);
+    }
+    return;
   }
+  Float8 a, b;
+  std::memcpy(&a, &steps.a[group * kLanes], sizeof a);
+  std::memcpy(&b, &steps.b[group * kLanes], sizeof b);
+  std::array<Int8, 3> corner;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Float8 x = local.centre[axis] + a * local.step_a[axis] + b * local.step_b[axis];
+    corner[axis] = __builtin_convertvector(x, Int8);
+    out.w[axis] = x - __builtin_convertvector(corner[axis], Float8);
+    splat(1, out.moves[axis]);
+  }
+  out.offset = (corner[2] * ct.size[1] + corner[1]) * ct.size[0] + corner[0];
+}
+
+/// Both channels, and their derivatives where asked for, of eight samples.
+template <bool kDerivatives>
+[[gnu::always_inline]] inline void finish_group(const Rows& rows, const Locations& at,
+                                                const Eigen::Vector3f& inverse,
+                                                const Eigen::Vector3f& d, Group& out) {
+  Columns v;
+  transpose(rows.value, v);
+  const Float8 q = d.x() * v.gx + d.y() * v.gy + d.z() * v.gz;
+  out.f = v.f;
+  square_root(q * q + kBeamEpsilon * kBeamEpsilon, out.g);
+  if constexpr (kDerivatives) {
+    const Float8 slope = q / out.g;
+    out.spin = {slope * (d.y() * v.gz - d.z() * v.gy), slope * (d.z() * v.gx - d.x() * v.gz),
+                slope * (d.x() * v.gy - d.y() * v.gx)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Columns by;
+      transpose(rows.by[axis], by);
+      const Float8 scale = inverse[static_cast<Eigen::Index>(axis)] * at.moves[axis];
+      out.df[axis] = scale * by.f;
+      out.dg[axis] = slope * scale * (d.x() * by.gx + d.y() * by.gy + d.z() * by.gz);
+    }
+  }
+}
+
+/// Clears what the last group holds beyond the samples.
+template <bool kDerivatives>
+[[gnu::always_inline]] inline void clear_beyond(const Float8& mask, Group& group) {
+  group.f *= mask;
+  group.g *= mask;
+  if constexpr (kDerivatives) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      group.df[axis] *= mask;
+      group.dg[axis] *= mask;
+      group.spin[axis] *= mask;
+    }
+  }
+}
+
+[[gnu::always_inline]] inline std::size_t groups_of(std::size_t n) {
+  return (n + kLanes - 1) / kLanes;
+}
+[[gnu::always_inline]] inline std::size_t count_of(const PlacedPatch& patch) {
+  return static_cast<std::size_t>(patch.side) * static_cast<std::size_t>(patch.side);
 }
 
 /// Pass one: both channels and their derivatives at every sample. False: not finite.
@@ -177,35 +294,25 @@ template <bool kDerivatives>
   if (!local.usable) return false;
   const std::ptrdiff_t row = ct.size[0];
   const std::ptrdiff_t slice = row * ct.size[1];
-  const Eigen::Vector3d inverse_d = ct.spacing_mm.cwiseInverse();
-  const Eigen::Vector3f inverse = inverse_d.cast<float>();
+  const std::array<float, 4>* first = ct.texels.data();
+  if (local.inside) first += local.base[2] * slice + local.base[1] * row + local.base[0];
+  const Eigen::Vector3f inverse = ct.spacing_mm.cwiseInverse().cast<float>();
   const Eigen::Vector3f d = patch.beam.cast<float>();
-  const int half = (patch.side - 1) / 2;
-  std::size_t n = 0;
-  for (int b = -half; b <= half; ++b) {
-    for (int a = -half; a <= half; ++a, ++n) {
-      Location location{};
-      if (local.inside) {
-        std::array<int, 3> corner{};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const float x = local.centre[axis] + static_cast<float>(a) * local.step_a[axis] +
-                          static_cast<float>(b) * local.step_b[axis];
-          const int whole = static_cast<int>(x);
-          corner[axis] = local.base[axis] + whole;
-          location.w[axis] = x - static_cast<float>(whole);
-          location.moves[axis] = 1;
-        }
-        location.offset = offset_of(ct, corner[0], corner[1], corner[2]);
-      } else {
-        location = clamped_location(
-            ct, (patch.centre + a * patch.step_a + b * patch.step_b).cwiseProduct(inverse_d));
-      }
-      Sample sample;
-      interpolate<kDerivatives>(ct.texels.data() + location.offset, row, slice, location.w[0],
-                                location.w[1], location.w[2], sample);
-      store<kDerivatives>(sample, location, inverse, d, n, out);
+  const std::size_t n = count_of(patch);
+  const std::size_t groups = groups_of(n);
+  for (std::size_t k = 0; k < groups; ++k) {
+    Locations at;
+    locate(ct, patch, local, k, at);
+    Rows rows;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      interpolate<kDerivatives>(first + at.offset[lane], row, slice, at.w[0][lane], at.w[1][lane],
+                                at.w[2][lane], lane, rows);
     }
+    finish_group<kDerivatives>(rows, at, inverse, d, out.groups[k]);
   }
+  Float8 mask;
+  lanes_within(groups - 1, n, mask);
+  clear_beyond<kDerivatives>(mask, out.groups[groups - 1]);
   return true;
 }
 
@@ -216,13 +323,32 @@ struct Fit {
   std::array<double, 3> inverse;  ///< S⁻¹: 00, 01, 11.
 };
 
-[[gnu::always_inline]] inline void load_doubles(const float* values, Double4& out) {
-  Float4 four;
-  std::memcpy(&four, values, sizeof four);
-  out = __builtin_convertvector(four, Double4);
+/// Eight floats as doubles, those four apart beside each other.
+struct Doubles {
+  Double4 low, high;
+};
+
+[[gnu::always_inline]] inline void widen(const Float8& v, Doubles& out) {
+  out.low = __builtin_convertvector(low_half(v), Double4);
+  out.high = __builtin_convertvector(high_half(v), Double4);
+}
+[[gnu::always_inline]] inline void add_product(const Doubles& a, const Doubles& b, Double4& sum) {
+  sum += a.low * b.low + a.high * b.high;
 }
 [[gnu::always_inline]] inline double sum_of(const Double4& v) {
   return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+/// The ultrasound of group k, 0 beyond the samples.
+[[gnu::always_inline]] inline void load_ultrasound(std::span<const float> u, std::size_t k,
+                                                   Float8& out) {
+  const std::size_t first = k * kLanes;
+  if (first + kLanes <= u.size()) {
+    std::memcpy(&out, u.data() + first, sizeof out);
+    return;
+  }
+  out = Float8{};
+  for (std::size_t l = 0; first + l < u.size(); ++l) out[l] = u[first + l];
 }
 
 /// Sums over the samples of a patch, centred.
@@ -230,55 +356,42 @@ struct Moments {
   double ff = 0, fg = 0, gg = 0, fu = 0, gu = 0, uu = 0;
 };
 
-/// Takes the means from f and g. Four sums side by side: one after the other would wait for each
-/// addition.
+/// Takes the means from f and g.
 [[gnu::always_inline]] inline Moments centre(Samples& samples, std::span<const float> u) {
   const std::size_t n = u.size();
-  const std::size_t whole = n / 4 * 4;
-  Double4 sum_f{}, sum_g{}, f, g, v;
-  for (std::size_t k = 0; k < whole; k += 4) {
-    load_doubles(&samples.f[k], f);
-    load_doubles(&samples.g[k], g);
-    sum_f += f;
-    sum_g += g;
+  const std::size_t groups = groups_of(n);
+  Double4 sum_f{}, sum_g{};
+  Doubles f, g, v;
+  for (std::size_t k = 0; k < groups; ++k) {
+    widen(samples.groups[k].f, f);
+    widen(samples.groups[k].g, g);
+    sum_f += f.low + f.high;
+    sum_g += g.low + g.high;
   }
-  double mean_f = sum_of(sum_f);
-  double mean_g = sum_of(sum_g);
-  for (std::size_t k = whole; k < n; ++k) {
-    mean_f += samples.f[k];
-    mean_g += samples.g[k];
+  const auto mean_f = static_cast<float>(sum_of(sum_f) / static_cast<double>(n));
+  const auto mean_g = static_cast<float>(sum_of(sum_g) / static_cast<double>(n));
+  for (std::size_t k = 0; k < groups; ++k) {
+    samples.groups[k].f -= mean_f;
+    samples.groups[k].g -= mean_g;
   }
-  const auto mf = static_cast<float>(mean_f / static_cast<double>(n));
-  const auto mg = static_cast<float>(mean_g / static_cast<double>(n));
-  for (std::size_t k = 0; k < n; ++k) {
-    samples.f[k] -= mf;
-    samples.g[k] -= mg;
-  }
+  Float8 mask;
+  lanes_within(groups - 1, n, mask);
+  clear_beyond<false>(mask, samples.groups[groups - 1]);
   Double4 ff{}, fg{}, gg{}, fu{}, gu{}, uu{};
-  for (std::size_t k = 0; k < whole; k += 4) {
-    load_doubles(&samples.f[k], f);
-    load_doubles(&samples.g[k], g);
-    load_doubles(&u[k], v);
-    ff += f * f;
-    fg += f * g;
-    gg += g * g;
-    fu += f * v;
-    gu += g * v;
-    uu += v * v;
+  for (std::size_t k = 0; k < groups; ++k) {
+    Float8 ultrasound;
+    load_ultrasound(u, k, ultrasound);
+    widen(samples.groups[k].f, f);
+    widen(samples.groups[k].g, g);
+    widen(ultrasound, v);
+    add_product(f, f, ff);
+    add_product(f, g, fg);
+    add_product(g, g, gg);
+    add_product(f, v, fu);
+    add_product(g, v, gu);
+    add_product(v, v, uu);
   }
-  Moments sums{sum_of(ff), sum_of(fg), sum_of(gg), sum_of(fu), sum_of(gu), sum_of(uu)};
-  for (std::size_t k = whole; k < n; ++k) {
-    const double x = samples.f[k];
-    const double y = samples.g[k];
-    const double z = u[k];
-    sums.ff += x * x;
-    sums.fg += x * y;
-    sums.gg += y * y;
-    sums.fu += x * z;
-    sums.gu += y * z;
-    sums.uu += z * z;
-  }
-  return sums;
+  return {sum_of(ff), sum_of(fg), sum_of(gg), sum_of(fu), sum_of(gu), sum_of(uu)};
 }
 
 /// Centres f and g in place and solves for the coefficients.
@@ -300,59 +413,86 @@ struct Moments {
   return fit;
 }
 
-/// Sums of w wᵀ with w = [rotation 3, f, translation 3, g], of w and of (u − Ac) w.
-struct Sums {
-  std::array<Float8, 6> products;  ///< Rows of the six unknowns.
-  Float8 plain, residual;
+/// V, one column per unknown [rotation 3 | translation 3], then f, g and u − Ac.
+struct Columns9 {
+  std::array<Float8, 6> v;
+  Float8 f, g, residual;
 };
-constexpr std::array<int, 6> kUnknown{0, 1, 2, 4, 5, 6};  ///< Where they stand in w.
-constexpr int kF = 3;
-constexpr int kG = 7;
 
-template <int kLane>
-[[gnu::always_inline]] inline void add_row(const Float8& w, Float8& row) {
-  row += __builtin_shufflevector(w, w, kLane, kLane, kLane, kLane, kLane, kLane, kLane, kLane) * w;
+/// Pass two: columns of V and what they are multiplied with.
+[[gnu::always_inline]] inline void differentiate(const Group& group, const Float8& u,
+                                                 const PlacedPatch& patch, const Fit& fit,
+                                                 std::size_t k, Columns9& out) {
+  const auto cf = static_cast<float>(fit.c[0]);
+  const auto cg = static_cast<float>(fit.c[1]);
+  const Steps& steps = kSteps[static_cast<std::size_t>(patch.side / 2)];
+  Float8 a, b;
+  std::memcpy(&a, &steps.a[k * kLanes], sizeof a);
+  std::memcpy(&b, &steps.b[k * kLanes], sizeof b);
+  std::array<Float8, 3> x, v;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto e = static_cast<Eigen::Index>(axis);
+    x[axis] = a * static_cast<float>(patch.step_a[e]) + b * static_cast<float>(patch.step_b[e]);
+    v[axis] = cf * group.df[axis] + cg * group.dg[axis];
+    out.v[3 + axis] = v[axis];
+  }
+  out.v[0] = x[1] * v[2] - x[2] * v[1] + cg * group.spin[0];
+  out.v[1] = x[2] * v[0] - x[0] * v[2] + cg * group.spin[1];
+  out.v[2] = x[0] * v[1] - x[1] * v[0] + cg * group.spin[2];
+  out.f = group.f;
+  out.g = group.g;
+  out.residual = u - cf * group.f - cg * group.g;
 }
 
-/// Pass two: V rows and their products.
-[[gnu::always_inline]] inline void accumulate(const Samples& samples, const PlacedPatch& patch,
-                                              const Fit& fit, Sums& sums) {
-  const Float4 cf = splat(static_cast<float>(fit.c[0]));
-  const Float4 cg = splat(static_cast<float>(fit.c[1]));
-  const Eigen::Vector3f da = patch.step_a.cast<float>();
-  const Eigen::Vector3f db = patch.step_b.cast<float>();
-  const Float4 step_a{da[0], da[1], da[2], 0};
-  const Float4 step_b{db[0], db[1], db[2], 0};
-  const int half = (patch.side - 1) / 2;
-  std::array<Float8, 6> products{};
-  Float8 plain{}, residual{}, factor;
-  std::size_t n = 0;
-  for (int b = -half; b <= half; ++b) {
-    Float4 x = splat(static_cast<float>(b)) * step_b - splat(static_cast<float>(half)) * step_a;
-    for (int a = -half; a <= half; ++a, ++n, x += step_a) {
-      const Float4 v = cf * samples.df[n] + cg * samples.dg[n];
-      const Float4 x1 = __builtin_shufflevector(x, x, 1, 2, 0, 3);
-      const Float4 x2 = __builtin_shufflevector(x, x, 2, 0, 1, 3);
-      const Float4 v1 = __builtin_shufflevector(v, v, 1, 2, 0, 3);
-      const Float4 v2 = __builtin_shufflevector(v, v, 2, 0, 1, 3);
-      // Lane 3 of all of these is 0, so that f and g find room there.
-      const float f = samples.f[n];
-      const float g = samples.g[n];
-      const Float4 low = x1 * v2 - x2 * v1 + cg * samples.spin[n] + Float4{0, 0, 0, f};
-      const Float4 high = v + Float4{0, 0, 0, g};
-      const Float8 w = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
-      add_row<0>(w, products[0]);
-      add_row<1>(w, products[1]);
-      add_row<2>(w, products[2]);
-      add_row<4>(w, products[3]);
-      add_row<5>(w, products[4]);
-      add_row<6>(w, products[5]);
-      splat(patch.u[n] - cf[0] * f - cg[0] * g, factor);
-      plain += w;
-      residual += factor * w;
-    }
+/// Eight sums at once: lane i of out is the sum of the lanes of s[i].
+[[gnu::always_inline]] inline void sum_lanes(const Float8* s, std::array<float, 8>& out) {
+  const auto halve =
+      [](const Float8& a, const Float8& b, Float8& sum) __attribute__((always_inline)) {
+    sum = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14) +
+          __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+  };
+  Float8 a0, a1, a2, a3;
+  halve(s[0], s[1], a0);
+  halve(s[2], s[3], a1);
+  halve(s[4], s[5], a2);
+  halve(s[6], s[7], a3);
+  const Float8 b0 = __builtin_shufflevector(a0, a1, 0, 1, 8, 9, 4, 5, 12, 13) +
+                    __builtin_shufflevector(a0, a1, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Float8 b1 = __builtin_shufflevector(a2, a3, 0, 1, 8, 9, 4, 5, 12, 13) +
+                    __builtin_shufflevector(a2, a3, 2, 3, 10, 11, 6, 7, 14, 15);
+  const Float8 c = __builtin_shufflevector(b0, b1, 0, 1, 2, 3, 8, 9, 10, 11) +
+                   __builtin_shufflevector(b0, b1, 4, 5, 6, 7, 12, 13, 14, 15);
+  std::memcpy(out.data(), &c, sizeof c);
+}
+
+/// Sums over the samples: of V, and of its columns times f, g, the residual and each other.
+struct Sums {
+  std::array<float, 8> plain, f, g, residual;
+  std::array<std::array<float, 8>, 6> products;  ///< Row i up to column i.
+};
+
+/// Sums of every column of V times one other register, or of V itself.
+template <class Factor>
+[[gnu::always_inline]] inline void sum_columns(const std::array<Columns9, kMaxGroups>& columns,
+                                               std::size_t groups, Factor factor,
+                                               std::array<float, 8>& out) {
+  std::array<Float8, 8> sums{};
+  for (std::size_t k = 0; k < groups; ++k) {
+    const Float8& with = factor(columns[k]);
+    for (std::size_t i = 0; i < 6; ++i) sums[i] += columns[k].v[i] * with;
   }
-  sums = {products, plain, residual};
+  sum_lanes(sums.data(), out);
+}
+
+/// Sums of the products of column kRow of V with those up to it.
+template <std::size_t kRow>
+[[gnu::always_inline]] inline void sum_products(const std::array<Columns9, kMaxGroups>& columns,
+                                                std::size_t groups, Sums& out) {
+  std::array<Float8, 8> sums{};
+  for (std::size_t k = 0; k < groups; ++k) {
+    for (std::size_t j = 0; j <= kRow; ++j) sums[j] += columns[k].v[kRow] * columns[k].v[j];
+  }
+  sum_lanes(sums.data(), out.products[kRow]);
 }
 
 [[gnu::always_inline]] inline double cost_of(const CtChannels& ct, const PlacedPatch& patch,
@@ -362,6 +502,39 @@ template <int kLane>
   return fit_patch(samples, patch.u, ridge, intensity_only).s;
 }
 
+/// Gradient, and what the Hessian needs where asked for.
+template <bool kHessian>
+[[gnu::always_inline]] inline void accumulate(const Samples& samples, const PlacedPatch& patch,
+                                              const Fit& fit, Sums& sums) {
+  std::array<Columns9, kMaxGroups> columns;  // Not initialised: those used are written first.
+  const std::size_t groups = groups_of(patch.u.size());
+  for (std::size_t k = 0; k < groups; ++k) {
+    Float8 u;
+    load_ultrasound(patch.u, k, u);
+    differentiate(samples.groups[k], u, patch, fit, k, columns[k]);
+  }
+  const auto residual = [](const Columns9& c) -> const Float8& { return c.residual; };
+  sum_columns(columns, groups, residual, sums.residual);
+  if constexpr (kHessian) {
+    std::array<Float8, 8> plain{};
+    for (std::size_t k = 0; k < groups; ++k) {
+      for (std::size_t i = 0; i < 6; ++i) plain[i] += columns[k].v[i];
+    }
+    sum_lanes(plain.data(), sums.plain);
+    sum_columns(
+        columns, groups, [](const Columns9& c) -> const Float8& { return c.f; }, sums.f);
+    sum_columns(
+        columns, groups, [](const Columns9& c) -> const Float8& { return c.g; }, sums.g);
+    sum_products<0>(columns, groups, sums);
+    sum_products<1>(columns, groups, sums);
+    sum_products<2>(columns, groups, sums);
+    sum_products<3>(columns, groups, sums);
+    sum_products<4>(columns, groups, sums);
+    sum_products<5>(columns, groups, sums);
+  }
+}
+
+template <bool kHessian>
 [[gnu::always_inline]] inline PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& patch,
                                                   double ridge, bool intensity_only) {
   PatchTerms terms{std::numeric_limits<double>::quiet_NaN(), Vector6d::Zero(), Matrix6d::Zero()};
@@ -370,23 +543,25 @@ template <int kLane>
   const Fit fit = fit_patch(samples, patch.u, ridge, intensity_only);
   if (std::isnan(fit.s)) return terms;
   Sums sums;
-  accumulate(samples, patch, fit, sums);
-  const double count = static_cast<double>(patch.u.size());
+  accumulate<kHessian>(samples, patch, fit, sums);
   for (std::size_t r = 0; r < 6; ++r) {
-    const auto i = static_cast<Eigen::Index>(r);
-    const double af = sums.products[r][kF];
-    const double ag = sums.products[r][kG];
-    terms.gradient[i] = -static_cast<double>(sums.residual[kUnknown[r]]);
-    for (std::size_t c = 0; c <= r; ++c) {
-      const auto j = static_cast<Eigen::Index>(c);
-      const double bf = sums.products[c][kF];
-      const double bg = sums.products[c][kG];
-      const double projected = af * (fit.inverse[0] * bf + fit.inverse[1] * bg) +
-                               ag * (fit.inverse[1] * bf + fit.inverse[2] * bg);
-      const double means = static_cast<double>(sums.plain[kUnknown[r]]) *
-                           static_cast<double>(sums.plain[kUnknown[c]]) / count;
-      terms.hessian(i, j) = static_cast<double>(sums.products[r][kUnknown[c]]) - means - projected;
-      terms.hessian(j, i) = terms.hessian(i, j);
+    terms.gradient[static_cast<Eigen::Index>(r)] = -static_cast<double>(sums.residual[r]);
+  }
+  if constexpr (kHessian) {
+    const double count = static_cast<double>(patch.u.size());
+    for (std::size_t r = 0; r < 6; ++r) {
+      const auto i = static_cast<Eigen::Index>(r);
+      const double af = sums.f[r];
+      const double ag = sums.g[r];
+      for (std::size_t c = 0; c <= r; ++c) {
+        const auto j = static_cast<Eigen::Index>(c);
+        const double projected = af * (fit.inverse[0] * sums.f[c] + fit.inverse[1] * sums.g[c]) +
+                                 ag * (fit.inverse[1] * sums.f[c] + fit.inverse[2] * sums.g[c]);
+        const double means =
+            static_cast<double>(sums.plain[r]) * static_cast<double>(sums.plain[c]) / count;
+        terms.hessian(i, j) = static_cast<double>(sums.products[r][c]) - means - projected;
+        terms.hessian(j, i) = terms.hessian(i, j);
+      }
     }
   }
   if (terms.gradient.allFinite() && terms.hessian.allFinite()) terms.s = fit.s;
@@ -398,9 +573,13 @@ template <int kLane>
                                              double ridge, bool intensity_only) {
   return cost_of(ct, patch, ridge, intensity_only);
 }
+[[gnu::target("avx2,fma")]] PatchTerms gradient_avx2(const CtChannels& ct, const PlacedPatch& patch,
+                                                     double ridge, bool intensity_only) {
+  return terms_of<false>(ct, patch, ridge, intensity_only);
+}
 [[gnu::target("avx2,fma")]] PatchTerms terms_avx2(const CtChannels& ct, const PlacedPatch& patch,
                                                   double ridge, bool intensity_only) {
-  return terms_of(ct, patch, ridge, intensity_only);
+  return terms_of<true>(ct, patch, ridge, intensity_only);
 }
 bool has_avx2() {
   static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
@@ -418,12 +597,20 @@ double patch_cost(const CtChannels& ct, const PlacedPatch& patch, double ridge,
   return cost_of(ct, patch, ridge, intensity_only);
 }
 
+PatchTerms patch_gradient(const CtChannels& ct, const PlacedPatch& patch, double ridge,
+                          bool intensity_only) {
+#if defined(__x86_64__)
+  if (has_avx2()) return gradient_avx2(ct, patch, ridge, intensity_only);
+#endif
+  return terms_of<false>(ct, patch, ridge, intensity_only);
+}
+
 PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge,
                        bool intensity_only) {
 #if defined(__x86_64__)
   if (has_avx2()) return terms_avx2(ct, patch, ridge, intensity_only);
 #endif
-  return terms_of(ct, patch, ridge, intensity_only);
+  return terms_of<true>(ct, patch, ridge, intensity_only);
 }
 
 bool patch_intensities(const CtChannels& ct, const PlacedPatch& patch, std::span<float> f,
@@ -434,10 +621,12 @@ bool patch_intensities(const CtChannels& ct, const PlacedPatch& patch, std::span
     return false;
   }
   for (std::size_t k = 0; k < f.size(); ++k) {
-    f[k] = samples.f[k];
+    const Group& group = samples.groups[k / kLanes];
+    const std::size_t lane = k % kLanes;
+    f[k] = group.f[lane];
     if (!std::isfinite(f[k])) return false;
     if (!slopes) continue;
-    by_point[k] = {samples.df[k][0], samples.df[k][1], samples.df[k][2]};
+    by_point[k] = {group.df[0][lane], group.df[1][lane], group.df[2][lane]};
     if (!by_point[k].allFinite()) return false;
   }
   return true;

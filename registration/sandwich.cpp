@@ -40,8 +40,8 @@ Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector
   Matrix6d h;
   for (Eigen::Index i = 0; i < 6; ++i) {
     const Vector6d step = scale.col(i) * step_mm;
-    const Vector6d up = cost.terms(moved(pose, centre, step), centre).gradient;
-    const Vector6d down = cost.terms(moved(pose, centre, -step), centre).gradient;
+    const Vector6d up = cost.gradient(moved(pose, centre, step), centre).gradient;
+    const Vector6d down = cost.gradient(moved(pose, centre, -step), centre).gradient;
     h.col(i) = scale * (up - down) / (2 * step_mm);
   }
   return 0.5 * (h + h.transpose());
@@ -82,7 +82,7 @@ std::string describe(const Vector6d& direction) {
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}};
-  shape.patch_gradients = cost.terms(pose, centre_ct.mm, true).patch_gradients;
+  shape.patch_gradients = cost.gradient(pose, centre_ct.mm, true).patch_gradients;
   for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
   const std::size_t stride =
       (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;

@@ -76,6 +76,32 @@ TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
   EXPECT_LT((sum - terms.gradient).norm(), 1e-12 * terms.gradient.norm() + 1e-15);
 }
 
+TEST(Lc2CostTest, HessianIsThatOfThePatchesMovedToTheCommonCentre) {
+  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Eigen::Vector3d centre(5, -8, 3);
+  const GridPose pose = grid_pose(scene().channels, off_pose());
+  const Matrix6d to_grid = grid_from_ct(scene().channels);
+  Matrix6d expected = Matrix6d::Zero();
+  for (std::size_t i = 0; i < scene().patches.patches.size(); ++i) {
+    const PlacedPatch placed = place(scene().patches, i, pose);
+    const Matrix6d m =
+        patch_from_common(placed.centre - scene().channels.grid_of(centre)) * to_grid;
+    const PatchTerms terms = patch_terms(scene().channels, placed, kRidge);
+    expected += scene().patches.patches[i].weight * m.transpose() * terms.hessian * m;
+  }
+  EXPECT_LT((cost.terms(off_pose(), centre).hessian - expected).norm(), 1e-12 * expected.norm());
+}
+
+TEST(Lc2CostTest, GradientAloneIsThatOfTheTerms) {
+  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const CostTerms terms = cost.terms(off_pose(), {1, 2, 3}, true);
+  const CostTerms alone = cost.gradient(off_pose(), {1, 2, 3}, true);
+  EXPECT_EQ(alone.cost, terms.cost);
+  EXPECT_EQ(alone.gradient, terms.gradient);
+  EXPECT_EQ(alone.patch_gradients, terms.patch_gradients);
+  EXPECT_EQ(alone.hessian, Matrix6d::Zero());
+}
+
 TEST(Lc2CostTest, ThreadsDoNotChangeABit) {
   const Lc2Cost one(scene().channels, scene().patches, kRidge, 1);
   const Lc2Cost two(scene().channels, scene().patches, kRidge, 2);
