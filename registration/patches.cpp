@@ -19,50 +19,40 @@ constexpr int kDepthBands = 3;
 
 /// A picture smoothed to a level on coarser pixels, masked pixels not counted.
 struct SmoothPicture {
-  cv::Mat grey;  ///< CV_32F.
-  double factor_x, factor_y;
+  cv::Mat grey;         ///< CV_32F.
+  double per_x, per_y;  ///< Of its pixels per pixel of the picture.
 
   /// Bilinear, at full-resolution pixel coordinates.
-  [[nodiscard]] float at(const Eigen::Vector2d& pixel) const {
-    const double x = std::clamp((pixel.x() + 0.5) / factor_x - 0.5, 0.0, grey.cols - 1.0);
-    const double y = std::clamp((pixel.y() + 0.5) / factor_y - 0.5, 0.0, grey.rows - 1.0);
+  [[nodiscard]] float at(double pixel_x, double pixel_y) const {
+    const double x = std::clamp((pixel_x + 0.5) * per_x - 0.5, 0.0, grey.cols - 1.0);
+    const double y = std::clamp((pixel_y + 0.5) * per_y - 0.5, 0.0, grey.rows - 1.0);
     const int column = std::min(static_cast<int>(x), std::max(grey.cols - 2, 0));
     const int row = std::min(static_cast<int>(y), std::max(grey.rows - 2, 0));
-    const int right = std::min(column + 1, grey.cols - 1);
-    const int below = std::min(row + 1, grey.rows - 1);
+    const int right = grey.cols > 1 ? 1 : 0;
+    const float* above = grey.ptr<float>(row) + column;
+    const float* below = grey.rows > 1 ? grey.ptr<float>(row + 1) + column : above;
     const auto wx = static_cast<float>(x - column);
     const auto wy = static_cast<float>(y - row);
-    const float top = (1 - wx) * grey.at<float>(row, column) + wx * grey.at<float>(row, right);
-    const float bottom =
-        (1 - wx) * grey.at<float>(below, column) + wx * grey.at<float>(below, right);
-    return (1 - wy) * top + wy * bottom;
+    const float top = above[0] + wx * (above[right] - above[0]);
+    const float bottom = below[0] + wx * (below[right] - below[0]);
+    return top + wy * (bottom - top);
   }
 };
 
 /// What smoothing needs besides its result: one memory for all pictures.
 struct SmoothBuffers {
   cv::Mat value, weight;
+  std::vector<int> grey, count;  ///< Of each column, over the rows of a block.
 };
 
-/// Adds a row of pixels to the sums of blocks of so many columns, masked pixels not counted.
-void add_row(const std::uint8_t* grey, const std::uint8_t* usable, int columns, int block,
-             float* value, float* weight) {
-  if (block == 1) {  // Most often, and the compiler makes one loop of vectors of it.
-    for (int column = 0; column < columns; ++column) {
-      value[column] += static_cast<float>(grey[column] * usable[column]);
-      weight[column] += static_cast<float>(usable[column]);
-    }
-    return;
-  }
-  for (int column = 0; column < columns; ++column) {
-    int sum = 0;
-    int count = 0;
-    for (int x = column * block; x < (column + 1) * block; ++x) {
-      sum += grey[x] * usable[x];
-      count += usable[x];
-    }
-    value[column] += static_cast<float>(sum);
-    weight[column] += static_cast<float>(count);
+/// Adds a row of pixels, masked pixels not counted.
+void add_row(std::span<const std::uint8_t> grey, std::span<const std::uint8_t> usable,
+             SmoothBuffers& sums) {
+  int* grey_sum = sums.grey.data();
+  int* count = sums.count.data();
+  for (std::size_t column = 0; column < grey.size(); ++column) {
+    grey_sum[column] += grey[column] * usable[column];
+    count[column] += usable[column];
   }
 }
 
@@ -74,12 +64,34 @@ void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
   const auto width = static_cast<std::size_t>(frame.pixels.width());
   out.value.create(rows, columns, CV_32F);
   out.weight.create(rows, columns, CV_32F);
-  out.value.setTo(0);
-  out.weight.setTo(0);
-  for (int y = 0; y < rows * fy; ++y) {
-    const std::size_t first = static_cast<std::size_t>(y) * width;
-    add_row(frame.pixels.pixels().data() + first, mask.pixels().data() + first, columns, fx,
-            out.value.ptr<float>(y / fy), out.weight.ptr<float>(y / fy));
+  if (fx == 1 && fy == 1) {  // On the finest level most often.
+    const auto grey = frame.pixels.pixels();
+    const auto usable = mask.pixels();
+    auto* value = out.value.ptr<float>();
+    auto* weight = out.weight.ptr<float>();
+    for (std::size_t i = 0; i < grey.size(); ++i) {
+      value[i] = static_cast<float>(grey[i] * usable[i]);
+      weight[i] = static_cast<float>(usable[i]);
+    }
+    return;
+  }
+  for (int row = 0; row < rows; ++row) {
+    out.grey.assign(width, 0);
+    out.count.assign(width, 0);
+    for (int y = row * fy; y < (row + 1) * fy; ++y) {
+      const std::size_t first = static_cast<std::size_t>(y) * width;
+      add_row(frame.pixels.pixels().subspan(first, width), mask.pixels().subspan(first, width),
+              out);
+    }
+    auto* value = out.value.ptr<float>(row);
+    auto* weight = out.weight.ptr<float>(row);
+    for (int column = 0; column < columns; ++column) {
+      const auto from = static_cast<std::ptrdiff_t>(column) * fx;
+      value[column] = static_cast<float>(
+          std::accumulate(out.grey.begin() + from, out.grey.begin() + from + fx, 0));
+      weight[column] = static_cast<float>(
+          std::accumulate(out.count.begin() + from, out.count.begin() + from + fx, 0));
+    }
   }
 }
 
@@ -103,7 +115,7 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
   const double sy = left(py, fy);
   const cv::Size kernel(2 * static_cast<int>(std::ceil(3 * sx)) + 1,
                         2 * static_cast<int>(std::ceil(3 * sy)) + 1);
-  SmoothPicture out{{}, static_cast<double>(fx), static_cast<double>(fy)};
+  SmoothPicture out{{}, 1.0 / fx, 1.0 / fy};
   cv::GaussianBlur(buffers.value, out.grey, kernel, sx, sy, cv::BORDER_REPLICATE);
   cv::GaussianBlur(buffers.weight, buffers.weight, kernel, sx, sy, cv::BORDER_REPLICATE);
   constexpr double kNoWeight = 1e-6;
@@ -137,10 +149,10 @@ struct LevelPicture {
 };
 
 /// Whether the nearest pixel is one of the mask.
-bool inside(const Eigen::Vector2d& pixel, const Image2d<std::uint8_t>& mask) {
+bool inside(double pixel_x, double pixel_y, const Image2d<std::uint8_t>& mask) {
   // Where both are positive, truncation rounds down.
-  const double x = pixel.x() + 0.5;
-  const double y = pixel.y() + 0.5;
+  const double x = pixel_x + 0.5;
+  const double y = pixel_y + 0.5;
   if (!(x >= 0 && y >= 0 && x < mask.width() && y < mask.height())) return false;
   return mask.at(static_cast<int>(x), static_cast<int>(y)) != 0;
 }
@@ -154,12 +166,15 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   const Eigen::Vector2d middle = pixel_per_mm * (centre - grid.origin_mm);
   const Eigen::Vector2d a = pixel_per_mm.col(0) * step_mm;
   const Eigen::Vector2d b = pixel_per_mm.col(1) * step_mm;
+  const auto x_at = [&](int i, int j) { return middle.x() + i * a.x() + j * b.x(); };
+  const auto y_at = [&](int i, int j) { return middle.y() + i * a.y() + j * b.y(); };
   values.clear();
+  // Shadows and edges mostly reach a corner.
+  if (!inside(x_at(half, half), y_at(half, half), picture.mask)) return false;
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {
-      const Eigen::Vector2d pixel = middle + i * a + j * b;
-      if (!inside(pixel, picture.mask)) return false;
-      values.push_back(picture.smooth.at(pixel));
+      if (!inside(x_at(i, j), y_at(i, j), picture.mask)) return false;
+      values.push_back(picture.smooth.at(x_at(i, j), y_at(i, j)));
     }
   }
   return true;
