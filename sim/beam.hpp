@@ -47,6 +47,12 @@ inline float ringing(const ProbeModel& probe, double along_mm) {
   return static_cast<float>(0.6 * std::exp(-along_mm * probe.frequency_mhz / kRingMmTimesMhz));
 }
 
+/// Share of an interface echo that comes back when a beam meets it at an angle of this cosine.
+inline float facing_interface(float cosine) {
+  const float c2 = cosine * cosine;
+  return c2 * c2 * c2 + kDiffuseShare;
+}
+
 /// Share of the scatter amplitude that comes back when a beam (unit, CT axes) meets fibres; 1
 /// where there are none.
 inline float fibre_echo(const Acoustics& a, double x, double y, double z) {
@@ -60,6 +66,17 @@ inline float fibre_echo(const Acoustics& a, double x, double y, double z) {
   const double square = 1 - along * along;  // Sine squared: 1 where the beam meets them square.
   const double facing = square * square * square * square;
   return static_cast<float>(1 - strength * (1 - facing));
+}
+
+/// Backscatter amplitude relative to liver that comes back along a beam (unit, CT axes).
+inline float scatter_along(const Acoustics& a, double x, double y, double z) {
+  const float everywhere = a.scatter * fibre_echo(a, x, y, z);
+  const float echo2 = a.sheet[0] * a.sheet[0] + a.sheet[1] * a.sheet[1] + a.sheet[2] * a.sheet[2];
+  if (!(echo2 > 1e-6F)) return everywhere;
+  const float echo = std::sqrt(echo2);
+  const float along = static_cast<float>(x) * a.sheet[0] + static_cast<float>(y) * a.sheet[1] +
+                      static_cast<float>(z) * a.sheet[2];
+  return everywhere + echo * facing_interface(along / echo);
 }
 
 }  // namespace nav::sim

@@ -234,17 +234,16 @@ class Model {
     if (!(a.scatter > 0)) return;
     const double along = static_cast<double>(beam.y()) * geometry_.sample_mm();
     const float amplitude = static_cast<float>(ScattererCells::strength(bits)) *
-                            std::exp(-0.5F * off * off) * a.scatter * facing(a, line, along) *
+                            std::exp(-0.5F * off * off) * echo_of(a, line, along) *
                             (1 + 0.14F * texture_.at(p));
     out.push_back({static_cast<std::uint32_t>(here), beam.x() - static_cast<float>(line),
                    beam.y() - static_cast<float>(sample),
                    amplitude * layer.level * way_.left[here] * phase(along)});
   }
 
-  [[nodiscard]] float facing(const Acoustics& a, std::size_t line, double along) const {
-    if (a.fibre[0] == 0 && a.fibre[1] == 0 && a.fibre[2] == 0) return 1;
+  [[nodiscard]] float echo_of(const Acoustics& a, std::size_t line, double along) const {
     const Vec3d way = paths_[line].direction(along);
-    return fibre_echo(a, way.x(), way.y(), way.z());
+    return scatter_along(a, way.x(), way.y(), way.z());
   }
 
   void add(const std::vector<Spike>& spikes, std::vector<Complex>& raw) const {

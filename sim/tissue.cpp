@@ -51,7 +51,7 @@ constexpr std::array<Properties, static_cast<std::size_t>(Tissue::kCount)> kTabl
     {"gas", -950, -950, -950, 0, {0.0004F, 20.0F, 0.3F}},
     {"artery", 42, 330, 170, 110, {1.61F, 0.15F, 0.03F}},
     {"vein", 42, 60, 160, 160, {1.61F, 0.15F, 0.03F}},
-    {"vessel_wall", 45, 60, 75, 320, {1.71F, 0.8F, 1.3F}},
+    {"vessel_wall", 45, 60, 75, 320, {1.71F, 0.8F, 0.2F}},
     {"plaque", 60, 65, 70, 360, {1.66F, 0.9F, 0.8F}},
     {"calcification", 700, 700, 700, 60, {4.8F, 12.0F, 1.4F}},
     {"thyroid", 105, 170, 165, 460, {1.65F, 0.55F, 1.35F}},

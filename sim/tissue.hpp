@@ -39,7 +39,7 @@ enum class Tissue : std::uint8_t {
   kGas,
   kArtery,      ///< Lumen of a large artery outside the abdomen.
   kVein,        ///< Lumen of a large vein outside the abdomen.
-  kVesselWall,  ///< Intima and media.
+  kVesselWall,  ///< Acoustic values: media.
   kPlaque,      ///< Soft.
   kCalcification,
   kThyroid,
@@ -78,6 +78,9 @@ struct Acoustics {
   float scatter;                    ///< Backscatter amplitude relative to liver, >= 0.
   /// Direction of fibres, CT axes, as long as the share of the scatter that they direct, [0, 1].
   std::array<float, 3> fibre{};
+  /// Backscatter amplitude of a thin layer, relative to liver, along its unit normal, CT axes:
+  /// comes on top of scatter, strongest where the beam meets the layer square.
+  std::array<float, 3> sheet{};
 };
 const Acoustics& tissue_acoustics(Tissue tissue);
 

@@ -121,8 +121,7 @@ void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
       const bool gel = !in_contact && depth < kMaxCouplingMm;
       slices[n] = gel ? tissue_acoustics(Tissue::kGel)
                       : patient->acoustics({path.at(depth, (k - 1) * half)});
-      s.scatter[n] = slices[n].scatter * kSliceAmplitude[n] *
-                     fibre_echo(slices[n], along.x(), along.y(), along.z());
+      s.scatter[n] = kSliceAmplitude[n] * scatter_along(slices[n], along.x(), along.y(), along.z());
     }
     s.impedance = 0.25F * (slices[0].impedance_mrayl + 2 * slices[1].impedance_mrayl +
                            slices[2].impedance_mrayl);
@@ -179,9 +178,7 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
     const float reflection =
         std::min(0.999F, std::abs(slope_along) * step / (a.impedance + b.impedance));
     if (slope > 0) {
-      const float cosine = std::abs(slope_along) / slope;
-      const float c2 = cosine * cosine;
-      const float directed = c2 * c2 * c2 + kDiffuseShare;
+      const float directed = facing_interface(slope_along / slope);
       signal += kInterfaceGain * std::min(0.5F, slope * step / (a.impedance + b.impedance)) *
                 directed * std::max(0.2F, roughness);
     }

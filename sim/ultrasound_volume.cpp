@@ -89,8 +89,8 @@ class Scanner {
       out[j].impedance = a.impedance_mrayl;
       out[j].loss_db_per_mm = a.attenuation_db_per_cm_mhz * (1 + 0.12F * absorption_.at(p.mm)) *
                               static_cast<float>(options_.probe.frequency_mhz / 10.0);
-      out[j].scatter = a.scatter * fibre_echo(a, along.x(), along.y(), along.z()) *
-                       (1 + 0.14F * texture_.at(p.mm));
+      out[j].scatter =
+          scatter_along(a, along.x(), along.y(), along.z()) * (1 + 0.14F * texture_.at(p.mm));
     }
   }
 

@@ -72,6 +72,8 @@ inline Dual pow(const Dual& a, double exponent) {
   if (!(a.value > 0)) return {power};
   return {power, exponent * power / a.value * a.gradient};
 }
+inline double value_of(double a) { return a; }
+inline double value_of(const Dual& a) { return a.value; }
 /// Constant between its steps.
 inline Dual round(const Dual& a) { return {std::round(a.value)}; }
 

@@ -110,6 +110,6 @@ Patient finish(std::string family, const PatientOptions& options, Layout layout)
   return patient;
 }
 
-Grain muscle_grain(const Vec3d& along) { return {along.normalized(), 16, 1.5, 0.8}; }
+Grain muscle_grain(const Vec3d& along) { return {along.normalized(), 16, 1.5, 0.8, 0.3, 4.2}; }
 
 }  // namespace nav::sim

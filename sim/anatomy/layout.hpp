@@ -46,7 +46,7 @@ Patient finish(std::string family, const PatientOptions& options, Layout layout)
 /// Where a ray from inside leaves the skin; along: unit.
 Vec3d leave_skin(const Field& skin_mm, const Vec3d& inside, const Vec3d& along);
 
-/// Muscle fibres along a direction.
+/// Muscle fibres along a direction, in bundles that septa part.
 Grain muscle_grain(const Vec3d& along);
 
 /// Families, one file each.

@@ -13,8 +13,8 @@ using shapes::smooth_step;
 
 constexpr double kEndMm = 62;  // Above and below.
 constexpr double kSkinMm = 1.8;
-constexpr double kLevelMm = 17;   // From vertebra to vertebra.
-constexpr double kWallMm = 0.85;  // Intima, media and adventitia as they show.
+constexpr double kLevelMm = 17;        // From vertebra to vertebra.
+constexpr double kAdventitiaMm = 0.3;  // As thick as its echo shows.
 
 /// Course of one side's carotid artery, which forks. s: +1 left, -1 right.
 struct Carotid {
@@ -25,8 +25,9 @@ struct Carotid {
   double spread;     ///< Of the branches, mm.
   double common_mm;  ///< Radii.
   double internal_mm, external_mm, bulb_mm;
+  double intima_media_mm;
 
-  Carotid(double side, Random& random)
+  Carotid(double side, Random& random, double intima_media)
       : s(side),
         fork_z(random.uniform(0, 16)),
         x(random.uniform(23, 27)),
@@ -36,7 +37,8 @@ struct Carotid {
         common_mm(random.uniform(2.9, 3.4)),
         internal_mm(random.uniform(2.2, 2.6)),
         external_mm(random.uniform(1.8, 2.1)),
-        bulb_mm(random.uniform(0.7, 1.3)) {}
+        bulb_mm(random.uniform(0.7, 1.3)),
+        intima_media_mm(intima_media) {}
 
   /// Axis at a height; way +1: internal (outwards, back), -1: external (inwards, front).
   template <class S>
@@ -67,6 +69,11 @@ struct Carotid {
   template <class S>
   [[nodiscard]] S lumen(const Vec3<S>& p) const {
     return std::min(branch(p, 1), branch(p, -1));
+  }
+  [[nodiscard]] double wall_mm() const { return intima_media_mm + kAdventitiaMm; }
+  /// The double line of an artery: bright at the lumen, dark media, bright adventitia.
+  [[nodiscard]] std::vector<WallLayer> wall_layers() const {
+    return {{wall_mm() - 0.12, 0.16, 1.5}, {0.5 * kAdventitiaMm, kAdventitiaMm, 2.6}};
   }
   /// Where the two lumens part: the tip of the flow divider.
   [[nodiscard]] Vec3d divider() const {
@@ -248,12 +255,15 @@ void add_plaque(const Carotid& c, Random& random, Layout& layout) {
 void add_vessels(const Carotid& c, Random& random, Layout& layout) {
   add_jugular(c, random, layout);
   const Eigen::AlignedBox3d bounds = c.s < 0 ? column(-50, -8, -44, -2) : column(8, 50, -44, -2);
+  const double wall_mm = c.wall_mm();
   layout.add(
-      Tissue::kVesselWall, [c](const auto& p) { return c.lumen(p) - kWallMm; }, bounds);
+      Tissue::kVesselWall, [c, wall_mm](const auto& p) { return c.lumen(p) - wall_mm; }, bounds);
+  layout.organs.back().layers = c.wall_layers();
   // A thyroid artery from the root of the external carotid.
   const Vec3d root = c.axis(c.fork_z + 9, -1);
   const Capsule branch{root, {c.s * 19, -35, c.fork_z - 2}, 0.8};
   layout.add(Tissue::kVesselWall, Capsule{branch.from, branch.to, 1.2});
+  layout.organs.back().layers = {{0.2, 0.3, 1.3}};
   layout.add(Tissue::kArtery, branch);
   layout.add(
       Tissue::kArtery, [c](const auto& p) { return c.lumen(p); }, bounds);
@@ -336,8 +346,9 @@ void add_views(const Carotid& right, const Carotid& left, Layout& layout) {
 Patient make_neck(const PatientOptions& options) {
   Random random(options.seed, 0x6e65636b);
   const Neck neck(random);
-  const Carotid right(-1, random);
-  const Carotid left(1, random);
+  Random walls(options.seed, 0x77616c6c);  // Adults: 0.6 to 0.8 mm.
+  const Carotid right(-1, random, walls.uniform(0.6, 0.8));
+  const Carotid left(1, random, walls.uniform(0.6, 0.8));
   Layout layout;
   layout.box = {Vec3d(-62, -58, -kEndMm), Vec3d(62, 58, kEndMm)};
   layout.region = {Vec3d(-60, -56, -55), Vec3d(60, 56, 55)};

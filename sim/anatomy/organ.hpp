@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/anatomy/field.hpp"
+#include "sim/anatomy/sheets.hpp"
 #include "sim/shapes.hpp"
 #include "sim/tissue.hpp"
 
@@ -19,6 +20,8 @@ struct Grain {
   double length_mm = 1;   ///< Over which a strand keeps its look, > 0.
   double spacing_mm = 1;  ///< Between strands, > 0.
   double strength = 0;    ///< Of the strands' contrast, [0, 1].
+  double between = 1;     ///< Scatter as a multiple of the tissue's, septa aside.
+  double septa_mm = 0;    ///< Between septa, give or take a third from patient to patient; 0: none.
 };
 
 /// One shape of one tissue. Later organs of a list cover earlier ones.
@@ -27,6 +30,7 @@ struct Organ {
   Field distance_mm;
   Eigen::AlignedBox3d bounds;  ///< Holds every point with distance below 2 mm.
   Grain grain{};
+  std::vector<WallLayer> layers{};
 };
 
 /// Boxes that hold a shape with room around it.

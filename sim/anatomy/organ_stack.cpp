@@ -3,6 +3,7 @@
 #include "sim/anatomy/organ_stack.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 
 namespace nav::sim {
@@ -14,10 +15,14 @@ S coverage(const S& distance_mm, double blend_mm) {
   return std::clamp(S(0.5 - distance_mm / S(blend_mm)), S(0.0), S(1.0));
 }
 
-bool is_none(double share) { return !(share > 0); }
-bool is_none(const Dual& share) { return !(share.value > 0); }
-bool is_whole(double share) { return share >= 1; }
-bool is_whole(const Dual& share) { return share.value >= 1; }
+template <class S>
+bool is_none(const S& share) {
+  return !(value_of(share) > 0);
+}
+template <class S>
+bool is_whole(const S& share) {
+  return value_of(share) >= 1;
+}
 
 /// The organ's values cover what was by a share.
 void mix(Acoustics& value, const Acoustics& own, float share) {
@@ -25,7 +30,31 @@ void mix(Acoustics& value, const Acoustics& own, float share) {
   value.attenuation_db_per_cm_mhz +=
       share * (own.attenuation_db_per_cm_mhz - value.attenuation_db_per_cm_mhz);
   value.scatter += share * (own.scatter - value.scatter);
-  for (std::size_t i = 0; i < 3; ++i) value.fibre[i] += share * (own.fibre[i] - value.fibre[i]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    value.fibre[i] += share * (own.fibre[i] - value.fibre[i]);
+    value.sheet[i] += share * (own.sheet[i] - value.sheet[i]);
+  }
+}
+
+std::array<float, 3> float_array(const Vec3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+/// Three sets of septa, 60 degrees from each other: they part the muscle into bundles.
+std::vector<Septa> septa_of(const Grain& grain, std::uint64_t seed) {
+  if (!(grain.septa_mm > 0)) return {};
+  constexpr int kSets = 3;
+  constexpr double kEcho = 4.5;
+  Random random(seed, 0x7365707461);
+  const double angle = random.uniform(0, std::numbers::pi);
+  const double spacing_mm = grain.septa_mm * random.uniform(0.7, 1.4);
+  std::vector<Septa> sets;
+  for (int i = 0; i < kSets; ++i) {
+    const Eigen::AngleAxisd turn(angle + i * std::numbers::pi / kSets, grain.along);
+    sets.emplace_back(grain.along, turn * grain.along.unitOrthogonal(), spacing_mm, kEcho,
+                      hash_bits(seed, 0x736574, static_cast<std::uint64_t>(i)));
+  }
+  return sets;
 }
 
 }  // namespace
@@ -38,6 +67,10 @@ OrganStack::OrganStack(std::vector<Organ> organs, const Eigen::AlignedBox3d& box
       strands_(hash_bits(seed, 0x737472616e6473, 0), 1.0) {
   for (std::size_t t = 0; t < hu_.size(); ++t) {
     hu_[t] = tissue_hu(static_cast<Tissue>(t), contrast);
+  }
+  septa_.reserve(organs_.size());
+  for (const Organ& organ : organs_) {
+    septa_.push_back(septa_of(organ.grain, hash_bits(seed, 0x7365707461, septa_.size())));
   }
 }
 
@@ -104,18 +137,37 @@ Acoustics OrganStack::acoustics(const Vec3d& p) const {
   Acoustics value = tissue_acoustics(Tissue::kAir);
   cover(p, p, blend_.acoustic_mm, [&](const Organ& organ, double part) {
     const auto share = static_cast<float>(part);
-    if (organ.grain.strength <= 0) {
+    if (organ.grain.strength <= 0 && organ.layers.empty()) {
       mix(value, tissue_acoustics(organ.tissue), share);
       return;
     }
     Acoustics own = tissue_acoustics(organ.tissue);
-    own.scatter *= strands(organ.grain, p);
-    const Vec3d fibre = organ.grain.strength * organ.grain.along;
-    own.fibre = {static_cast<float>(fibre.x()), static_cast<float>(fibre.y()),
-                 static_cast<float>(fibre.z())};
+    if (organ.grain.strength > 0) {
+      own.scatter *= static_cast<float>(organ.grain.between) * strands(organ.grain, p);
+      own.fibre = float_array(organ.grain.strength * organ.grain.along);
+    }
+    own.sheet = float_array(sheet(organ, p));
     mix(value, own, share);
   });
   return value;
+}
+
+/// Of an organ's layers and septa the one with the strongest echo: the echo along its unit normal.
+Vec3d OrganStack::sheet(const Organ& organ, const Vec3d& p) const {
+  double echo = 0;
+  for (const WallLayer& layer : organ.layers) {
+    echo = std::max(echo, layer.echo_at(organ.distance_mm(p)));
+  }
+  if (echo > 0) return echo * organ.distance_mm(seed(p)).gradient.normalized();
+  const Septa* best = nullptr;
+  for (const Septa& septa : septa_[static_cast<std::size_t>(&organ - organs_.data())]) {
+    const double own = septa.echo(p);
+    if (!(own > echo)) continue;
+    echo = own;
+    best = &septa;
+  }
+  if (best == nullptr) return Vec3d::Zero();
+  return echo * best->offset_mm(seed(p)).gradient.normalized();
 }
 
 /// Brightness of the strand at a point, about 1 in the mean: noise that is drawn out along the

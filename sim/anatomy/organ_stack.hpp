@@ -43,11 +43,13 @@ class OrganStack {
   template <class S, class Mix>
   void cover(const Vec3d& p, const Vec3<S>& q, double blend_mm, const Mix& mix) const;
   [[nodiscard]] float strands(const Grain& grain, const Vec3d& p) const;
+  [[nodiscard]] Vec3d sheet(const Organ& organ, const Vec3d& p) const;
 
   std::vector<Organ> organs_;
   OrganGrid grid_;
   Blend blend_;
   SmoothField strands_;
+  std::vector<std::vector<Septa>> septa_;  ///< Of each organ.
   std::array<double, static_cast<std::size_t>(Tissue::kCount)> hu_{};
 };
 

@@ -39,8 +39,7 @@ TEST(UltrasoundVolumeTest, BloodIsDarkAndThyroidIsNot) {
   ASSERT_TRUE(test::has_value(scanned));
   const VoxelGrid& grid = scanned->volume.grid();
   const auto labels =
-      label_bits(*neck().anatomy, grid,
-                 {{Tissue::kArtery, Tissue::kVein}, {Tissue::kMuscle, Tissue::kThyroid}});
+      label_bits(*neck().anatomy, grid, {{Tissue::kArtery, Tissue::kVein}, {Tissue::kThyroid}});
   double blood = 0, solid = 0;
   int bloods = 0, solids = 0;
   for (std::size_t v = 0; v < labels.size(); ++v) {
@@ -48,7 +47,7 @@ TEST(UltrasoundVolumeTest, BloodIsDarkAndThyroidIsNot) {
     if (labels[v] == 2) solid += scanned->volume.hu()[v], ++solids;
   }
   ASSERT_GT(bloods, 1000);
-  ASSERT_GT(solids, 10000);
+  ASSERT_GT(solids, 1000);
   EXPECT_LT(blood / bloods, solid / solids - 40);
 }
 
