@@ -120,21 +120,39 @@ void smooth(Scalars& f, const Eigen::Vector3d& sigma_texels) {
   cv::sepFilter2D(column, column, CV_32F, one, kk, cv::Point(-1, -1), 0, cv::BORDER_REPLICATE);
 }
 
-/// Central differences inside, one-sided at the border; a single layer has no gradient.
-std::array<float, 4> texel_at(const Scalars& f, int i, int j, int k, const Eigen::Vector3f& scale) {
-  const std::array<int, 3> p{i, j, k};
-  std::array<float, 4> texel{f.values[f.index(i, j, k)], 0, 0, 0};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<int, 3> a = p;
-    std::array<int, 3> b = p;
-    a[axis] = std::max(p[axis] - 1, 0);
-    b[axis] = std::min(p[axis] + 1, f.size[axis] - 1);
-    if (a[axis] == b[axis]) continue;
-    const float rise = f.values[f.index(b[0], b[1], b[2])] - f.values[f.index(a[0], a[1], a[2])];
-    texel[axis + 1] =
-        scale[static_cast<Eigen::Index>(axis)] * rise / static_cast<float>(b[axis] - a[axis]);
+/// The texels of one row. Central differences inside, one-sided at the border; a single layer has
+/// no gradient. scale: of a difference per texel.
+void fill_row(const Scalars& f, int j, int k, const Eigen::Vector3f& scale,
+              std::vector<std::array<float, 4>>& row) {
+  const int last_j = std::max(j - 1, 0);
+  const int next_j = std::min(j + 1, f.size[1] - 1);
+  const int last_k = std::max(k - 1, 0);
+  const int next_k = std::min(k + 1, f.size[2] - 1);
+  const auto per = [](float unit, int steps) {
+    return steps > 0 ? unit / static_cast<float>(steps) : 0.0f;
+  };
+  const float by_i = per(scale[0], 2);
+  const float by_j = per(scale[1], next_j - last_j);
+  const float by_k = per(scale[2], next_k - last_k);
+  const float* here = &f.values[f.index(0, j, k)];
+  const float* j0 = &f.values[f.index(0, last_j, k)];
+  const float* j1 = &f.values[f.index(0, next_j, k)];
+  const float* k0 = &f.values[f.index(0, j, last_k)];
+  const float* k1 = &f.values[f.index(0, j, next_k)];
+  const int n = f.size[0];
+  for (int i = 1; i + 1 < n; ++i) {
+    row[static_cast<std::size_t>(i)] = {here[i], by_i * (here[i + 1] - here[i - 1]),
+                                        by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
   }
-  return texel;
+  for (const int i : {0, n - 1}) {
+    const int low = std::max(i - 1, 0);
+    const int high = std::min(i + 1, n - 1);
+    row[static_cast<std::size_t>(i)] = {here[i],
+                                        per(scale[0], high - low) * (here[high] - here[low]),
+                                        by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
+  }
+  // A single texel is repeated.
+  std::fill(row.begin() + n, row.end(), row[static_cast<std::size_t>(n - 1)]);
 }
 
 }  // namespace
@@ -181,12 +199,11 @@ Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double s
   out.texels.reserve(static_cast<std::size_t>(out.size[0]) * static_cast<std::size_t>(out.size[1]) *
                      static_cast<std::size_t>(out.size[2]));
   const Eigen::Vector3f scale = (sigma_mm * out.spacing_mm.cwiseInverse()).cast<float>();
+  std::vector<std::array<float, 4>> row(static_cast<std::size_t>(out.size[0]));
   for (int k = 0; k < out.size[2]; ++k) {
     for (int j = 0; j < out.size[1]; ++j) {
-      for (int i = 0; i < out.size[0]; ++i) {
-        out.texels.push_back(texel_at(f, std::min(i, f.size[0] - 1), std::min(j, f.size[1] - 1),
-                                      std::min(k, f.size[2] - 1), scale));
-      }
+      fill_row(f, std::min(j, f.size[1] - 1), std::min(k, f.size[2] - 1), scale, row);
+      out.texels.insert(out.texels.end(), row.begin(), row.end());
     }
   }
   return out;
