@@ -164,27 +164,13 @@ struct Locations {
   std::array<Float8, 3> moves;
 };
 
-/// General and slow: clamps sample `lane` into the grid.
-void locate_clamped(const CtChannels& ct, const Eigen::Vector3d& index, std::size_t lane,
-                    Locations& out) {
-  std::array<int, 3> base{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double last = ct.size[axis] - 1;
-    const double x = index[static_cast<Eigen::Index>(axis)];
-    const double inside = std::clamp(x, 0.0, last);
-    out.moves[axis][lane] = inside == x ? 1.0f : 0.0f;
-    base[axis] = std::min(static_cast<int>(inside), ct.size[axis] - 2);
-    out.w[axis][lane] = static_cast<float>(inside - base[axis]);
-  }
-  out.offset[lane] = (base[2] * ct.size[1] + base[1]) * ct.size[0] + base[0];
-}
-
-/// The patch in texel indices relative to an integer corner: small numbers keep floats exact.
+/// The patch in texel indices relative to a texel of the grid: small numbers keep floats exact.
 struct LocalPatch {
-  std::array<int, 3> base;
+  std::ptrdiff_t base;  ///< Of the texel.
   std::array<float, 3> centre, step_a, step_b;
-  bool inside;  ///< No sample needs clamping.
-  bool usable;  ///< Finite and not absurdly far.
+  std::array<float, 3> last;  ///< Of the grid, >= 1.
+  bool inside;                ///< No sample needs clamping.
+  bool usable;                ///< Finite and not absurdly far.
 };
 
 LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
@@ -202,41 +188,48 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
   local.inside = true;
   // Rounding of the relative float coordinates must not leave the grid.
   constexpr double kRim = 1e-3;
+  std::array<std::ptrdiff_t, 3> base{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto e = static_cast<Eigen::Index>(axis);
-    const double low = centre[e] - reach[e];
-    local.inside &= low >= kRim && centre[e] + reach[e] <= ct.size[axis] - 1 - kRim;
-    local.base[axis] = static_cast<int>(std::floor(low));
-    local.centre[axis] = static_cast<float>(centre[e] - local.base[axis]);
+    local.inside &=
+        centre[e] - reach[e] >= kRim && centre[e] + reach[e] <= ct.size[axis] - 1 - kRim;
+    const int first =
+        std::clamp(static_cast<int>(std::floor(centre[e] - reach[e])), 0, ct.size[axis] - 2);
+    base[axis] = first;
+    local.centre[axis] = static_cast<float>(centre[e] - first);
     local.step_a[axis] = static_cast<float>(a[e]);
     local.step_b[axis] = static_cast<float>(b[e]);
+    local.last[axis] = static_cast<float>(ct.size[axis] - 1 - first);
   }
+  local.base = (base[2] * ct.size[1] + base[1]) * ct.size[0] + base[0];
   return local;
 }
 
-/// Offsets are from the patch's corner where it is inside, else from the first texel.
-[[gnu::always_inline]] inline void locate(const CtChannels& ct, const PlacedPatch& patch,
-                                          const LocalPatch& local, std::size_t group,
-                                          Locations& out) {
-  const Steps& steps = kSteps[static_cast<std::size_t>(patch.side / 2)];
-  if (!local.inside) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const double a = steps.a[group * kLanes + lane];
-      const double b = steps.b[group * kLanes + lane];
-      const Eigen::Vector3d at = patch.centre + a * patch.step_a + b * patch.step_b;
-      locate_clamped(ct, at.cwiseQuotient(ct.spacing_mm), lane, out);
-    }
-    return;
-  }
-  Float8 a, b;
+/// Samples outside the grid go to its border.
+[[gnu::always_inline]] inline void locate(const CtChannels& ct, const LocalPatch& local,
+                                          const Steps& steps, std::size_t group, Locations& out) {
+  Float8 a, b, one;
   std::memcpy(&a, &steps.a[group * kLanes], sizeof a);
   std::memcpy(&b, &steps.b[group * kLanes], sizeof b);
+  splat(1, one);
+  const Float8 none{};
   std::array<Int8, 3> corner;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Float8 x = local.centre[axis] + a * local.step_a[axis] + b * local.step_b[axis];
-    corner[axis] = __builtin_convertvector(x, Int8);
-    out.w[axis] = x - __builtin_convertvector(corner[axis], Float8);
-    splat(1, out.moves[axis]);
+    if (local.inside) {
+      corner[axis] = __builtin_convertvector(x, Int8);
+      out.w[axis] = x - __builtin_convertvector(corner[axis], Float8);
+      out.moves[axis] = one;
+      continue;
+    }
+    const Float8 last = none + local.last[axis];
+    const Float8 low = x > 0.0f ? x : none;
+    const Float8 clamped = low < last ? low : last;
+    out.moves[axis] = clamped == x ? one : none;
+    const Float8 whole = __builtin_convertvector(__builtin_convertvector(clamped, Int8), Float8);
+    const Float8 before = whole < last ? whole : last - 1.0f;
+    corner[axis] = __builtin_convertvector(before, Int8);
+    out.w[axis] = clamped - before;
   }
   out.offset = (corner[2] * ct.size[1] + corner[1]) * ct.size[0] + corner[0];
 }
@@ -294,15 +287,15 @@ template <bool kDerivatives>
   if (!local.usable) return false;
   const std::ptrdiff_t row = ct.size[0];
   const std::ptrdiff_t slice = row * ct.size[1];
-  const std::array<float, 4>* first = ct.texels.data();
-  if (local.inside) first += local.base[2] * slice + local.base[1] * row + local.base[0];
+  const std::array<float, 4>* first = ct.texels.data() + local.base;
+  const Steps& steps = kSteps[static_cast<std::size_t>(patch.side / 2)];
   const Eigen::Vector3f inverse = ct.spacing_mm.cwiseInverse().cast<float>();
   const Eigen::Vector3f d = patch.beam.cast<float>();
   const std::size_t n = count_of(patch);
   const std::size_t groups = groups_of(n);
   for (std::size_t k = 0; k < groups; ++k) {
     Locations at;
-    locate(ct, patch, local, k, at);
+    locate(ct, local, steps, k, at);
     Rows rows;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       interpolate<kDerivatives>(first + at.offset[lane], row, slice, at.w[0][lane], at.w[1][lane],
