@@ -194,6 +194,7 @@ Json RegistrationBench::json() const {
   json["summary"] = headline ? json_of(*headline) : Json::object();
   Json& summary = json["summary"];
   summary["cpu_ratio_elastix"] = peer_ ? or_null(peer_->cpu_ratio) : Json(nullptr);
+  summary["peer_ours"] = peer_ && peer_->cpu_ratio ? Json(peer_->ours) : Json(nullptr);
   summary["solve_cpu_ratio_elastix"] = peer_ ? or_null(peer_->solve_cpu_ratio) : Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";
   summary["cpu_ratio_elastix_reason"] = peer_ && peer_->cpu_ratio ? Json(nullptr) : Json(reason);

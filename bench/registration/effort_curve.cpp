@@ -39,6 +39,14 @@ EffortPoint measure(const std::string& axis, double x, CohortOptions cohort, Cas
 
 }  // namespace
 
+registration::ImageRegistrationOptions with_patch_share(
+    registration::ImageRegistrationOptions options, double share) {
+  for (auto& level : options.levels) {
+    level.patches = std::max(50, static_cast<int>(std::lround(share * level.patches)));
+  }
+  return options;
+}
+
 std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore& store,
                                         const std::function<void(double)>& progress) {
   CohortOptions base;
@@ -58,9 +66,7 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
   };
   for (const double share : options.patch_shares) {
     CohortOptions cohort = base;
-    for (auto& level : cohort.local.levels) {
-      level.patches = std::max(50, static_cast<int>(std::lround(share * level.patches)));
-    }
+    cohort.local = with_patch_share(base.local, share);
     add("patches", share, cohort);
   }
   for (const int stride : options.picture_strides) {

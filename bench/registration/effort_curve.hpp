@@ -10,6 +10,10 @@
 
 namespace nav::bench {
 
+/// The same with a share of the patches of every level, but no fewer than 50.
+registration::ImageRegistrationOptions with_patch_share(
+    registration::ImageRegistrationOptions options, double share);
+
 /// A point of run time against error: local registration from 5 mm, one knob changed.
 struct EffortPoint {
   /// "patches" (share of the default), "pictures" (evenly chosen of the sweep's), "levels" (of the

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "bench/measure.hpp"
+#include "bench/registration/effort_curve.hpp"
 #include "bench/registration/thread_time.hpp"
 #include "registration/prepared.hpp"
 
@@ -38,6 +39,13 @@ using Tallies = std::map<std::pair<std::string, double>, Tally>;
 
 std::string name_of(const ElastixEffort& effort) {
   return "elastix " + std::to_string(effort.iterations) + "x" + std::to_string(effort.resolutions);
+}
+
+std::string name_of(double patch_share) {
+  std::ostringstream name;
+  name << "sonde local";
+  if (patch_share < 1) name << " x" << patch_share;
+  return name.str();
 }
 
 /// Ours, everything from the images on included.
@@ -95,15 +103,27 @@ void add_ratio(const PeerOptions& options, PeerComparison& out) {
     return std::find_if(out.rows.begin(), out.rows.end(),
                         [&](const PeerRow& row) { return row.name == name && row.start_mm == mm; });
   };
-  const auto ours = find("sonde local");
-  for (const ElastixEffort& effort : options.efforts) {
-    const auto theirs = find(name_of(effort));
-    if (theirs == out.rows.end() || 2 * theirs->right <= theirs->trials) continue;
-    out.cpu_ratio = theirs->cpu_s / ours->cpu_s;
-    out.solve_cpu_ratio = theirs->solve_cpu_s / ours->solve_cpu_s;
+  const auto theirs = std::find_if(options.efforts.begin(), options.efforts.end(),
+                                   [&](const ElastixEffort& effort) {
+                                     const auto row = find(name_of(effort));
+                                     return row != out.rows.end() && 2 * row->right > row->trials;
+                                   });
+  if (theirs == options.efforts.end()) {
+    out.reason = "elastix was right on half or fewer of the nearest starts at every effort";
     return;
   }
-  out.reason = "elastix was right on half or fewer of the nearest starts at every effort";
+  const auto row = find(name_of(*theirs));
+  std::vector<double> shares = options.patch_shares;
+  shares.push_back(1);
+  for (const double share : shares) {
+    const auto ours = find(name_of(share));
+    if (ours->right < ours->trials || !(ours->error_median_mm < row->error_median_mm)) continue;
+    out.cpu_ratio = row->cpu_s / ours->cpu_s;
+    out.solve_cpu_ratio = row->solve_cpu_s / ours->solve_cpu_s;
+    out.ours = ours->name;
+    return;
+  }
+  out.reason = "no local registration was right on all of the nearest starts with a lower error";
 }
 
 }  // namespace
@@ -125,7 +145,11 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
     }
     for (const double mm : options.starts_mm) {
       const CtPose start = start_at(mm, patient.truth, recorded, patient.seed);
-      add_ours("sonde local", options.local, patient, recorded, mm, start, tallies);
+      add_ours(name_of(1.0), options.local, patient, recorded, mm, start, tallies);
+      for (const double share : options.patch_shares) {
+        add_ours(name_of(share), with_patch_share(options.local, share), patient, recorded, mm,
+                 start, tallies);
+      }
       add_ours("sonde global", options.global, patient, recorded, mm, start, tallies);
       if (elastix) {
         add_theirs(options, *elastix, folder, patient, recorded, mm, start, tallies);
@@ -135,7 +159,7 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
       }
     }
   }
-  PeerComparison out{rows_of(tallies), {}, {}, ""};
+  PeerComparison out{rows_of(tallies), {}, {}, "", ""};
   if (elastix) {
     add_ratio(options, out);
   } else {
@@ -149,14 +173,14 @@ std::string to_text(const PeerComparison& comparison) {
   text << std::fixed << std::setprecision(3)
        << "\nbeside elastix, same images and starts, one thread; processor s whole (solve)\n";
   for (const PeerRow& row : comparison.rows) {
-    text << "  " << std::setw(12) << std::left << row.name << std::right << " from " << std::setw(3)
+    text << "  " << std::setw(17) << std::left << row.name << std::right << " from " << std::setw(3)
          << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
          << ", median " << row.error_median_mm << " mm, " << row.cpu_s << " (" << row.solve_cpu_s
          << ")\n";
   }
   if (comparison.cpu_ratio) {
-    text << "  elastix / sonde local at the nearest start: " << *comparison.cpu_ratio << " whole, "
-         << *comparison.solve_cpu_ratio << " solve\n";
+    text << "  elastix / " << comparison.ours << " at the nearest start: " << *comparison.cpu_ratio
+         << " whole, " << *comparison.solve_cpu_ratio << " solve\n";
   } else {
     text << "  no ratio: " << comparison.reason << '\n';
   }

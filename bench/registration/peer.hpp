@@ -22,6 +22,7 @@ struct PeerOptions {
   std::vector<ElastixEffort> efforts{
       {150, 2000, 1}, {150, 2000, 2}, {150, 2000, 3}, {500, 2000, 3}};
   registration::ImageRegistrationOptions local, global;
+  std::vector<double> patch_shares{0.25, 0.5};  ///< Of cheaper local ones, cheapest first.
 };
 
 /// One way to register, over all cases from one distance.
@@ -36,10 +37,12 @@ struct PeerRow {
 
 struct PeerComparison {
   std::vector<PeerRow> rows;
-  /// elastix at its cheapest effort that is right on more than half of the 5 mm starts, over our
-  /// local registration from the same starts: processor time of the whole. Absent: reason.
+  /// elastix at its cheapest effort that is right on more than half of the nearest starts, over our
+  /// local registration from the same starts at its cheapest that is right on all of them with a
+  /// lower error: processor time of the whole. Absent: reason.
   std::optional<double> cpu_ratio;
   std::optional<double> solve_cpu_ratio;
+  std::string ours;    ///< Row that the ratios are with.
   std::string reason;  ///< Why there is no ratio.
 };
 
