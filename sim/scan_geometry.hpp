@@ -51,6 +51,10 @@ class ScanGeometry {
 
   ProbeModel probe_;
   double sample_mm_;
+  double half_lines_ = 0.5 * (probe_.lines - 1);
+  double samples_per_mm_ = 1.0 / sample_mm_;
+  double shares_per_mm_ = 2 / probe_.width_mm;  ///< Of half the face; of half the opening.
+  double shares_per_rad_ = 1 / probe_.half_angle_rad;
   int samples_;
   PixelGrid grid_;
   std::optional<SectorOutline> outline_;
@@ -72,14 +76,14 @@ inline float angle_of(float x, float y) {
 
 template <class S>
 Eigen::Matrix<S, 2, 1> ScanGeometry::beam_of(const Eigen::Matrix<S, 2, 1>& p) const {
-  const auto lines = static_cast<S>(0.5 * (probe_.lines - 1));
-  const auto per_sample = static_cast<S>(1.0 / sample_mm_);
+  const auto lines = static_cast<S>(half_lines_);
+  const auto per_sample = static_cast<S>(samples_per_mm_);
   if (probe_.kind == ProbeKind::kLinear) {
-    const S share = p.x() * static_cast<S>(2 / probe_.width_mm);
+    const S share = p.x() * static_cast<S>(shares_per_mm_);
     return {lines * (share + 1), per_sample * p.y()};
   }
   const Eigen::Matrix<S, 2, 1> q = p - outline_->apex_mm.template cast<S>();
-  const S share = angle_of(q.x(), q.y()) * static_cast<S>(1 / probe_.half_angle_rad);
+  const S share = angle_of(q.x(), q.y()) * static_cast<S>(shares_per_rad_);
   return {lines * (share + 1), per_sample * (q.norm() - static_cast<S>(outline_->radius_min_mm))};
 }
 

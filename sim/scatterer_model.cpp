@@ -109,9 +109,7 @@ class Model {
   [[nodiscard]] Complex phase(double along) const {
     // Turns first: what is left of a whole one keeps its digits as a float.
     const double turns = 2 * probe_.frequency_mhz / kSoundMmPerUs * along;
-    const auto angle =
-        static_cast<float>(2 * std::numbers::pi) * static_cast<float>(turns - std::floor(turns));
-    return {std::cos(angle), std::sin(angle)};
+    return unit_phasor(static_cast<float>(turns - std::floor(turns)));
   }
   /// What a line meets, where it lies at rest.
   [[nodiscard]] Point<frames::Ct> at(std::size_t line, double depth) const {
@@ -198,10 +196,23 @@ class Model {
     if (beam.x() < -lines || beam.x() > static_cast<float>(lines_ - 1) + lines) return;
     const double sigma = std::max(sigma_elevation(along - spread), sigma_elevation(along + spread));
     const double reach = (std::min(slab_.half_mm, kSlab * sigma + slab_.bulge_mm) + cell) / across;
-    for (int c = cells_.index(middle[slab_.thin] - reach);
-         c <= cells_.index(middle[slab_.thin] + reach); ++c) {
+    const int first = cells_.index(middle[slab_.thin] - reach);
+    const int last = cells_.index(middle[slab_.thin] + reach);
+    const auto half_mm = static_cast<float>(kSlab * sigma);
+    index[slab_.thin] = first;
+    // Where the row's first corner lies in the picture; at rest the others follow by steps.
+    const Vec3d corner = (image_from_ct_ * Point<frames::Ct>{cell * index.cast<double>()}).mm;
+    for (int c = first; c <= last; ++c) {
       index[slab_.thin] = c;
-      add_scatterer(index, static_cast<float>(kSlab * sigma), out);
+      const std::uint64_t bits = cells_.bits(index);
+      const Vec3d place = ScattererCells::place(bits);
+      const Eigen::Vector3f at =
+          warp_ == nullptr
+              ? (corner + image_from_cells_ * (place + (c - first) * Vec3d::Unit(slab_.thin)))
+                    .cast<float>()
+              : image_of(cell * (index.cast<double>() + place));
+      if (std::abs(at.z()) > half_mm) continue;
+      add_scatterer(bits, cell * (index.cast<double>() + place), at, out);
     }
   }
 
@@ -213,12 +224,10 @@ class Model {
     return geometry_.beam_of<float>(q.head<2>());
   }
 
-  /// The scatterer of a cell, if the picture shows it. half_mm: of the slab's thickness hereabouts.
-  void add_scatterer(const Eigen::Vector3i& index, float half_mm, std::vector<Spike>& out) const {
-    const std::uint64_t bits = cells_.bits(index);
-    const Vec3d p = cells_.cell_mm() * (index.cast<double>() + ScattererCells::place(bits));
-    const Eigen::Vector3f q = image_of(p);
-    if (std::abs(q.z()) > half_mm) return;
+  /// A scatterer at a point at rest, if the picture shows it. q: where it is in the picture now,
+  /// mm.
+  void add_scatterer(std::uint64_t bits, const Vec3d& p, const Eigen::Vector3f& q,
+                     std::vector<Spike>& out) const {
     const Eigen::Vector2f beam = beam_of(q);
     if (!(beam.x() >= 0 && beam.x() < static_cast<float>(lines_ - 1) && beam.y() >= 0 &&
           beam.y() < static_cast<float>(n_ - 1))) {
@@ -306,6 +315,8 @@ class Model {
   Transform<frames::Ct, frames::Image> pose_;
   const Warp* warp_;
   Transform<frames::Image, frames::Ct> image_from_ct_ = pose_.inverse();
+  Eigen::Matrix3d image_from_cells_ =
+      cells_.cell_mm() * image_from_ct_.rotation().toRotationMatrix();
   std::size_t n_, lines_;
   std::vector<RestPath> paths_;
   Slab slab_;

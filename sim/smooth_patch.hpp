@@ -17,11 +17,10 @@ class SmoothPatch {
   SmoothPatch(const SmoothField& field, const Eigen::AlignedBox3d& box_mm);
   /// field.at(mm) to float rounding; outside the box it asks the field.
   [[nodiscard]] float at(const Eigen::Vector3d& mm) const {
-    const Eigen::Vector3d q = mm * cells_per_mm_;
-    const Eigen::Array3i low = q.array().floor().cast<int>();
-    const Eigen::Array3i i = low - first_;
-    if ((i < 0).any() || (i + 1 >= size_).any()) return field_->at(mm);
-    const Eigen::Vector3f t = (q - low.matrix().cast<double>()).cast<float>();
+    const Eigen::Array3d q = mm.array() * cells_per_mm_ - first_;
+    if (!(q.minCoeff() >= 0 && (q < last_).all())) return field_->at(mm);
+    const Eigen::Array3i i = q.cast<int>();
+    const Eigen::Array3f t = (q - i.cast<double>()).cast<float>();
     const auto row = static_cast<std::size_t>(size_.x());
     const auto slice = row * static_cast<std::size_t>(size_.y());
     const float* v = nodes_.data() + static_cast<std::size_t>(i.x()) +
@@ -39,7 +38,8 @@ class SmoothPatch {
  private:
   const SmoothField* field_;
   double cells_per_mm_;
-  Eigen::Array3i first_, size_;
+  Eigen::Array3d first_, last_;  ///< Nodes; the last counted from the first.
+  Eigen::Array3i size_;
   std::vector<float> nodes_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstdint>
@@ -58,26 +59,37 @@ class SmoothField {
     const Eigen::Vector3d q = mm / cell_mm_;
     const Eigen::Vector3d low = q.array().floor();
     const Eigen::Vector3d t = q - low;
+    const Eigen::Vector3i first = low.cast<int>();
+    std::array<std::uint64_t, 4> columns;  // Bits of node(), where x and y are settled.
+    for (int i = 0; i < 2; ++i) {
+      const std::uint64_t row = next(seed_, first.x() + i);
+      for (int j = 0; j < 2; ++j) {
+        columns[static_cast<std::size_t>(i + 2 * j)] = next(row, first.y() + j);
+      }
+    }
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3i side(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
       double weight = 1;
       for (int axis = 0; axis < 3; ++axis) weight *= side[axis] == 1 ? t[axis] : 1 - t[axis];
-      sum += weight * static_cast<double>(node(low.cast<int>() + side));
+      const std::uint64_t column = columns[static_cast<std::size_t>(corner & 3)];
+      sum += weight * static_cast<double>(value_of(next(column, first.z() + side.z())));
     }
     return static_cast<float>(sum);
   }
   /// Value at index * cell_mm(), in [-1, 1].
   [[nodiscard]] float node(const Eigen::Vector3i& index) const {
-    std::uint64_t bits = seed_;
-    for (const int i : index) {
-      bits = hash_bits(bits ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(i)));
-    }
-    return static_cast<float>(2 * unit_from_bits(bits) - 1);
+    return value_of(next(next(next(seed_, index.x()), index.y()), index.z()));
   }
   [[nodiscard]] double cell_mm() const { return cell_mm_; }
 
  private:
+  static std::uint64_t next(std::uint64_t bits, int index) {
+    return hash_bits(bits ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(index)));
+  }
+  static float value_of(std::uint64_t bits) {
+    return static_cast<float>(2 * unit_from_bits(bits) - 1);
+  }
   std::uint64_t seed_;
   double cell_mm_;
 };

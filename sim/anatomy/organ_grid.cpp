@@ -28,7 +28,7 @@ void OrganGrid::Found::add(std::uint16_t organ, double distance_mm, double reach
 
 OrganGrid::OrganGrid(const std::vector<Organ>& organs, const Eigen::AlignedBox3d& box,
                      double cell_mm)
-    : box_(box), cell_mm_(cell_mm) {
+    : box_(box), cell_mm_(cell_mm), cells_per_mm_(1 / cell_mm) {
   NAV_CHECK(organs.size() < 65536, organs.size());
   size_ = (box_.sizes().array() / cell_mm_).ceil().cast<int>();
   const std::vector<Found> found = fill(organs);
@@ -111,7 +111,7 @@ OrganGrid::Cell OrganGrid::keep(const Found& found) {
 
 OrgansNear OrganGrid::organs_at(const Eigen::Vector3d& p) const {
   if (!box_.contains(p)) return {all_, false};
-  const Eigen::Array3d at = (p - box_.min()).array() / cell_mm_;
+  const Eigen::Array3d at = (p - box_.min()).array() * cells_per_mm_;
   const Eigen::Array3i c = at.cast<int>().cwiseMax(0).cwiseMin(size_ - 1);
   const Cell* cell =
       &cells_[static_cast<std::size_t>(c.z()) * static_cast<std::size_t>(size_.x() * size_.y()) +

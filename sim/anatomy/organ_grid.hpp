@@ -46,7 +46,7 @@ class OrganGrid {
   Cell keep(const Found& found);
 
   Eigen::AlignedBox3d box_;
-  double cell_mm_;
+  double cell_mm_, cells_per_mm_;
   Eigen::Array3i size_;
   std::vector<Cell> cells_;
   std::vector<Cell> children_;  ///< x fastest within eight.

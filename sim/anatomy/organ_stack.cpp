@@ -68,6 +68,13 @@ OrganStack::OrganStack(std::vector<Organ> organs, const Eigen::AlignedBox3d& box
   for (std::size_t t = 0; t < hu_.size(); ++t) {
     hu_[t] = tissue_hu(static_cast<Tissue>(t), contrast);
   }
+  for (const Organ& organ : organs_) {
+    Acoustics alone = tissue_acoustics(Tissue::kAir);
+    mix(alone, tissue_acoustics(organ.tissue), 1);
+    alone_.push_back(alone);
+    const Vec3d a = organ.grain.along.unitOrthogonal();
+    beside_.push_back({a, organ.grain.along.cross(a)});
+  }
   septa_.reserve(organs_.size());
   for (const Organ& organ : organs_) {
     septa_.push_back(septa_of(organ.grain, hash_bits(seed, 0x7365707461, septa_.size())));
@@ -138,12 +145,17 @@ Acoustics OrganStack::acoustics(const Vec3d& p) const {
   cover(p, p, blend_.acoustic_mm, [&](const Organ& organ, double part) {
     const auto share = static_cast<float>(part);
     if (organ.grain.strength <= 0 && organ.layers.empty()) {
-      mix(value, tissue_acoustics(organ.tissue), share);
+      // Nothing is asked below an organ that fills the point: it comes first.
+      if (share >= 1) {
+        value = alone_[index_of(organ)];
+      } else {
+        mix(value, tissue_acoustics(organ.tissue), share);
+      }
       return;
     }
     Acoustics own = tissue_acoustics(organ.tissue);
     if (organ.grain.strength > 0) {
-      own.scatter *= static_cast<float>(organ.grain.between) * strands(organ.grain, p);
+      own.scatter *= static_cast<float>(organ.grain.between) * strands(organ, p);
       own.fibre = float_array(organ.grain.strength * organ.grain.along);
     }
     own.sheet = float_array(sheet(organ, p));
@@ -160,7 +172,7 @@ Vec3d OrganStack::sheet(const Organ& organ, const Vec3d& p) const {
   }
   if (echo > 0) return echo * organ.distance_mm(seed(p)).gradient.normalized();
   const Septa* best = nullptr;
-  for (const Septa& septa : septa_[static_cast<std::size_t>(&organ - organs_.data())]) {
+  for (const Septa& septa : septa_[index_of(organ)]) {
     const double own = septa.echo(p);
     if (!(own > echo)) continue;
     echo = own;
@@ -172,9 +184,9 @@ Vec3d OrganStack::sheet(const Organ& organ, const Vec3d& p) const {
 
 /// Brightness of the strand at a point, about 1 in the mean: noise that is drawn out along the
 /// fibres.
-float OrganStack::strands(const Grain& grain, const Vec3d& p) const {
-  const Vec3d a = grain.along.unitOrthogonal();
-  const Vec3d b = grain.along.cross(a);
+float OrganStack::strands(const Organ& organ, const Vec3d& p) const {
+  const Grain& grain = organ.grain;
+  const auto& [a, b] = beside_[index_of(organ)];
   const Vec3d cells(p.dot(grain.along) / grain.length_mm, p.dot(a) / grain.spacing_mm,
                     p.dot(b) / grain.spacing_mm);
   constexpr float kContrast = 2.2F;  // Trilinear noise seldom reaches its ends.

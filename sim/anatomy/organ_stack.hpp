@@ -42,14 +42,19 @@ class OrganStack {
   [[nodiscard]] S hu_at(const Vec3d& p, const Vec3<S>& q) const;
   template <class S, class Mix>
   void cover(const Vec3d& p, const Vec3<S>& q, double blend_mm, const Mix& mix) const;
-  [[nodiscard]] float strands(const Grain& grain, const Vec3d& p) const;
+  [[nodiscard]] float strands(const Organ& organ, const Vec3d& p) const;
+  [[nodiscard]] std::size_t index_of(const Organ& organ) const {
+    return static_cast<std::size_t>(&organ - organs_.data());
+  }
   [[nodiscard]] Vec3d sheet(const Organ& organ, const Vec3d& p) const;
 
   std::vector<Organ> organs_;
   OrganGrid grid_;
   Blend blend_;
   SmoothField strands_;
-  std::vector<std::vector<Septa>> septa_;  ///< Of each organ.
+  std::vector<Acoustics> alone_;              ///< Of each organ, where it fills a point.
+  std::vector<std::vector<Septa>> septa_;     ///< Of each organ.
+  std::vector<std::array<Vec3d, 2>> beside_;  ///< Of each organ, axes across its grain.
   std::array<double, static_cast<std::size_t>(Tissue::kCount)> hu_{};
 };
 

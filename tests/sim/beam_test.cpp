@@ -203,5 +203,15 @@ TEST(SmoothPatchTest, IsItsFieldInsideAndOutsideTheBox) {
   }
 }
 
+TEST(PhasorTest, IsTheUnitNumberAtItsAngle) {
+  for (int i = 0; i <= 10000; ++i) {
+    const double turns = i / 10000.0;
+    const std::complex<float> found = unit_phasor(static_cast<float>(turns));
+    const double angle = 2 * std::numbers::pi * static_cast<double>(static_cast<float>(turns));
+    EXPECT_NEAR(found.real(), std::cos(angle), 5e-7) << turns;
+    EXPECT_NEAR(found.imag(), std::sin(angle), 5e-7) << turns;
+  }
+}
+
 }  // namespace
 }  // namespace nav::sim
