@@ -42,6 +42,18 @@ class RegistrationBench {
   Result<void> measure_motion();
   Result<void> measure_skin();
   void write(const std::vector<bench::Trial>& trials);
+  [[nodiscard]] auto progress() const {
+    return [this](double fraction) { console_.progress(fraction); };
+  }
+  /// Prints what was measured and keeps it in a member.
+  template <class T, class Kept>
+  Result<void> keep(Result<T> measured, Kept& kept) {
+    if (!measured) return measured.error();
+    console_.end();
+    std::cout << bench::to_text(*measured) << std::flush;
+    kept = std::move(*measured);
+    return {};
+  }
   [[nodiscard]] Json json() const;
 
   const BenchRegistrationOptions& options_;
@@ -75,9 +87,8 @@ bench::CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
 
 bench::CohortSummary RegistrationBench::judge(const std::string& title, std::uint64_t first_seed) {
   console_.begin(title);
-  const auto result = bench::run_cohort(
-      cohort(first_seed), store_, [&](double fraction) { console_.progress(fraction); },
-      [&](const auto& trials) { write(trials); });
+  const auto result = bench::run_cohort(cohort(first_seed), store_, progress(),
+                                        [&](const auto& trials) { write(trials); });
   console_.end();
   const auto summary = bench::summarise(result);
   std::cout << bench::to_text(summary, title) << std::flush;
@@ -97,8 +108,7 @@ void RegistrationBench::measure_effort() {
     effort.picture_strides = {4, 2};
     effort.iterations = {2};
   }
-  curve_ =
-      bench::measure_effort(effort, store_, [&](double fraction) { console_.progress(fraction); });
+  curve_ = bench::measure_effort(effort, store_, progress());
   console_.end();
   std::cout << bench::to_text(curve_) << std::flush;
 }
@@ -120,15 +130,10 @@ Result<void> RegistrationBench::compare() {
     return Error{ErrorCode::kIo, folder + ": expected to make a folder for elastix"};
   }
   auto compared =
-      bench::compare_with_elastix(options, store_, bench::find_elastix(), folder,
-                                  [&](double fraction) { console_.progress(fraction); });
+      bench::compare_with_elastix(options, store_, bench::find_elastix(), folder, progress());
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);
-  if (!compared) return compared.error();
-  console_.end();
-  peer_ = std::move(*compared);
-  std::cout << bench::to_text(*peer_) << std::flush;
-  return {};
+  return keep(std::move(compared), peer_);
 }
 
 Result<void> RegistrationBench::measure_motion() {
@@ -144,13 +149,7 @@ Result<void> RegistrationBench::measure_motion() {
     options.harmonics = {1};
   }
   if (options_.patients > 0) options.patients = options_.patients;
-  auto points =
-      bench::measure_motion(options, [&](double fraction) { console_.progress(fraction); });
-  if (!points) return points.error();
-  console_.end();
-  motion_ = std::move(*points);
-  std::cout << bench::to_text(motion_) << std::flush;
-  return {};
+  return keep(bench::measure_motion(options, progress()), motion_);
 }
 
 Result<void> RegistrationBench::measure_skin() {
@@ -166,12 +165,7 @@ Result<void> RegistrationBench::measure_skin() {
     options.turns = {};
   }
   if (options_.patients > 0) options.patients = options_.patients;
-  auto points = bench::measure_skin(options, [&](double fraction) { console_.progress(fraction); });
-  if (!points) return points.error();
-  console_.end();
-  skin_ = std::move(*points);
-  std::cout << bench::to_text(skin_) << std::flush;
-  return {};
+  return keep(bench::measure_skin(options, progress()), skin_);
 }
 
 /// At once: a long run can be looked at while it lasts.

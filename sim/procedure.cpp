@@ -8,6 +8,7 @@
 
 #include "nav/check.hpp"
 #include "nav/matrices.hpp"
+#include "sim/motion/skin_track.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -24,6 +25,7 @@ using Vec = Eigen::Vector3d;
 constexpr double kStartSeconds = 1.0;
 constexpr double kPauseSeconds = 2.0;  // Between the sweep and the approach.
 constexpr double kPressMm = 8;         // A curved face is pushed into the soft skin.
+constexpr double kFootprintMm = 0.5;   // To each side, over which the skin's slope counts.
 constexpr double kCameraMm = 1500;
 constexpr double kParkedMm = 120;   // Needle tip before the entry while it waits.
 constexpr double kReadyMm = 30;     // And when the approach begins.
@@ -48,24 +50,13 @@ Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
   return Eigen::Quaterniond(axes);
 }
 
-/// Into the patient, across the skin.
-Vec inward_normal(const AbdomenPhantom& phantom, const Vec& skin) {
-  constexpr double kStepMm = 0.5;
-  Vec slope;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec step = kStepMm * Vec::Unit(axis);
-    slope[axis] = phantom.skin_distance_mm({skin + step}) - phantom.skin_distance_mm({skin - step});
-  }
-  return -slope.normalized();
-}
-
 /// The hand's path below the costal arch, from the midline to the right flank, while the beam fans
 /// up and down and the probe turns about it. share: 0 to 1 of the way.
 Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
   const double way = smooth_step(share);
   const double turn = 2 * std::numbers::pi * share;
   const Vec skin = phantom.skin_point(4.50 - 0.70 * way, 14 - 26 * way).mm;
-  const Vec into = inward_normal(phantom, skin);
+  const Vec into = -outward(phantom, skin, kFootprintMm);
   const Vec across = into.cross(Vec::UnitZ());
   const Eigen::Quaterniond straight = facing(into, across);
   const Eigen::AngleAxisd tilt(0.18 + 0.38 * std::sin(1.5 * turn), Vec::UnitX());
@@ -99,7 +90,8 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
       const double beside = (skin - entry).norm();
       if (beside < 38 || beside > 75) continue;
       const Vec view = (target - skin).normalized();
-      const double slant = std::acos(std::clamp(view.dot(inward_normal(phantom, skin)), -1.0, 1.0));
+      const double slant =
+          std::acos(std::clamp(-view.dot(outward(phantom, skin, kFootprintMm)), -1.0, 1.0));
       const double spread =
           std::asin(std::clamp(view.cross((target - entry).normalized()).norm(), 0.0, 1.0));
       if (slant > 0.75 || spread < 0.35) continue;

@@ -9,6 +9,7 @@
 
 #include "nav/check.hpp"
 #include "sim/ct_scanner.hpp"
+#include "sim/motion/skin_track.hpp"
 #include "sim/random.hpp"
 #include "sim/ultrasound.hpp"
 
@@ -52,19 +53,9 @@ Hand hand_at(SweepPath path, double share) {
   return {};
 }
 
-/// Into the patient, across the skin.
-Vec inward_normal(const sim::AbdomenPhantom& phantom, const Vec& skin) {
-  Vec slope;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec step = 0.5 * Vec::Unit(axis);
-    slope[axis] = phantom.skin_distance_mm({skin + step}) - phantom.skin_distance_mm({skin - step});
-  }
-  return -slope.normalized();
-}
-
 ImagePose view_of(const sim::AbdomenPhantom& phantom, const Hand& hand) {
   const Vec skin = phantom.skin_point(hand.around, hand.z_mm).mm;
-  const Vec into = inward_normal(phantom, skin);
+  const Vec into = -sim::outward(phantom, skin, 0.5);
   Eigen::Matrix3d axes;
   axes.col(1) = into;
   axes.col(0) = into.cross(Vec::UnitZ()).normalized();
