@@ -42,33 +42,52 @@ SplineField::SplineField(const CtBox& box, double spacing_mm) : box_(box), spaci
   coefficients_ = Eigen::VectorXd::Zero(3 * control_points());
 }
 
-SplineField::Reach SplineField::reach(const Eigen::Vector3d& p) const {
-  Reach out;
+/// Which control points reach a point, axis by axis: from `begin` to before `end` of the four whose
+/// first is `first`; outside nothing does.
+struct SplineField::Near {
   std::array<Four, 3> weights;
   std::array<int, 3> first;
+  std::array<std::size_t, 3> begin, end;
+};
+
+std::optional<SplineField::Near> SplineField::near(const Eigen::Vector3d& p) const {
+  Near out;
   for (int axis = 0; axis < 3; ++axis) {
     const auto n = static_cast<std::size_t>(axis);
     const double at = (p[axis] - origin_[axis]) / spacing_mm_;
     // Far away nothing reaches; the cast below must not overflow.
-    if (!(at > -1 && at < size_[n] + 1)) return out;
+    if (!(at > -1 && at < size_[n] + 1)) return {};
     const double cell = std::floor(at);
-    first[n] = static_cast<int>(cell) - 1;
-    weights[n] = cubic(at - cell);
+    out.first[n] = static_cast<int>(cell) - 1;
+    out.begin[n] = static_cast<std::size_t>(std::max(0, -out.first[n]));
+    out.end[n] = static_cast<std::size_t>(std::clamp(size_[n] - out.first[n], 0, 4));
+    out.weights[n] = cubic(at - cell);
   }
-  for (std::size_t c = 0; c < 4; ++c) {
-    for (std::size_t b = 0; b < 4; ++b) {
-      for (std::size_t a = 0; a < 4; ++a) {
-        const int i = first[0] + static_cast<int>(a);
-        const int j = first[1] + static_cast<int>(b);
-        const int k = first[2] + static_cast<int>(c);
-        if (i < 0 || j < 0 || k < 0 || i >= size_[0] || j >= size_[1] || k >= size_[2]) continue;
+  return out;
+}
+
+int SplineField::index(const Near& at, std::size_t a, std::size_t b, std::size_t c) const {
+  const int i = at.first[0] + static_cast<int>(a);
+  const int j = at.first[1] + static_cast<int>(b);
+  const int k = at.first[2] + static_cast<int>(c);
+  return i + size_[0] * (j + size_[1] * k);
+}
+
+SplineField::Reach SplineField::reach(const Eigen::Vector3d& p) const {
+  Reach out;
+  const auto at = near(p);
+  if (!at) return out;
+  const auto& [wx, wy, wz] = at->weights;
+  for (std::size_t c = at->begin[2]; c < at->end[2]; ++c) {
+    for (std::size_t b = at->begin[1]; b < at->end[1]; ++b) {
+      for (std::size_t a = at->begin[0]; a < at->end[0]; ++a) {
         const auto n = static_cast<std::size_t>(out.count++);
-        const double x = weights[0].value[a], y = weights[1].value[b], z = weights[2].value[c];
-        out.index[n] = i + size_[0] * (j + size_[1] * k);
+        const double x = wx.value[a], y = wy.value[b], z = wz.value[c];
+        out.index[n] = index(*at, a, b, c);
         out.weight[n] = x * y * z;
-        out.slope[n] = Eigen::Vector3d(weights[0].slope[a] * y * z, x * weights[1].slope[b] * z,
-                                       x * y * weights[2].slope[c]) /
-                       spacing_mm_;
+        out.slope[n] =
+            Eigen::Vector3d(wx.slope[a] * y * z, x * wy.slope[b] * z, x * y * wz.slope[c]) /
+            spacing_mm_;
       }
     }
   }
@@ -76,10 +95,20 @@ SplineField::Reach SplineField::reach(const Eigen::Vector3d& p) const {
 }
 
 Eigen::Vector3d SplineField::displacement(const Eigen::Vector3d& p) const {
-  const Reach near = reach(p);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t n = 0; n < static_cast<std::size_t>(near.count); ++n) {
-    sum += near.weight[n] * coefficients_.segment<3>(3 * near.index[n]);
+  const auto at = near(p);
+  if (!at) return sum;
+  // A bent CT asks for every voxel: no weight is multiplied twice, no slope taken.
+  for (std::size_t c = at->begin[2]; c < at->end[2]; ++c) {
+    Eigen::Vector3d slice = Eigen::Vector3d::Zero();
+    for (std::size_t b = at->begin[1]; b < at->end[1]; ++b) {
+      Eigen::Vector3d row = Eigen::Vector3d::Zero();
+      for (std::size_t a = at->begin[0]; a < at->end[0]; ++a) {
+        row += at->weights[0].value[a] * coefficients_.segment<3>(3 * index(*at, a, b, c));
+      }
+      slice += at->weights[1].value[b] * row;
+    }
+    sum += at->weights[2].value[c] * slice;
   }
   return sum;
 }

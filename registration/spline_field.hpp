@@ -4,6 +4,7 @@
 
 #include <Eigen/SparseCore>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "registration/ct_channels.hpp"
@@ -55,6 +56,11 @@ class SplineField {
   void set_coefficients(const Eigen::VectorXd& mm);
 
  private:
+  struct Near;
+  [[nodiscard]] std::optional<Near> near(const Eigen::Vector3d& p_ct_mm) const;
+  /// Of control point a, b, c of those near.
+  [[nodiscard]] int index(const Near& at, std::size_t a, std::size_t b, std::size_t c) const;
+
   CtBox box_;
   double spacing_mm_;
   Eigen::Vector3d origin_;  ///< Of control point (0, 0, 0).
