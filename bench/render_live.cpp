@@ -124,7 +124,10 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
   std::vector<double> prepare, frame;
   for (int i = 1; i <= edits; ++i) {
     auto components = scene.transfer.components();
-    for (auto& node : components.front().nodes) node.opacity *= 1 - 0.01 * i;
+    for (auto& node : components.front().nodes) {
+      node.opacity *= 1 - 0.01 * i;
+      node.hu += i % 2 == 0 ? 3 * i : -3 * i;  // Other bricks show something than before.
+    }
     auto edited = render::TransferFunction::blend(scene.transfer.name(), std::move(components));
     if (!edited) return edited.error();
     render::Scene next = scene;

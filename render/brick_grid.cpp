@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <limits>
-#include <numeric>
+#include <utility>
 
 #include "render/parallel.hpp"
 
@@ -44,17 +46,6 @@ class Entries {
   int last_;
 };
 
-/// Number of entries, visible in any row, among the first i.
-std::vector<int> visible_before(const TransferTable& table) {
-  const std::size_t size = size_of(table.size());
-  std::vector<int> before(size + 1);
-  for (std::size_t i = 0; i < table.importance().size(); ++i) {
-    if (table.rgbat()[4 * i + 3] > 0) before[i % size + 1] = 1;
-  }
-  std::partial_sum(before.begin(), before.end(), before.begin());
-  return before;
-}
-
 std::uint8_t importance_byte(float importance) {
   const double exact = importance;
   return static_cast<std::uint8_t>(exact < 1 ? std::ceil(exact * 254) : 255);
@@ -78,59 +69,96 @@ std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& ta
   return levels;
 }
 
-/// Distance to the nearest 0 of each row along x, from 0 and 255.
-void spread_along_x(const Eigen::Vector3i& n, int z, std::vector<std::uint8_t>& d) {
-  for (int y = 0; y < n.y(); ++y) {
-    std::uint8_t* row = d.data() + size_of((z * n.y() + y) * n.x());
-    int near = 255;
-    for (int x = 0; x < n.x(); ++x) {
-      near = row[x] == 0 ? 0 : std::min(near + 1, 255);
-      row[x] = static_cast<std::uint8_t>(near);
-    }
-    for (int x = n.x() - 1; x >= 0; --x) {
-      near = std::min<int>(near + 1, row[x]);
-      row[x] = static_cast<std::uint8_t>(near);
-    }
+/// Turns a row of 0 and 255 into the distance to its nearest 0, at most 255.
+void spread_row(std::uint8_t* row, int count) {
+  if (std::memchr(row, 0, size_of(count)) == nullptr) return;
+  int near = 255;
+  for (int x = 0; x < count; ++x) {
+    near = row[x] == 0 ? 0 : std::min(near + 1, 255);
+    row[x] = static_cast<std::uint8_t>(near);
+  }
+  for (int x = count - 1; x >= 0; --x) {
+    near = std::min<int>(near + 1, row[x]);
+    row[x] = static_cast<std::uint8_t>(near);
   }
 }
 
-/// out[i] = min over j of max(|i - j|, in[j]), j along an axis of rows of `width` bytes, `stride`
-/// apart: the Chebyshev distance after one more axis.
-void spread_rows(const std::uint8_t* in, std::uint8_t* out, int count, int stride, int width) {
-  for (int i = 0; i < count; ++i) {
-    std::uint8_t* to = out + size_of(i) * size_of(stride);
-    std::copy_n(in + size_of(i) * size_of(stride), width, to);
-    int most = *std::max_element(to, to + width);
-    // Rows beyond the greatest distance so far cannot lower any.
-    for (int s = 1; s < most && (i - s >= 0 || i + s < count); ++s) {
-      const std::uint8_t* low = in + size_of(std::max(i - s, 0)) * size_of(stride);
-      const std::uint8_t* high = in + size_of(std::min(i + s, count - 1)) * size_of(stride);
-      // A row taken from the border instead of beyond it is nearer than s: no harm.
-      const auto away = static_cast<std::uint8_t>(s);
-      std::uint8_t rest = 0;
-      for (int x = 0; x < width; ++x) {
-        const std::uint8_t there = std::max(away, std::min(low[x], high[x]));
-        to[x] = std::min(to[x], there);
-        rest = std::max(rest, to[x]);
+/// Bricks with a border of 255 around them: no pass of chebyshev() sees an end.
+class Bordered {
+ public:
+  Bordered(const Eigen::Vector3i& n, const std::vector<std::uint8_t>& bricks)
+      : n_(n),
+        bytes_(size_of(n.x() + 2) * size_of(n.y() + 2) * size_of(n.z() + 2), 255),
+        near_(size_of(n.x() + 2)) {
+    for_each_row([&](std::uint8_t* row, std::size_t at) {
+      std::copy_n(bricks.data() + at, n_.x(), row);
+      spread_row(row, n_.x());
+    });
+  }
+
+  /// Every row takes what the four rows around it that lie before it (sign 1: less y or z) or
+  /// behind it (-1) are nearer to, in that order of rows.
+  void pass(int sign) {
+    const std::ptrdiff_t along_y = sign * (n_.x() + 2);
+    const std::ptrdiff_t along_z = along_y * (n_.y() + 2);
+    for (int k = 0; k < n_.z(); ++k) {
+      for (int j = 0; j < n_.y(); ++j) {
+        std::uint8_t* row = sign > 0 ? row_at(j, k) : row_at(n_.y() - 1 - j, n_.z() - 1 - k);
+        take_nearest(row - 1, along_y, along_z);
       }
-      most = rest;
     }
   }
-}
 
-/// Turns 0 and 255 into the distance to the nearest 0, one axis after the other.
-void chebyshev(const Eigen::Vector3i& n, int threads, std::vector<std::uint8_t>& d) {
-  std::vector<std::uint8_t> other(d.size());
-  const int slice = n.x() * n.y();
-  for_each_index(n.z(), threads, [&](int z) {
-    spread_along_x(n, z, d);
-    spread_rows(d.data() + size_of(z * slice), other.data() + size_of(z * slice), n.y(), n.x(),
-                n.x());
-  });
-  for_each_index(n.y(), threads, [&](int y) {
-    spread_rows(other.data() + size_of(y * n.x()), d.data() + size_of(y * n.x()), n.z(), slice,
-                n.x());
-  });
+  void copy_to(std::vector<std::uint8_t>& bricks) {
+    for_each_row([&](const std::uint8_t* row, std::size_t at) {
+      std::copy_n(row, n_.x(), bricks.data() + at);
+    });
+  }
+
+ private:
+  /// The first brick of a row.
+  std::uint8_t* row_at(int y, int z) {
+    return bytes_.data() + (size_of(z + 1) * size_of(n_.y() + 2) + size_of(y + 1)) * near_.size() +
+           1;
+  }
+
+  template <class Work>
+  void for_each_row(const Work& work) {
+    std::size_t at = 0;
+    for (int z = 0; z < n_.z(); ++z) {
+      for (int y = 0; y < n_.y(); ++y, at += size_of(n_.x())) work(row_at(y, z), at);
+    }
+  }
+
+  /// row: with its border.
+  void take_nearest(std::uint8_t* row, std::ptrdiff_t along_y, std::ptrdiff_t along_z) {
+    const int width = n_.x() + 2;
+    std::uint8_t* near = near_.data();
+    const std::uint8_t* beside = row - along_y;
+    const std::uint8_t* across[3] = {beside - along_z, row - along_z, row + along_y - along_z};
+    for (int x = 0; x < width; ++x) {
+      near[x] = std::min(std::min(beside[x], across[0][x]), std::min(across[1][x], across[2][x]));
+    }
+    for (int x = 1; x < width - 1; ++x) {
+      const std::uint8_t least = std::min(near[x], std::min(near[x - 1], near[x + 1]));
+      const auto one_more = static_cast<std::uint8_t>(std::min<std::uint8_t>(least, 254) + 1);
+      row[x] = std::min(row[x], one_more);
+    }
+  }
+
+  Eigen::Vector3i n_;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint8_t> near_;
+};
+
+/// Turns 0 and 255 into the Chebyshev distance to the nearest 0, at most 255, by two passes over
+/// all neighbours, which are exact for this metric (Rosenfeld and Pfaltz 1966): the steps of a
+/// shortest way may be sorted into those along x, those of the first pass, those of the second.
+void chebyshev(const Eigen::Vector3i& n, std::vector<std::uint8_t>& d) {
+  Bordered bordered(n, d);
+  bordered.pass(1);
+  bordered.pass(-1);
+  bordered.copy_to(d);
 }
 
 /// Ranges of cubes of so many voxels along an edge.
@@ -159,11 +187,11 @@ BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
   return grid;
 }
 
-/// Whether ranges of HU may show something.
+/// Whether ranges of HU may show something. The table must outlive it.
 class Visibility {
  public:
   explicit Visibility(const TransferTable& table)
-      : before_(visible_before(table)), entries_(table) {
+      : before_(table.visible_before()), entries_(table) {
     const int count = before_.back();
     const auto first = std::upper_bound(before_.begin(), before_.end(), 0) - before_.begin() - 1;
     const auto last = std::lower_bound(before_.begin(), before_.end(), count) - before_.begin() - 1;
@@ -180,8 +208,10 @@ class Visibility {
     const std::int16_t* low = ranges.low.data();
     const std::int16_t* high = ranges.high.data();
     if (one_interval_) {  // Most transfer functions; the compiler makes vector instructions of it.
+      const std::int16_t least_high = least_high_;  // Bytes that are written might be the members'.
+      const std::int16_t greatest_low = greatest_low_;
       for (std::size_t b = from; b < to; ++b) {
-        const bool visible = (high[b] >= least_high_) & (low[b] <= greatest_low_);
+        const bool visible = (high[b] >= least_high) & (low[b] <= greatest_low);
         shows[b - from] = static_cast<std::uint8_t>(visible);
       }
       return;
@@ -200,7 +230,7 @@ class Visibility {
     return static_cast<std::int16_t>(std::clamp(hu, kLeast, kGreatest));
   }
 
-  std::vector<int> before_;
+  const std::vector<int>& before_;
   Entries entries_;
   bool one_interval_ = false;      ///< All visible entries lie side by side.
   std::int16_t least_high_ = 0;    ///< HU that a range must reach up to,
@@ -230,63 +260,69 @@ BrickGrid make_part_grid(const Volume& volume, int threads) {
   return make_ranges(volume, kPartVoxels, threads);
 }
 
-BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table, int threads) {
-  BrickDistances out;
-  out.distance.resize(bricks.low.size());
+std::vector<std::uint8_t> hidden_bricks(const BrickGrid& bricks, const TransferTable& table,
+                                        int threads) {
+  std::vector<std::uint8_t> hidden(bricks.low.size());
   const Visibility visibility(table);
   const int slice = bricks.count.x() * bricks.count.y();
-  std::vector<std::size_t> occupied(size_of(bricks.count.z()));
   for_each_index(bricks.count.z(), threads, [&](int z) {
-    const std::size_t end = size_of((z + 1) * slice);
-    visibility.of(bricks, size_of(z * slice), end, out.distance.data() + z * slice);
-    std::size_t count = 0;
-    for (std::size_t b = size_of(z * slice); b < end; ++b) {
-      count += out.distance[b];
-      out.distance[b] = static_cast<std::uint8_t>(out.distance[b] - 1);  // 1 to 0, 0 to 255.
-    }
-    occupied[size_of(z)] = count;
+    std::uint8_t* shows = hidden.data() + size_of(z * slice);
+    visibility.of(bricks, size_of(z * slice), size_of((z + 1) * slice), shows);
+    for (int b = 0; b < slice; ++b) shows[b] = static_cast<std::uint8_t>(shows[b] - 1);
   });
-  out.occupied = std::accumulate(occupied.begin(), occupied.end(), std::size_t{0});
-  chebyshev(bricks.count, threads, out.distance);
+  return hidden;
+}
+
+BrickDistances brick_distances(const BrickGrid& bricks, std::vector<std::uint8_t> hidden) {
+  BrickDistances out{std::move(hidden)};
+  out.occupied = static_cast<std::size_t>(std::count(out.distance.begin(), out.distance.end(), 0));
+  chebyshev(bricks.count, out.distance);
   return out;
 }
 
-std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks, const BrickDistances& distances,
-                                       int threads) {
+BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table, int threads) {
+  return brick_distances(bricks, hidden_bricks(bricks, table, threads));
+}
+
+std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks,
+                                       const std::vector<std::uint8_t>& hidden) {
   std::vector<std::uint8_t> depths(bricks.low.size());
-  std::transform(distances.distance.begin(),
-                 distances.distance.begin() + static_cast<std::ptrdiff_t>(depths.size()),
+  std::transform(hidden.begin(), hidden.begin() + static_cast<std::ptrdiff_t>(depths.size()),
                  depths.begin(),
-                 [](std::uint8_t d) { return static_cast<std::uint8_t>(d == 0 ? 255 : 0); });
-  chebyshev(bricks.count, threads, depths);
+                 [](std::uint8_t h) { return static_cast<std::uint8_t>(h == 0 ? 255 : 0); });
+  chebyshev(bricks.count, depths);
   return depths;
 }
 
 std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid& bricks,
-                                        const BrickDistances& distances, const TransferTable& table,
-                                        int threads) {
+                                        const std::vector<std::uint8_t>& hidden,
+                                        const TransferTable& table, int threads) {
   std::vector<std::uint8_t> out(bricks.low.size());
-  std::vector<std::uint8_t> shows(parts.low.size());
   const Visibility visibility(table);
-  const std::size_t slice = size_of(parts.count.x() * parts.count.y());
-  for_each_index(parts.count.z(), threads, [&](int k) {
-    visibility.of(parts, size_of(k) * slice, size_of(k + 1) * slice,
-                  shows.data() + size_of(k) * slice);
-  });
   for_each_index(bricks.count.z(), threads, [&](int z) {
+    std::vector<std::uint8_t> shows(size_of(parts.count.x()));
     for (int y = 0; y < bricks.count.y(); ++y) {
       const std::size_t first = size_of((z * bricks.count.y() + y) * bricks.count.x());
+      const std::uint8_t* begin = hidden.data() + first;
+      const std::uint8_t* end = begin + bricks.count.x();
       std::uint8_t* row = out.data() + first;
-      for (unsigned bit = 0; bit < 8; bit += 2) {
+      // Nothing is asked of the parts before the first occupied brick and behind the last.
+      const int from = static_cast<int>(std::find(begin, end, 0) - begin);
+      const int to = static_cast<int>(
+          std::find(std::reverse_iterator(end), std::reverse_iterator(begin + from), 0).base() -
+          begin);
+      const int count = std::min(2 * to, parts.count.x()) - 2 * from;
+      for (unsigned bit = 0; bit < 8 && from < to; bit += 2) {
         const int j = 2 * y + static_cast<int>(bit >> 1 & 1);
         const int k = 2 * z + static_cast<int>(bit >> 2);
         if (j >= parts.count.y() || k >= parts.count.z()) continue;
-        const std::size_t at = size_of((k * parts.count.y() + j) * parts.count.x());
-        add_parts(shows.data() + at, parts.count.x(), bit, row);
+        const std::size_t at = size_of((k * parts.count.y() + j) * parts.count.x() + 2 * from);
+        visibility.of(parts, at, at + size_of(count), shows.data());
+        add_parts(shows.data(), count, bit, row + from);
       }
-      for (int x = 0; x < bricks.count.x(); ++x) {
-        const bool empty = distances.distance[first + size_of(x)] != 0;
-        row[x] = static_cast<std::uint8_t>(row[x] | (empty ? 0xFF : 0));
+      const int width = bricks.count.x();
+      for (int x = 0; x < width; ++x) {
+        row[x] = static_cast<std::uint8_t>(row[x] | (begin[x] != 0 ? 0xFF : 0));
       }
     }
   });

@@ -32,26 +32,32 @@ BrickGrid make_brick_grid(const Volume& volume, int threads);
 /// The same of parts.
 BrickGrid make_part_grid(const Volume& volume, int threads);
 
+/// 0 for every brick where something may be visible, 255 for the others: the ones that are hidden.
+/// Order as in BrickGrid.
+std::vector<std::uint8_t> hidden_bricks(const BrickGrid& bricks, const TransferTable& table,
+                                        int threads = 0);
+
 /// For every brick the Chebyshev distance, in bricks, to the nearest one where something may be
 /// visible: 0 there, at most 255. Order as in BrickGrid.
 struct BrickDistances {
   std::vector<std::uint8_t> distance;
   std::size_t occupied = 0;  ///< Bricks at distance 0.
 };
-/// threads as above.
+/// hidden: as hidden_bricks().
+BrickDistances brick_distances(const BrickGrid& bricks, std::vector<std::uint8_t> hidden);
 BrickDistances brick_distances(const BrickGrid& bricks, const TransferTable& table,
                                int threads = 0);
 
-/// For every brick at distance 0 the Chebyshev distance to the nearest one that is not, 0 for those
-/// that are not, at most 255: how far all is occupied around.
-std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks, const BrickDistances& distances,
-                                       int threads = 0);
+/// For every brick that is not hidden the Chebyshev distance to the nearest one that is, 0 for
+/// those that are, at most 255: how far all is occupied around. hidden: 0 for those that are not.
+std::vector<std::uint8_t> brick_depths(const BrickGrid& bricks,
+                                       const std::vector<std::uint8_t>& hidden);
 
 /// Which of the eight parts of every occupied brick may show something, bit (i + 2 j + 4 k) for
-/// the part i, j, k of it, each 0 or 1; all bits of the others. Parts: of the same volume.
+/// the part i, j, k of it, each 0 or 1; all bits of the hidden ones. Parts: of the same volume.
 std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid& bricks,
-                                        const BrickDistances& distances, const TransferTable& table,
-                                        int threads = 0);
+                                        const std::vector<std::uint8_t>& hidden,
+                                        const TransferTable& table, int threads = 0);
 
 /// For every brick the greatest importance of what may be visible in it, in parts of 254 and
 /// rounded up; 255: 1. Order as in BrickGrid.

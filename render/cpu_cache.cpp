@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "render/parallel.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -43,23 +45,32 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
 }
 
 void CpuCache::make_leaps(int threads) {
-  distances_ = brick_distances(*bricks_, *table_, threads);
-  shell_ = brick_shell(*bricks_, *distances_, threads);
   if (!part_ranges_) part_ranges_ = make_part_grid(*ct_, threads);
-  parts_ = visible_parts(*part_ranges_, *bricks_, *distances_, *table_, threads);
+  const std::vector<std::uint8_t> hidden = hidden_bricks(*bricks_, *table_, threads);
+  parts_ = visible_parts(*part_ranges_, *bricks_, hidden, *table_, threads);
+  shell_ = brick_shell(*bricks_, hidden, threads);
   // How far all bricks around are occupied in all their parts.
-  BrickDistances whole = *distances_;
-  for (std::size_t b = 0; b < parts_.size(); ++b) {
-    if (parts_[b] != 0xFF) whole.distance[b] = 1;
-  }
-  parts_.resize(parts_.size() + kTail);
-  const std::vector<std::uint8_t> depths = brick_depths(*bricks_, whole, threads);
+  std::vector<std::uint8_t> depths;
+  const auto find_depths = [&] {
+    std::vector<std::uint8_t> partly = hidden;
+    std::transform(partly.begin(), partly.end(), parts_.begin(), partly.begin(),
+                   [](std::uint8_t hides, std::uint8_t parts) {
+                     return static_cast<std::uint8_t>(parts != 0xFF ? 1 : hides);
+                   });
+    depths = brick_depths(*bricks_, partly);
+  };
+  for_each_index(2, threads, [&](int map) {
+    if (map == 0) return find_depths();
+    distances_ = brick_distances(*bricks_, hidden);
+  });
   leaps_.resize(depths.size() + kTail);
-  for (std::size_t b = 0; b < depths.size(); ++b) {
-    const int distance = std::min<int>(distances_->distance[b], 127);
-    const int depth = std::clamp<int>(depths[b], 1, 127);
-    leaps_[b] = static_cast<std::int8_t>(distance > 0 ? distance : 1 - depth);
-  }
+  std::transform(distances_->distance.begin(), distances_->distance.end(), depths.begin(),
+                 leaps_.begin(), [](std::uint8_t distance, std::uint8_t depth) {
+                   const int least = std::min<int>(distance, 127);
+                   const int deep = std::clamp<int>(depth, 1, 127);
+                   return static_cast<std::int8_t>(least > 0 ? least : 1 - deep);
+                 });
+  parts_.resize(parts_.size() + kTail);
 }
 
 void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {

@@ -259,21 +259,20 @@ void CpuPredicates::make_bricks(int threads) {
   const std::vector<double> exact = brick_importances(*set_, known_.leaves(), threads);
   constexpr double kRounding = 1 + 1e-5;
   importance_.resize(exact.size());
-  BrickDistances visible{std::vector<std::uint8_t>(exact.size()), 0};
+  std::vector<std::uint8_t> visible(exact.size());
   occupied_ = 0;
   for (std::size_t b = 0; b < exact.size(); ++b) {
     const bool some = exact[b] > 0;
     importance_[b] =
         some ? static_cast<float>(static_cast<double>(measure(exact[b])) * kRounding) : 0;
-    visible.distance[b] = some ? 1 : 0;
+    visible[b] = some ? 1 : 0;
     occupied_ += some ? 1 : 0;
   }
-  visible.occupied = occupied_;
   const BrickGrid& grid = known_.grid();
   // Away from the visible ones, and, of these, away from the others.
-  const std::vector<std::uint8_t> distances = brick_depths(grid, visible, threads);
-  for (std::uint8_t& d : visible.distance) d = d == 0 ? 1 : 0;
-  const std::vector<std::uint8_t> depths = brick_depths(grid, visible, threads);
+  const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
+  for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
+  const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
   leaps_.assign(distances.size() + kTail, 0);
   for (std::size_t b = 0; b < distances.size(); ++b) {
     const int distance = std::min<int>(distances[b], 127);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/rounding.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -26,7 +28,7 @@ IntegralEntry stretch(const Eigen::Vector4d& before, const Eigen::Vector4d& valu
                       const Eigen::Vector4d& change, double quantum) {
   IntegralEntry entry{};
   for (int c = 0; c < 4; ++c) {
-    entry.before[c] = static_cast<std::int32_t>(std::llround(before[c] / quantum));
+    entry.before[c] = rounded(before[c] / quantum);
     entry.here[c] = static_cast<float>(value[c] / quantum);
     entry.bend[c] = static_cast<float>(0.5 * change[c] / quantum);
   }

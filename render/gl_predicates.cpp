@@ -179,7 +179,7 @@ void GlPredicates::send_bricks() {
   importances_ = brick_importances(*set_, leaves, 0);
   occupied_ = static_cast<std::size_t>(
       std::count_if(importances_.begin(), importances_.end(), [](double i) { return i > 0; }));
-  const std::vector<std::uint8_t> distances = visible_distances(grid, importances_, 0);
+  const std::vector<std::uint8_t> distances = visible_distances(grid, importances_);
   const std::vector<KnownAround> around = known_around(grid.count, importances_, leaves);
   constexpr double kRounding = 1 + 1e-5;
   std::vector<std::array<std::uint32_t, 4>> texels(importances_.size());

@@ -68,11 +68,11 @@ void PredicateBrickCache::take_labels(const PredicateSet& set, int threads) {
 }
 
 std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
-                                            const std::vector<double>& importances, int threads) {
-  BrickDistances visible{std::vector<std::uint8_t>(importances.size()), 0};
-  std::transform(importances.begin(), importances.end(), visible.distance.begin(),
+                                            const std::vector<double>& importances) {
+  std::vector<std::uint8_t> visible(importances.size());
+  std::transform(importances.begin(), importances.end(), visible.begin(),
                  [](double importance) { return static_cast<std::uint8_t>(importance > 0); });
-  return brick_depths(grid, visible, threads);
+  return brick_depths(grid, visible);
 }
 
 std::vector<KnownAround> known_around(const Eigen::Vector3i& count,

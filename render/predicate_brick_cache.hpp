@@ -39,7 +39,7 @@ class PredicateBrickCache {
 
 /// For every brick the Chebyshev distance, in bricks, to the nearest one of an importance > 0.
 std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
-                                            const std::vector<double>& importances, int threads);
+                                            const std::vector<double>& importances);
 
 /// What is known of a brick and of all that touch it, also at an edge or a corner.
 struct KnownAround {

@@ -46,19 +46,20 @@ double in_component_weight(const GradientWindow& w, double g) {
                          : (w.zero_above - g) / (w.zero_above - w.full_to);
 }
 
-/// One component, without its gradient window.
-TransferSample at_nodes(const std::vector<TransferNode>& nodes, double hu) {
-  const auto whole = [](const TransferNode& n) {
-    return TransferSample{n.rgb, tau_of(n), n.importance};
-  };
+/// One component, without its gradient window. taus: of its nodes.
+TransferSample at_nodes(const std::vector<TransferNode>& nodes, const std::vector<double>& taus,
+                        double hu) {
   const auto above = std::upper_bound(nodes.begin(), nodes.end(), hu,
                                       [](double x, const TransferNode& n) { return x < n.hu; });
-  if (above == nodes.begin()) return whole(nodes.front());
-  if (above == nodes.end()) return whole(nodes.back());
-  const TransferNode& a = *(above - 1);
-  const TransferNode& b = *above;
+  const auto next = static_cast<std::size_t>(above - nodes.begin());
+  if (next == 0 || next == nodes.size()) {
+    const std::size_t end = next == 0 ? 0 : next - 1;
+    return {nodes[end].rgb, taus[end], nodes[end].importance};
+  }
+  const TransferNode& a = nodes[next - 1];
+  const TransferNode& b = nodes[next];
   const double w = (hu - a.hu) / (b.hu - a.hu);
-  return {a.rgb + w * (b.rgb - a.rgb), tau_of(a) + w * (tau_of(b) - tau_of(a)),
+  return {a.rgb + w * (b.rgb - a.rgb), taus[next - 1] + w * (taus[next] - taus[next - 1]),
           a.importance + w * (b.importance - a.importance)};
 }
 
@@ -101,7 +102,11 @@ bool same_window(const std::optional<GradientWindow>& a, const std::optional<Gra
 TransferFunction::TransferFunction(std::string name, std::vector<TransferComponent> components)
     : name_(std::move(name)), components_(std::move(components)) {
   for (const TransferComponent& component : components_) {
-    for (const TransferNode& node : component.nodes) values_.push_back(node.hu);
+    std::vector<double>& taus = taus_per_mm_.emplace_back();
+    for (const TransferNode& node : component.nodes) {
+      values_.push_back(node.hu);
+      taus.push_back(tau_of(node));
+    }
   }
   std::sort(values_.begin(), values_.end());
   values_.erase(std::unique(values_.begin(), values_.end()), values_.end());
@@ -141,8 +146,9 @@ TransferSample TransferFunction::at(double hu, double gradient_hu_per_mm) const 
   double importance_weight = 0;
   double opacity_weight = 0;
   TransferSample best{Eigen::Vector3d::Zero(), 0, 0};
-  for (const TransferComponent& component : components_) {
-    TransferSample sample = at_nodes(component.nodes, hu);
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    const TransferComponent& component = components_[i];
+    TransferSample sample = at_nodes(component.nodes, taus_per_mm_[i], hu);
     if (component.gradient)
       sample.tau_per_mm *= in_component_weight(*component.gradient, gradient_hu_per_mm);
     if (!(sample.tau_per_mm > 0)) continue;
@@ -167,16 +173,16 @@ TransferSample TransferFunction::at(double hu, double gradient_hu_per_mm) const 
 }
 
 Eigen::Vector3d TransferFunction::invisible_colour(double hu) const {
-  const TransferComponent* nearest = &components_.front();
+  std::size_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (const TransferComponent& component : components_) {
-    const double distance = distance_to_visible(component.nodes, hu);
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    const double distance = distance_to_visible(components_[i].nodes, hu);
     if (distance < least) {
       least = distance;
-      nearest = &component;
+      nearest = i;
     }
   }
-  return at_nodes(nearest->nodes, hu).rgb;
+  return at_nodes(components_[nearest].nodes, taus_per_mm_[nearest], hu).rgb;
 }
 
 bool TransferFunction::uses_gradient() const {

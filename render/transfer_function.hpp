@@ -79,6 +79,7 @@ class TransferFunction {
   std::string name_;
   std::vector<TransferComponent> components_;
   std::vector<double> values_;
+  std::vector<std::vector<double>> taus_per_mm_;  ///< Extinction of the nodes of each component.
 };
 
 /// Whether two functions classify alike: names may differ.

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "render/ray_spec_volume.hpp"
+#include "render/rounding.hpp"
 
 namespace nav::render {
 namespace {
@@ -46,6 +47,9 @@ TransferTable::TransferTable(const TransferFunction& transfer) {
     // A window that only says "from 0 on" still needs a distance between rows.
     gradient_per_row_ = std::max(last_gradient(transfer), 1e-6) / (kGradientRows - 1);
   }
+  const std::size_t entries = size_of(size_) * size_of(rows_);
+  rgbat_.reserve(4 * entries);
+  importance_.reserve(entries);
   for (int row = 0; row < rows_; ++row) add_row(transfer, row * gradient_per_row_);
   integrate();
   index_visible();
@@ -82,12 +86,13 @@ void TransferTable::integrate() {
   integrals_.reserve(4 * cumulative_.size());
   for (const Eigen::Vector4d& integral : cumulative_) {
     for (int c = 0; c < 4; ++c) {
-      integrals_.push_back(static_cast<std::int32_t>(std::lround(integral[c] / quantum_)));
+      integrals_.push_back(rounded(integral[c] / quantum_));
     }
   }
 }
 
 void TransferTable::index_visible() {
+  visible_before_.reserve(size_of(size_) + 1);
   visible_before_.assign(1, 0);
   std::vector<float> greatest;
   for (std::size_t i = 0; i < size_of(size_); ++i) {
@@ -104,9 +109,9 @@ void TransferTable::index_visible() {
   importance_levels_.push_back(std::move(greatest));
   for (std::size_t length = 2; length <= size_of(size_); length *= 2) {
     const std::vector<float>& below = importance_levels_.back();
-    std::vector<float> level;
-    for (std::size_t i = 0; i + length / 2 < below.size(); ++i) {
-      level.push_back(std::max(below[i], below[i + length / 2]));
+    std::vector<float> level(below.size() - length / 2);
+    for (std::size_t i = 0; i < level.size(); ++i) {
+      level[i] = std::max(below[i], below[i + length / 2]);
     }
     importance_levels_.push_back(std::move(level));
   }

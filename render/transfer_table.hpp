@@ -57,6 +57,8 @@ class TransferTable {
   /// HU/mm.
   [[nodiscard]] double quantum() const { return quantum_; }
 
+  /// Number of entries, visible at some gradient, among the first i: size() + 1 numbers.
+  [[nodiscard]] const std::vector<int>& visible_before() const { return visible_before_; }
   /// Some value within [low, high] HU, widened by one entry either side against the rounding of
   /// interpolation, may have an extinction > 0 at some gradient.
   [[nodiscard]] bool visible(double low_hu, double high_hu) const;
@@ -90,7 +92,7 @@ class TransferTable {
   std::vector<Eigen::Vector4d> cumulative_;  ///< Of premultiplied(), from the first entry, HU/mm.
   std::vector<std::int32_t> integrals_;
   double quantum_ = 1;
-  std::vector<int> visible_before_;  ///< Number of entries of any row > 0 among the first i.
+  std::vector<int> visible_before_;
   /// Greatest importance of 2^level entries from i on, level by level.
   std::vector<std::vector<float>> importance_levels_;
 };

@@ -115,30 +115,45 @@ bool begin_inside(const spec::View<double>& view, const VoxelGrid& grid, double 
   return (mm_per_index * (eye.cwiseMax(0).cwiseMin(last) - eye)).norm() < margin;
 }
 
+/// open: 1 for every occupied brick of a row that a hidden one or the border of the volume touches,
+/// else 0. outer: the whole row is at the border.
+void find_open(const std::uint8_t* row, const Eigen::Vector3i& n, bool outer, std::uint8_t* open) {
+  const int width = n.x();  // Bytes that are written might be those of n.
+  for (int i = 0; i < width; ++i) open[i] = static_cast<std::uint8_t>(row[i] == 0);
+  if (outer) return;
+  const std::uint8_t* above = row - width;
+  const std::uint8_t* below = row + width;
+  const std::uint8_t* before = row - n.x() * n.y();
+  const std::uint8_t* behind = row + n.x() * n.y();
+  for (int i = 1; i < width - 1; ++i) {
+    const int around = row[i - 1] | row[i + 1] | above[i] | below[i] | before[i] | behind[i];
+    open[i] = static_cast<std::uint8_t>((row[i] == 0) & (around != 0));
+  }
+}
+
 }  // namespace
 
-BrickShell brick_shell(const BrickGrid& bricks, const BrickDistances& distances, int threads) {
+BrickShell brick_shell(const BrickGrid& bricks, const std::vector<std::uint8_t>& hidden,
+                       int threads) {
   const Eigen::Vector3i n = bricks.count;
-  const int stride[3] = {1, n.x(), n.x() * n.y()};
-  const std::vector<std::uint8_t>& distance = distances.distance;
+  const int width = n.x();
   BrickShell shell{n, {}};
-  const auto open = [&](const Eigen::Vector3i& at, int brick) {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (at[axis] == 0 || at[axis] == n[axis] - 1) return true;
-      if (distance[static_cast<std::size_t>(brick - stride[axis])] > 0) return true;
-      if (distance[static_cast<std::size_t>(brick + stride[axis])] > 0) return true;
-    }
-    return false;
-  };
   std::vector<std::vector<int>> slices(static_cast<std::size_t>(n.z()));
   for_each_index(n.z(), threads, [&](int k) {
-    int brick = k * stride[2];
+    std::vector<std::uint8_t> open(static_cast<std::size_t>(n.x()));
+    std::vector<int> found(static_cast<std::size_t>(n.x() * n.y()));
+    std::size_t count = 0;
     for (int j = 0; j < n.y(); ++j) {
-      for (int i = 0; i < n.x(); ++i, ++brick) {
-        if (distance[static_cast<std::size_t>(brick)] > 0) continue;
-        if (open({i, j, k}, brick)) slices[static_cast<std::size_t>(k)].push_back(brick);
+      const int first = (k * n.y() + j) * n.x();
+      const bool outer = k == 0 || k == n.z() - 1 || j == 0 || j == n.y() - 1;
+      find_open(hidden.data() + first, n, outer, open.data());
+      for (int i = 0; i < width; ++i) {  // Without a branch, which would often go the other way.
+        found[count] = first + i;
+        count += open[static_cast<std::size_t>(i)];
       }
     }
+    found.resize(count);
+    slices[static_cast<std::size_t>(k)] = std::move(found);
   });
   for (const std::vector<int>& slice : slices) {
     shell.bricks.insert(shell.bricks.end(), slice.begin(), slice.end());

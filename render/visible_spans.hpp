@@ -28,7 +28,8 @@ struct BrickShell {
       bricks;  ///< Those with a face to the outside or to a brick that is not occupied.
 };
 /// Uses at most threads threads; 0: all cores.
-BrickShell brick_shell(const BrickGrid& bricks, const BrickDistances& distances, int threads = 0);
+BrickShell brick_shell(const BrickGrid& bricks, const std::vector<std::uint8_t>& hidden,
+                       int threads = 0);
 
 /// A VisibleSpan for every square of kSide pixels of a picture: the balls around the bricks of the
 /// shell, projected. What a span leaves out can show nothing, so that rays that begin

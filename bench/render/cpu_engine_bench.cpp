@@ -104,9 +104,10 @@ void reclassify(benchmark::State& state, const char* preset) {
   static const BrickGrid parts = make_part_grid(*ct, 0);
   const TransferTable table(*preset_transfer_function(preset));
   for (auto _ : state) {
-    const BrickDistances distances = brick_distances(grid, table);
-    benchmark::DoNotOptimize(visible_parts(parts, grid, distances, table));
-    benchmark::DoNotOptimize(brick_depths(grid, distances));
+    const std::vector<std::uint8_t> hidden = hidden_bricks(grid, table);
+    benchmark::DoNotOptimize(brick_distances(grid, hidden));
+    benchmark::DoNotOptimize(visible_parts(parts, grid, hidden, table));
+    benchmark::DoNotOptimize(brick_depths(grid, hidden));
     benchmark::DoNotOptimize(brick_importance(grid, table));
   }
 }

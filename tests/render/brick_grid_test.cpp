@@ -132,7 +132,7 @@ TEST(BrickDistancesTest, AreThoseToTheNearestOccupiedBrick) {
   std::mt19937 random(8);
   const TransferTable table = bone_table();
   for (const Eigen::Vector3i& count :
-       {Eigen::Vector3i(9, 7, 5), {1, 13, 6}, {20, 1, 1}, {8, 8, 8}, {1, 1, 1}}) {
+       {Eigen::Vector3i(9, 7, 5), {1, 13, 6}, {20, 1, 1}, {8, 8, 8}, {1, 1, 1}, {3, 17, 11}}) {
     for (const double bone : {0.0, 0.01, 0.1, 1.0}) {
       const BrickGrid grid = random_bricks(random, count, bone);
       const BrickDistances found = brick_distances(grid, table);
@@ -170,7 +170,7 @@ TEST(BrickDepthsTest, AreThoseToTheNearestEmptyBrick) {
   for (const Eigen::Vector3i& count : {Eigen::Vector3i(9, 7, 5), {17, 1, 3}, {8, 8, 8}}) {
     for (const double bone : {0.3, 0.95, 0.99, 1.0}) {
       const BrickGrid grid = random_bricks(random, count, bone);
-      const auto depths = brick_depths(grid, brick_distances(grid, bone_table()));
+      const auto depths = brick_depths(grid, hidden_bricks(grid, bone_table()));
       ASSERT_EQ(depths.size(), grid.high.size());
       for (int at = 0; at < count.prod(); ++at) {
         int nearest = 255;
@@ -195,7 +195,7 @@ TEST(VisiblePartsTest, AreThoseWithABrightVoxelThatASampleInsideTouches) {
         test::make_volume(voxels, [&](int, int, int) { return bone(random) ? kBone : kAir; });
     const BrickGrid bricks = make_brick_grid(*volume, 2);
     const auto parts = visible_parts(make_part_grid(*volume, 2), bricks,
-                                     brick_distances(bricks, bone_table()), bone_table(), 2);
+                                     hidden_bricks(bricks, bone_table()), bone_table(), 2);
     std::vector<std::uint8_t> expected(bricks.high.size(), 0);
     for (int k = 0; k < size[2]; ++k) {
       for (int j = 0; j < size[1]; ++j) {

@@ -8,6 +8,8 @@
 #include <limits>
 #include <random>
 
+#include "render/rounding.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -214,6 +216,19 @@ TEST(TransferTableTest, IntegralsAreWholeQuantaOfTheSameIntegral) {
       }
     }
     EXPECT_LE(integrals[integrals.size() - 1], 1 << 30) << "sums of two stay within int32";
+  }
+}
+
+TEST(TransferTableTest, RoundsAsTheLibraryDoes) {
+  for (const double x : {0.0, std::nextafter(0.5, 0), 0.5, 1.5, 2.5, std::nextafter(2.5, 0)}) {
+    EXPECT_EQ(rounded(x), std::lround(x)) << x;
+  }
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> some(0, 1 << 30);
+  for (int i = 0; i < 10000; ++i) {
+    const double x = some(random);
+    EXPECT_EQ(rounded(x), std::lround(x)) << x;
+    EXPECT_EQ(rounded(std::floor(x) + 0.5), std::lround(std::floor(x) + 0.5)) << x;
   }
 }
 

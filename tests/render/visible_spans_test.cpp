@@ -28,7 +28,7 @@ std::shared_ptr<const Volume> ball(double radius) {
 
 BrickShell shell_of(const Volume& volume) {
   const BrickGrid bricks = make_brick_grid(volume, 1);
-  return brick_shell(bricks, brick_distances(bricks, TransferTable(bone()), 1));
+  return brick_shell(bricks, hidden_bricks(bricks, TransferTable(bone()), 1));
 }
 
 Scene scene_of(std::shared_ptr<const Volume> ct, double distance_mm, bool orthographic) {
