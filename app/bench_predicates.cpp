@@ -42,6 +42,7 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"skipping_is_bit_identical", row.identical},
                     {"importance_edit_ms", row.edit_ms},
                     {"set_edit_ms", row.set_edit_ms},
+                    {"set_edit_wall_ms", row.set_edit_wall_ms},
                     {"settle_ms", row.settle_ms}});
   }
   return {{"device", report.device},

@@ -290,6 +290,9 @@ void CommandLine::add_register() {
   add_source_options(*verb, config_, matrix_);
   verb->add_option("--landmarks", register_.landmarks,
                    "comma-separated pairs; the start pose, or the whole registration");
+  verb->add_option("--marker-towards", register_.marker_towards,
+                   "without a start pose: where the left edge of the pictures points in the "
+                   "patient: right, left, anterior, posterior, superior or inferior");
   verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
       ->capture_default_str();
   verb->add_option("--stretch", register_.stretch,

@@ -194,19 +194,39 @@ Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibratio
   return Sweep::create(std::move(frames), calibration_id);
 }
 
+/// How the probe was held, where that is declared. Directions of the patient, Ct (LPS).
+Result<registration::SkinSearchOptions> choose_search(const RegisterOptions& options) {
+  const std::map<std::string, Eigen::Vector3d> directions = {
+      {"left", {1, 0, 0}},      {"right", {-1, 0, 0}},   {"posterior", {0, 1, 0}},
+      {"anterior", {0, -1, 0}}, {"superior", {0, 0, 1}}, {"inferior", {0, 0, -1}}};
+  registration::SkinSearchOptions search;
+  if (options.marker_towards.empty()) return search;
+  const auto found = directions.find(options.marker_towards);
+  if (found == directions.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--marker-towards: expected right, left, anterior, posterior, superior or "
+                 "inferior, found " +
+                     options.marker_towards};
+  }
+  search.marker_towards = found->second;
+  return search;
+}
+
 /// From the start that was given; without one all over the body, which is then what the start's
 /// kind says, or from the centre rule where the CT shows no skin that the sweep fits on.
 Result<registration::ImageRegistrationResult> register_from(
     Placement& start, const Volume& ct, const Sweep& sweep,
-    const registration::ImageRegistrationOptions& solver, Console& console) {
+    const registration::ImageRegistrationOptions& solver,
+    const registration::SkinSearchOptions& search, Console& console) {
   const auto progress = [&](double fraction) {
     console.progress(fraction);
     return true;
   };
   if (start.kind == "centred") {
-    auto found = registration::register_on_skin(ct, sweep, solver, {}, console, progress);
+    auto found = registration::register_on_skin(ct, sweep, solver, search, console, progress);
     if (found) start.kind = "skin";
-    if (found || found.error().code != ErrorCode::kRefused) return found;
+    // Nowhere held as declared: no other pose is an answer.
+    if (found || search.marker_towards || found.error().code != ErrorCode::kRefused) return found;
     console.report(Severity::kWarning, "register",
                    found.error().message + "; the search begins from: " + start.statement);
   }
@@ -232,6 +252,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                      (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
                      ", which is of a sweep, found both"};
   }
+  if (!options.marker_towards.empty() && (by_shape || config.source.recording.empty())) {
+    return Error{ErrorCode::kUsage, "--marker-towards: expected a sweep, found none"};
+  }
   if (by_shape && config.source.recording.empty()) {
     return register_by_shape(config, options, *ground, json_file);
   }
@@ -254,6 +277,8 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   registration::ImageRegistrationOptions solver;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   if (const auto ok = choose_similarity(options, solver); !ok) return ok;
+  const auto search = choose_search(options);
+  if (!search) return search.error();
 
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
@@ -270,7 +295,13 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
 
   console.begin("registration");
   const auto& initial = start->placement.ct_from_reference;
-  const auto result = register_from(*start, *ground->ct, *sweep, solver, console);
+  if (search->marker_towards && start->kind != "centred") {
+    return Error{ErrorCode::kUsage,
+                 "--marker-towards: expected no start pose, which says how the probe was held, "
+                 "found " +
+                     start->statement};
+  }
+  const auto result = register_from(*start, *ground->ct, *sweep, solver, *search, console);
   if (!result) return result.error();
   const Point<frames::Ct> target = options.target_ct
                                        ? Point<frames::Ct>{*options.target_ct}

@@ -21,6 +21,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
 struct RegisterOptions {
   std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
+  /// Where the left edge of the pictures, the marker's, points in the patient: right, left,
+  /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
+  std::string marker_towards;
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string stretch = "none";              ///< none, sound-speed or affine.
   MotionOptions motion;                      ///< Refined after the common pose.

@@ -28,6 +28,7 @@ struct GlPredicateRow {
   /// sent too. Process time where OpenGL runs in software, with the compiler's cache as it was
   /// found.
   double set_edit_ms = 0;
+  double set_edit_wall_ms = 0;  ///< From that edit to its first frame, wall time of the whole.
   /// By how much the longest of the frames after that one does: it compiles the program of the set.
   double settle_ms = 0;
 };

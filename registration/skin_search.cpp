@@ -105,6 +105,12 @@ std::vector<Eigen::Quaterniond> leans(double lean_rad) {
   return out;
 }
 
+/// Whether a probe with these axes is held as is known, if anything is.
+bool held_so(const Eigen::Matrix3d& axes_in_ct, const SkinSearchOptions& options) {
+  return !options.marker_towards ||
+         -axes_in_ct.col(0).dot(*options.marker_towards) >= std::cos(options.marker_within_rad);
+}
+
 std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, const VoxelGrid& grid,
                                  const SkinSearchOptions& options) {
   std::vector<Pose> poses;
@@ -118,6 +124,7 @@ std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, cons
       const Eigen::AngleAxisd about(2 * std::numbers::pi * turn / options.turns, Vec::UnitY());
       for (const auto& tilt : tilts) {
         const Eigen::Matrix3d axes = upright * (about * tilt).toRotationMatrix();
+        if (!held_so(axes, options)) continue;
         const Eigen::Quaterniond q(Eigen::Matrix3d(axes * held.axes.transpose()));
         const Vec face = skin.place.mm + kPressMm * skin.inward;
         const Pose pose(q.normalized(), face - q.normalized() * held.face.mm);
@@ -203,6 +210,13 @@ Result<void> validate(const SkinSearchOptions& options) {
   if (!(options.lean_rad >= 0 && options.lean_rad <= 1)) return refuse("lean_rad in [0, 1]");
   if (options.tried < 1 || options.tried > 1000000) return refuse("tried of 1 to 1000000");
   if (options.followed < 1 || options.followed > 100) return refuse("followed of 1 to 100");
+  constexpr double kUnit = 1e-6;
+  if (options.marker_towards && !(std::abs(options.marker_towards->norm() - 1) <= kUnit)) {
+    return refuse("marker_towards of length 1");
+  }
+  if (!(options.marker_within_rad > 0 && options.marker_within_rad <= std::numbers::pi)) {
+    return refuse("marker_within_rad in (0, pi]");
+  }
   return {};
 }
 
@@ -218,8 +232,11 @@ Result<ImageRegistrationResult> register_on_skin(
   const auto poses =
       standing_poses(held(sweep, prepared->points()), body, ct.grid(), search_options);
   if (poses.empty()) {
-    return Error{ErrorCode::kRefused, "registration without a start pose: expected skin in " +
-                                          ct.name() + " that the sweep fits on, found none"};
+    return Error{ErrorCode::kRefused,
+                 "registration without a start pose: expected skin in " + ct.name() +
+                     " that the sweep fits on" +
+                     (search_options.marker_towards ? " with its marker as declared" : "") +
+                     ", found none"};
   }
   const PreparedLevel& level = prepared->levels().front();
   const auto channels =

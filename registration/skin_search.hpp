@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "nav/diagnostics.hpp"
@@ -22,6 +24,10 @@ struct SkinSearchOptions {
   double lean_rad = 0.35;  ///< [0, 1].
   int tried = 300;         ///< Of the poses so many are tried for a few steps, >= 1.
   int followed = 4;        ///< Different places that are followed to the second level, >= 1.
+  /// What is known of how the probe was held: where the left edge of the middle picture points,
+  /// unit, Ct. Poses that are off by more than marker_within_rad are not among those tried.
+  std::optional<Eigen::Vector3d> marker_towards = {};
+  double marker_within_rad = 0.8;  ///< (0, pi].
 };
 
 /// A refusal that names the first option out of its range.
@@ -31,7 +37,8 @@ Result<void> validate(const SkinSearchOptions& options);
 /// level; the surroundings of the best are searched as register_sweep() does, the best places are
 /// followed to the second level, and the best two that have not lost there are registered to the
 /// end. The answer is the cheapest of these; its margin counts the others.
-/// Errors: those of register_sweep(); kRefused where the CT shows no skin that the sweep fits on.
+/// Errors: those of register_sweep(); kRefused where the CT shows no skin that the sweep fits on,
+/// held as the options say.
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,
     const SkinSearchOptions& search, Diagnostics& diagnostics,

@@ -583,6 +583,11 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
   expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
   expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
+  expect_refusal(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});
+  expect_refusal(by_image + " --marker-towards left" +
+                     " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'",
+                 2, {"--marker-towards", "no start pose"});
+  expect_refusal(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
 }
 
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {

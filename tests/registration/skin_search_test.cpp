@@ -155,6 +155,38 @@ TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
   EXPECT_FALSE(validate(options));
 }
 
+/// Where the left edge of a sweep's middle picture points, Ct.
+Eigen::Vector3d left_of(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& pose) {
+  const TrackedFrame& middle = sweep.frames()[sweep.frames().size() / 2];
+  return pose.rotation() * (middle.reference_from_image.rotation() * -Eigen::Vector3d::UnitX());
+}
+
+TEST(SkinSearchTest, TriesOnlyPosesWithTheMarkerAsDeclared) {
+  const Sweep sweep = side_sweep(Trunk());
+  ImageRegistrationOptions options;
+  options.threads = 1;
+  CollectingDiagnostics diagnostics;
+  const Eigen::Vector3d left = left_of(sweep, test::true_pose());
+  SkinSearchOptions search;
+  search.tried = 60;
+  search.marker_towards = left;
+  const auto found = register_on_skin(trunk_ct(), sweep, options, search, diagnostics);
+  ASSERT_TRUE(test::has_value(found));
+  const Point<frames::Reference> face =
+      sweep.frames()[10].reference_from_image * sweep.frames()[10].frame.grid.at(45, 45);
+  EXPECT_LE(((found->ct_from_reference * face) - (test::true_pose() * face)).v.norm(), 1);
+  search.marker_towards = -left;
+  const auto turned = register_on_skin(trunk_ct(), sweep, options, search, diagnostics);
+  ASSERT_TRUE(test::has_value(turned));
+  // What is tried may turn on its way to a minimum, but not around.
+  EXPECT_GE(left_of(sweep, turned->ct_from_reference).dot(-left), std::cos(1.2));
+  EXPECT_GE(turned->final_cost, 1.5 * found->final_cost);
+  search.marker_towards = Eigen::Vector3d(1, 1, 0);
+  const auto refused = register_on_skin(trunk_ct(), sweep, options, search, diagnostics);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_NE(refused.error().message.find("marker_towards"), std::string::npos);
+}
+
 TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {
   const Sweep sweep = side_sweep(Trunk());
   ImageRegistrationOptions options;
