@@ -195,7 +195,8 @@ Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibratio
 }
 
 /// How the probe was held, where that is declared. Directions of the patient, Ct (LPS).
-Result<registration::SkinSearchOptions> choose_search(const RegisterOptions& options) {
+Result<registration::SkinSearchOptions> choose_search(const SessionConfig& config,
+                                                      const RegisterOptions& options) {
   const std::map<std::string, Eigen::Vector3d> directions = {
       {"left", {1, 0, 0}},      {"right", {-1, 0, 0}},   {"posterior", {0, 1, 0}},
       {"anterior", {0, -1, 0}}, {"superior", {0, 0, 1}}, {"inferior", {0, 0, -1}}};
@@ -207,6 +208,12 @@ Result<registration::SkinSearchOptions> choose_search(const RegisterOptions& opt
                  "--marker-towards: expected right, left, anterior, posterior, superior or "
                  "inferior, found " +
                      options.marker_towards};
+  }
+  if (config.placement.ct_from_reference || !config.placement.registration.empty() ||
+      !options.landmarks.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--marker-towards: expected no start pose, which says how the probe was held, "
+                 "found one"};
   }
   search.marker_towards = found->second;
   return search;
@@ -277,7 +284,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   registration::ImageRegistrationOptions solver;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   if (const auto ok = choose_similarity(options, solver); !ok) return ok;
-  const auto search = choose_search(options);
+  const auto search = choose_search(config, options);
   if (!search) return search.error();
 
   auto session = RecordedSession::open(config, console);
@@ -295,12 +302,6 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
 
   console.begin("registration");
   const auto& initial = start->placement.ct_from_reference;
-  if (search->marker_towards && start->kind != "centred") {
-    return Error{ErrorCode::kUsage,
-                 "--marker-towards: expected no start pose, which says how the probe was held, "
-                 "found " +
-                     start->statement};
-  }
   const auto result = register_from(*start, *ground->ct, *sweep, solver, *search, console);
   if (!result) return result.error();
   const Point<frames::Ct> target = options.target_ct
