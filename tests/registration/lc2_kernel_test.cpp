@@ -148,7 +148,8 @@ TEST(Lc2KernelTest, ValueMatchesTheFormulaFarOutside) {
   const CtChannels ct = channels();
   TestPatch patch = oblique_patch();
   for (const Eigen::Vector3d& centre :
-       {Eigen::Vector3d(-40, 5, 6), Eigen::Vector3d(9, 1e5, 6), Eigen::Vector3d(8, 7, -1e8)}) {
+       {Eigen::Vector3d(-40, 5, 6), Eigen::Vector3d(9, 1e5, 6), Eigen::Vector3d(8, 7, -1e8),
+        Eigen::Vector3d(1e3, 1e4, 1e8)}) {
     patch.placed.centre = centre;
     EXPECT_NEAR(patch_cost(ct, placed(patch), kRidge), oracle(ct, placed(patch), kRidge),
                 kFloatRelative)
