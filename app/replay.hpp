@@ -20,7 +20,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                         Console& console);
 
 struct RegisterOptions {
-  std::filesystem::path landmarks;           ///< Start pose, or the whole registration.
+  std::filesystem::path landmarks;  ///< Start pose, or the whole registration.
   /// Where the left edge of the pictures, the marker's, points in the patient: right, left,
   /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
   std::string marker_towards;
