@@ -223,8 +223,7 @@ std::string to_text(const GlPredicateReport& report) {
       "scene                          standard  predicates      brute      paper   ratios: "
       "standard "
       " paper   max error /255  paper differs /255  identical  edit ms  set ms  set wall ms  "
-      "settle "
-      "ms\n";
+      "settle ms\n";
   for (const auto& row : report.rows) {
     std::snprintf(line, sizeof line,
                   "%-30s %8.1f %11.1f %10.1f %10.1f %17.2f %6.1f %16.3f %19.3f %10s %8.1f %7.1f "

@@ -131,7 +131,6 @@ void fill_row(const Scalars& f, int j, int k, const Eigen::Vector3f& scale,
   const auto per = [](float unit, int steps) {
     return steps > 0 ? unit / static_cast<float>(steps) : 0.0f;
   };
-  const float by_i = per(scale[0], 2);
   const float by_j = per(scale[1], next_j - last_j);
   const float by_k = per(scale[2], next_k - last_k);
   const float* here = &f.values[f.index(0, j, k)];
@@ -140,17 +139,15 @@ void fill_row(const Scalars& f, int j, int k, const Eigen::Vector3f& scale,
   const float* k0 = &f.values[f.index(0, j, last_k)];
   const float* k1 = &f.values[f.index(0, j, next_k)];
   const int n = f.size[0];
-  for (int i = 1; i + 1 < n; ++i) {
-    row[static_cast<std::size_t>(i)] = {here[i], by_i * (here[i + 1] - here[i - 1]),
-                                        by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
+  for (int i = 0; i < n; ++i) {
+    row[static_cast<std::size_t>(i)] = {here[i], 0, by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
   }
-  for (const int i : {0, n - 1}) {
-    const int low = std::max(i - 1, 0);
-    const int high = std::min(i + 1, n - 1);
-    row[static_cast<std::size_t>(i)] = {here[i],
-                                        per(scale[0], high - low) * (here[high] - here[low]),
-                                        by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
-  }
+  const auto set_by_i = [&](int i, int low, int high) {
+    row[static_cast<std::size_t>(i)][1] = per(scale[0], high - low) * (here[high] - here[low]);
+  };
+  for (int i = 1; i + 1 < n; ++i) set_by_i(i, i - 1, i + 1);
+  set_by_i(0, 0, std::min(1, n - 1));
+  set_by_i(n - 1, std::max(n - 2, 0), n - 1);
   // A single texel is repeated.
   std::fill(row.begin() + n, row.end(), row[static_cast<std::size_t>(n - 1)]);
 }

@@ -55,7 +55,7 @@ class Lc2Cost {
   /// fixed chunks, so that the number of threads does not change a bit.
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                                 bool keep_patch_gradients = false) const;
-  /// The same without the Hessian, which is 0, for two thirds of the time.
+  /// The same without the Hessian, which is 0, for less time; mutual information has both always.
   [[nodiscard]] CostTerms gradient(const Pose& ct_from_reference,
                                    const Eigen::Vector3d& centre_ct_mm,
                                    bool keep_patch_gradients = false) const;

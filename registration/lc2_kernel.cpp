@@ -407,7 +407,7 @@ struct Moments {
 }
 
 /// V, one column per unknown [rotation 3 | translation 3], then f, g and u − Ac.
-struct Columns9 {
+struct Derivatives {
   std::array<Float8, 6> v;
   Float8 f, g, residual;
 };
@@ -415,7 +415,7 @@ struct Columns9 {
 /// Pass two: columns of V and what they are multiplied with.
 [[gnu::always_inline]] inline void differentiate(const Group& group, const Float8& u,
                                                  const PlacedPatch& patch, const Fit& fit,
-                                                 std::size_t k, Columns9& out) {
+                                                 std::size_t k, Derivatives& out) {
   const auto cf = static_cast<float>(fit.c[0]);
   const auto cg = static_cast<float>(fit.c[1]);
   const Steps& steps = kSteps[static_cast<std::size_t>(patch.side / 2)];
@@ -466,7 +466,7 @@ struct Sums {
 
 /// Sums of every column of V times one other register, or of V itself.
 template <class Factor>
-[[gnu::always_inline]] inline void sum_columns(const std::array<Columns9, kMaxGroups>& columns,
+[[gnu::always_inline]] inline void sum_columns(const std::array<Derivatives, kMaxGroups>& columns,
                                                std::size_t groups, Factor factor,
                                                std::array<float, 8>& out) {
   std::array<Float8, 8> sums{};
@@ -479,7 +479,7 @@ template <class Factor>
 
 /// Sums of the products of column kRow of V with those up to it.
 template <std::size_t kRow>
-[[gnu::always_inline]] inline void sum_products(const std::array<Columns9, kMaxGroups>& columns,
+[[gnu::always_inline]] inline void sum_products(const std::array<Derivatives, kMaxGroups>& columns,
                                                 std::size_t groups, Sums& out) {
   std::array<Float8, 8> sums{};
   for (std::size_t k = 0; k < groups; ++k) {
@@ -499,14 +499,14 @@ template <std::size_t kRow>
 template <bool kHessian>
 [[gnu::always_inline]] inline void accumulate(const Samples& samples, const PlacedPatch& patch,
                                               const Fit& fit, Sums& sums) {
-  std::array<Columns9, kMaxGroups> columns;  // Not initialised: those used are written first.
+  std::array<Derivatives, kMaxGroups> columns;  // Not initialised: those used are written first.
   const std::size_t groups = groups_of(patch.u.size());
   for (std::size_t k = 0; k < groups; ++k) {
     Float8 u;
     load_ultrasound(patch.u, k, u);
     differentiate(samples.groups[k], u, patch, fit, k, columns[k]);
   }
-  const auto residual = [](const Columns9& c) -> const Float8& { return c.residual; };
+  const auto residual = [](const Derivatives& c) -> const Float8& { return c.residual; };
   sum_columns(columns, groups, residual, sums.residual);
   if constexpr (kHessian) {
     std::array<Float8, 8> plain{};
@@ -515,9 +515,9 @@ template <bool kHessian>
     }
     sum_lanes(plain.data(), sums.plain);
     sum_columns(
-        columns, groups, [](const Columns9& c) -> const Float8& { return c.f; }, sums.f);
+        columns, groups, [](const Derivatives& c) -> const Float8& { return c.f; }, sums.f);
     sum_columns(
-        columns, groups, [](const Columns9& c) -> const Float8& { return c.g; }, sums.g);
+        columns, groups, [](const Derivatives& c) -> const Float8& { return c.g; }, sums.g);
     sum_products<0>(columns, groups, sums);
     sum_products<1>(columns, groups, sums);
     sum_products<2>(columns, groups, sums);

@@ -39,7 +39,7 @@ struct PatchTerms {
 PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ridge,
                        bool intensity_only = false);
 
-/// s and the gradient of patch_terms(), for two thirds of the time; the Hessian is 0.
+/// s and the gradient of patch_terms(), for less time; the Hessian is 0.
 PatchTerms patch_gradient(const CtChannels& ct, const PlacedPatch& patch, double ridge,
                           bool intensity_only = false);
 

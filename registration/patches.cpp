@@ -166,15 +166,13 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   const Eigen::Vector2d middle = pixel_per_mm * (centre - grid.origin_mm);
   const Eigen::Vector2d a = pixel_per_mm.col(0) * step_mm;
   const Eigen::Vector2d b = pixel_per_mm.col(1) * step_mm;
-  const auto x_at = [&](int i, int j) { return middle.x() + i * a.x() + j * b.x(); };
-  const auto y_at = [&](int i, int j) { return middle.y() + i * a.y() + j * b.y(); };
   values.clear();
-  // Shadows and edges mostly reach a corner.
-  if (!inside(x_at(half, half), y_at(half, half), picture.mask)) return false;
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {
-      if (!inside(x_at(i, j), y_at(i, j), picture.mask)) return false;
-      values.push_back(picture.smooth.at(x_at(i, j), y_at(i, j)));
+      const double x = middle.x() + i * a.x() + j * b.x();
+      const double y = middle.y() + i * a.y() + j * b.y();
+      if (!inside(x, y, picture.mask)) return false;
+      values.push_back(picture.smooth.at(x, y));
     }
   }
   return true;
