@@ -2,10 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/matrices.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "nav/check.hpp"
 
 namespace nav {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// Of the cosine: where a sum of opposite directions has lost half of its digits.
+constexpr double kNearlyOpposite = 1e-8;
+
+}  // namespace
 
 template <int N>
 Eigenpairs<N> eigenpairs(const Eigen::Matrix<double, N, N>& symmetric) {
@@ -22,10 +37,19 @@ SingularValues singular_values(const Eigen::Matrix3d& m) {
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
+Matrix6d symmetric_inverse(const Matrix6d& m) { return m.ldlt().solve(Matrix6d::Identity()); }
+
+Vector6d symmetric_solve(const Matrix6d& m, const Vector6d& b) { return m.ldlt().solve(b); }
+
 Eigen::Vector3d extents(const Eigen::Matrix3Xd& points) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  const auto values = Eigen::JacobiSVD<Eigen::Matrix3Xd>(points).singularValues().eval();
-  out.head(values.size()) = values;
+  // The squares lose half of the digits; along the axes that they give, no longer.
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (const auto& p : points.colwise()) squares += p * p.transpose();
+  const Eigen::Matrix3d axes = eigenpairs<3>(squares).vectors;
+  Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  for (const auto& p : points.colwise()) sums += (axes.transpose() * p).cwiseAbs2();
+  Eigen::Vector3d out = sums.cwiseSqrt();
+  std::sort(out.data(), out.data() + 3, std::greater<>());
   return out;
 }
 
@@ -35,12 +59,36 @@ Eigen::Matrix3d nearest_orthogonal(const Eigen::Matrix3d& m) {
 }
 
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to);
+  const Eigen::Vector3d a = from.normalized();
+  const Eigen::Vector3d b = to.normalized();
+  const double twice_w = (a + b).norm();
+  Eigen::Quaterniond q;
+  if (twice_w < kNearlyOpposite) {
+    q.coeffs() << a.unitOrthogonal(), 0;
+  } else {
+    q.coeffs() << a.cross(b) / twice_w, 0.5 * twice_w;
+  }
+  return q.normalized();
 }
 
 Eigen::Matrix4d rigid_fit(const Eigen::Ref<const Eigen::Matrix3Xd>& from,
                           const Eigen::Ref<const Eigen::Matrix3Xd>& to) {
-  return Eigen::umeyama(from, to, false);
+  NAV_CHECK(from.cols() == to.cols() && from.cols() > 0, from.cols(), to.cols());
+  const auto mean = [](const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
+    return Eigen::Vector3d(points.rowwise().mean());
+  };
+  const Eigen::Vector3d from_mean = mean(from);
+  const Eigen::Vector3d to_mean = mean(to);
+  Eigen::Matrix3d together = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    together += (to.col(i) - to_mean) * (from.col(i) - from_mean).transpose();
+  }
+  const SingularValues svd = singular_values(together);
+  const double sign = (svd.u * svd.v.transpose()).determinant() < 0 ? -1 : 1;
+  Eigen::Matrix4d out = Eigen::Matrix4d::Identity();
+  out.topLeftCorner<3, 3>() = svd.u * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.v.transpose();
+  out.topRightCorner<3, 1>() = to_mean - out.topLeftCorner<3, 3>() * from_mean;
+  return out;
 }
 
 }  // namespace nav

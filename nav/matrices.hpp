@@ -29,6 +29,12 @@ struct SingularValues {
 };
 SingularValues singular_values(const Eigen::Matrix3d& m);
 
+/// Inverse of a symmetric matrix by LDLᵀ; not finite where it is singular.
+Eigen::Matrix<double, 6, 6> symmetric_inverse(const Eigen::Matrix<double, 6, 6>& m);
+/// x with m x = b, m symmetric, in the same way.
+Eigen::Matrix<double, 6, 1> symmetric_solve(const Eigen::Matrix<double, 6, 6>& m,
+                                            const Eigen::Matrix<double, 6, 1>& b);
+
 /// Extents of points in columns about the origin: singular values, descending, 0 where there are
 /// fewer than three points.
 Eigen::Vector3d extents(const Eigen::Matrix3Xd& points);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/anisotropic_landmarks.hpp"
 
-#include <Eigen/Cholesky>
 #include <ceres/ceres.h>
 #include <cmath>
 #include <limits>
@@ -187,7 +186,7 @@ PoseUncertainty uncertainty_of(const Landmarks& landmarks, const Pose& pose) {
     const Matrix36d j = whiten(one, pose, result.centre_ct.mm).by_motion * scale.asDiagonal();
     information += j.transpose() * j;
   }
-  const Matrix6d inverse = information.inverse();
+  const Matrix6d inverse = symmetric_inverse(information);
   result.covariance =
       scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
   return result;

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/live_registration.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <sstream>
 
 #include "nav/check.hpp"
+#include "nav/matrices.hpp"
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
 
@@ -228,7 +228,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
     Matrix6d damped = best.information;
     damped.diagonal() *= 1 + damping;
     const Vector6d g = kappa * (scale * terms.gradient) + prior * twist;
-    const Vector6d step = -damped.ldlt().solve(g);
+    const Vector6d step = -symmetric_solve(damped, g);
     if (!step.allFinite()) break;
     const Pose next = moved(best.pose, centre, scale * step);
     const CostTerms there = terms_at(next);
@@ -311,7 +311,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
     window_.push_back({picture, std::move(*patches)});
     const auto keep = static_cast<std::size_t>(std::max(options_.window, options_.mask_pictures));
     while (window_.size() > keep) window_.pop_front();
-    const Matrix6d prior = covariance_.ldlt().solve(Matrix6d::Identity());
+    const Matrix6d prior = symmetric_inverse(covariance_);
     const Solution found = solve(window_patches(), centre_ct_, prior);
     out.cost = found.cost;
     out.iterations = found.iterations;
@@ -321,7 +321,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
       pose_ = found.pose;
       // The window's pictures were measured before: each counts once.
       const Matrix6d gained = (found.information - prior) / std::max<double>(1, options_.window);
-      covariance_ = (prior + gained).ldlt().solve(Matrix6d::Identity());
+      covariance_ = symmetric_inverse(prior + gained);
     } else {
       window_.pop_back();
     }

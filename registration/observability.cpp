@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/observability.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -86,11 +86,10 @@ std::vector<SlidingDirection> sliding_directions(const Observability& seen,
   if (seen.unseen == 0) return out;
   const Eigen::MatrixXd free = seen.directions.leftCols(seen.unseen);
   // Right singular vectors of the turning part: combinations from most to least turning.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(free.topRows<3>(), Eigen::ComputeFullV);
-  const Eigen::MatrixXd mixed = free * svd.matrixV();
-  const auto turns = [&](Eigen::Index i) {
-    return i < svd.singularValues().size() && svd.singularValues()[i] > kNoTurn;
-  };
+  const Eigen::MatrixXd squares = free.topRows<3>().transpose() * free.topRows<3>();
+  const Eigen::MatrixXd mixed =
+      free * eigenpairs<Eigen::Dynamic>(squares).vectors.rowwise().reverse();
+  const auto turns = [&](Eigen::Index i) { return mixed.col(i).head<3>().norm() > kNoTurn; };
   Eigen::Matrix3d shifts = Eigen::Matrix3d::Zero();  // Projection onto the free translations.
   for (Eigen::Index i = 0; i < seen.unseen; ++i) {
     if (turns(i)) continue;

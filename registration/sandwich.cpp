@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/sandwich.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -153,7 +153,7 @@ SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& 
     result.fault = fault.str();
     return result;
   }
-  const Matrix6d inverse = h.inverse();
+  const Matrix6d inverse = symmetric_inverse(h);
   Matrix6d sigma = inverse * scatter * inverse;
   sigma += bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
   const Matrix6d scale = twist_from_scaled();

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/stretch.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <ceres/ceres.h>
 #include <cmath>

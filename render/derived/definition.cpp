@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/definition.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "nav/matrices.hpp"
 #include "render/derived/filled_field.hpp"
 #include "render/derived/gaussian_taps.hpp"
 
@@ -112,8 +112,8 @@ std::vector<std::array<double, 3>> eigenvalues(const ScalarVolume& volume, doubl
     Eigen::Matrix3d h;
     h << xx[n], xy[n], xz[n], xy[n], yy[n], yz[n], xz[n], yz[n], zz[n];
     const Eigen::Matrix3d scaled = sigma.asDiagonal() * h * sigma.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scaled, Eigen::EigenvaluesOnly);
-    out[n] = {solver.eigenvalues()[0], solver.eigenvalues()[1], solver.eigenvalues()[2]};
+    const Eigen::Vector3d values = eigenpairs<3>(scaled).values;
+    out[n] = {values[0], values[1], values[2]};
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "nav/check.hpp"
+#include "nav/matrices.hpp"
 
 namespace nav::sim {
 namespace {
@@ -29,7 +30,7 @@ SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double
   for (int i = 0; i < kCorrections; ++i) {
     there -= (patient.skin_distance_mm({there}) - depth_mm) * next;
   }
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(normal, next);
+  const Eigen::Quaterniond turn = rotation_between(normal, next);
   const SkinTrack::Pose moved((turn * from.rotation()).normalized(), there);
   // A skin without a slope leads nowhere.
   return there.allFinite() ? moved : from;
