@@ -295,6 +295,10 @@ void CommandLine::add_register() {
                    "patient: right, left, anterior, posterior, superior or inferior");
   verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
       ->capture_default_str();
+  verb->add_option("--loss", register_.loss,
+                   "how little a patch counts that the CT explains badly: none, cauchy or "
+                   "geman-mcclure")
+      ->capture_default_str();
   verb->add_option("--stretch", register_.stretch,
                    "refined beside the pose: none, sound-speed or affine")
       ->capture_default_str();

@@ -161,27 +161,41 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   return {};
 }
 
+/// The value of an option that is one of a few words.
+template <class T>
+Result<T> one_of(const std::string& option, const std::string& found,
+                 std::initializer_list<std::pair<const char*, T>> words) {
+  std::string expected;
+  for (const auto& [word, value] : words) {
+    if (found == word) return value;
+    expected += (expected.empty() ? "" : ", ") + std::string(word);
+  }
+  return Error{ErrorCode::kUsage, option + ": expected one of " + expected + ", found " + found};
+}
+
 Result<void> choose_similarity(const RegisterOptions& options,
                                registration::ImageRegistrationOptions& solver) {
+  using registration::PatchLoss;
   using registration::Similarity;
   using registration::StretchModel;
-  const std::map<std::string, Similarity> similarities = {
-      {"lc2", Similarity::kLc2}, {"ncc", Similarity::kNcc}, {"mi", Similarity::kMutualInformation}};
-  const std::map<std::string, StretchModel> stretches = {{"none", StretchModel::kNone},
-                                                         {"sound-speed", StretchModel::kSoundSpeed},
-                                                         {"affine", StretchModel::kAffine}};
-  const auto similarity = similarities.find(options.similarity);
-  if (similarity == similarities.end()) {
-    return Error{ErrorCode::kUsage,
-                 "--similarity: expected lc2, ncc or mi, found " + options.similarity};
-  }
-  const auto stretch = stretches.find(options.stretch);
-  if (stretch == stretches.end()) {
-    return Error{ErrorCode::kUsage,
-                 "--stretch: expected none, sound-speed or affine, found " + options.stretch};
-  }
-  solver.similarity = similarity->second;
-  solver.stretch = stretch->second;
+  const auto similarity = one_of<Similarity>("--similarity", options.similarity,
+                                             {{"lc2", Similarity::kLc2},
+                                              {"ncc", Similarity::kNcc},
+                                              {"mi", Similarity::kMutualInformation}});
+  if (!similarity) return similarity.error();
+  const auto loss = one_of<PatchLoss>("--loss", options.loss,
+                                      {{"none", PatchLoss::kNone},
+                                       {"cauchy", PatchLoss::kCauchy},
+                                       {"geman-mcclure", PatchLoss::kGemanMcClure}});
+  if (!loss) return loss.error();
+  const auto stretch = one_of<StretchModel>("--stretch", options.stretch,
+                                            {{"none", StretchModel::kNone},
+                                             {"sound-speed", StretchModel::kSoundSpeed},
+                                             {"affine", StretchModel::kAffine}});
+  if (!stretch) return stretch.error();
+  solver.similarity = *similarity;
+  solver.loss.kind = *loss;
+  solver.stretch = *stretch;
   return registration::validate(solver);
 }
 
@@ -328,6 +342,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                     start->kind == "skin" ? Json(nullptr) : app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
   json["similarity"] = options.similarity;
+  json["loss"] = options.loss;
   json["registration"] = app::json_of(answer, decision, target);
   json["stretch"] = json_of(answer.stretch, options.stretch);
   json.update(motion->json);

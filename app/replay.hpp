@@ -25,6 +25,7 @@ struct RegisterOptions {
   /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
   std::string marker_towards;
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
+  std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.
   MotionOptions motion;                      ///< Refined after the common pose.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.

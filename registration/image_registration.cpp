@@ -176,7 +176,8 @@ PoseSolution Registrar::solve(const Level& level, const Pose& start) {
 
 PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, const Pose& start,
                                  double tolerance) {
-  return solve_pose(level.cost.on(patches), start, points_.centroid,
+  const Lc2Cost cost = level.cost.on(patches);
+  return solve_pose(finest(level) ? cost.robust(options_.loss) : cost, start, points_.centroid,
                     {options_.max_iterations, tolerance}, [this] { return keep_going(); });
 }
 
@@ -268,9 +269,9 @@ void Registrar::stretch(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
   const PatchSet patches = structured(level, best.solution.pose, level.patches());
-  StretchSolution found =
-      solve_stretch(level.cost.on(patches), best.solution.pose, points_.centroid, options_.stretch,
-                    options_.max_iterations, [this] { return keep_going(); });
+  StretchSolution found = solve_stretch(level.cost.on(patches).robust(options_.loss),
+                                        best.solution.pose, points_.centroid, options_.stretch,
+                                        options_.max_iterations, [this] { return keep_going(); });
   non_finite_ = std::max(non_finite_, found.pose.non_finite);
   found.pose.iterations += iterations;
   found.pose.final_cost =
@@ -285,8 +286,9 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
   const PatchSet patches = stretched(structured(finest, pose, finest.patches()), stretch_);
-  const LocalShape shape = local_shape(finest.cost.on(patches), pose, pose * points_.centroid,
-                                       0.25 * finest.prepared.options.sample_step_mm);
+  const LocalShape shape =
+      local_shape(finest.cost.on(patches).robust(options_.loss), pose, pose * points_.centroid,
+                  0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =
       sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
   ImageRegistrationResult result{

@@ -14,6 +14,7 @@
 #include "nav/sweep.hpp"
 #include "nav/transform.hpp"
 #include "nav/volume.hpp"
+#include "registration/patch_loss.hpp"
 #include "registration/pose_uncertainty.hpp"
 #include "registration/shadow_mask.hpp"
 
@@ -70,6 +71,8 @@ struct ImageRegistrationOptions {
   /// The limits of acceptance are those of LC²; what the others cost is not comparable.
   Similarity similarity = Similarity::kLc2;
   StretchModel stretch = StretchModel::kNone;
+  /// Of the patches' terms in the finest solve; what is reported and judged is without it.
+  RobustLoss loss{PatchLoss::kCauchy, 0.3};
   double ridge = 0.01;  ///< λ: noise of the CT channels in units of 100 HU, > 0.
   /// Patches where the CT differs by less than this, RMS, are left out of the finest solve: they
   /// say nothing, and what is noise of the CT there costs as much as structure. HU, >= 0.

@@ -50,6 +50,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     return Error{ErrorCode::kUsage,
                  "image registration: stretch: expected none with mutual information, found one"};
   }
+  if (!(options.loss.scale >= 1e-3 && options.loss.scale <= 1000)) {
+    return refuse("loss.scale", "0.001 to 1000", options.loss.scale);
+  }
   if (!(options.ridge >= 1e-4 && options.ridge <= 10)) {
     return refuse("ridge", "1e-4 to 10", options.ridge);
   }

@@ -97,7 +97,7 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
     for (std::size_t i = begin; i < end; ++i) {
       const double s = patch_cost(ct_, place(patches_, i, pose), ridge_, intensity_only);
       const bool finite = !std::isnan(s);
-      parts[chunk].cost += patches_.patches[i].weight * (finite ? s : 1.0);
+      parts[chunk].cost += patches_.patches[i].weight * (finite ? loss_.value(s) : 1.0);
       parts[chunk].non_finite += finite ? 0 : 1;
     }
   });
@@ -119,13 +119,24 @@ CostTerms Lc2Cost::gradient(const Pose& ct_from_reference, const Eigen::Vector3d
   return sum_terms(false, ct_from_reference, centre_ct_mm, keep_patch_gradients);
 }
 
+PatchTerms Lc2Cost::patch(const PlacedPatch& placed, bool with_hessian) const {
+  const bool intensity_only = similarity_ == Similarity::kNcc;
+  PatchTerms terms = with_hessian ? patch_terms(ct_, placed, ridge_, intensity_only)
+                                  : patch_gradient(ct_, placed, ridge_, intensity_only);
+  // What is left out of the Hessian is negative: the solver wants a convex model.
+  const double pull = loss_.derivative(terms.s);
+  terms.gradient *= pull;
+  if (with_hessian) terms.hessian *= pull;
+  terms.s = loss_.value(terms.s);
+  return terms;
+}
+
 CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
                              const Eigen::Vector3d& centre_ct_mm, bool keep_patch_gradients) const {
   if (similarity_ == Similarity::kMutualInformation) {
     return mutual_information_terms(ct_, patches_, ct_from_reference, centre_ct_mm,
                                     keep_patch_gradients);
   }
-  const bool intensity_only = similarity_ == Similarity::kNcc;
   const GridPose pose = grid_pose(ct_, ct_from_reference);
   const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
@@ -134,8 +145,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
     CostTerms& part = parts[chunk];
     for (std::size_t i = begin; i < end; ++i) {
       const PlacedPatch placed = place(patches_, i, pose);
-      PatchTerms terms = with_hessian ? patch_terms(ct_, placed, ridge_, intensity_only)
-                                      : patch_gradient(ct_, placed, ridge_, intensity_only);
+      PatchTerms terms = patch(placed, with_hessian);
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
       if (std::isnan(terms.s)) {

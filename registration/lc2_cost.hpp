@@ -7,6 +7,7 @@
 #include "nav/transform.hpp"
 #include "registration/ct_channels.hpp"
 #include "registration/lc2_kernel.hpp"
+#include "registration/patch_loss.hpp"
 #include "registration/patches.hpp"
 #include "registration/twist.hpp"
 
@@ -61,11 +62,19 @@ class Lc2Cost {
                                    bool keep_patch_gradients = false) const;
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
   [[nodiscard]] const CtChannels& ct() const { return ct_; }
-  [[nodiscard]] double ridge() const { return ridge_; }
   [[nodiscard]] Similarity similarity() const { return similarity_; }
+  /// One patch's part of terms(), without its weight; s is NaN where it is not finite. Not of
+  /// mutual information, which has no such parts.
+  [[nodiscard]] PatchTerms patch(const PlacedPatch& placed, bool with_hessian = true) const;
   /// The same with other patches, which must outlive it.
   [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
-    return {ct_, patches, ridge_, threads_, similarity_};
+    return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_);
+  }
+  /// The same with every patch's term under a loss. Mutual information has no terms to lose.
+  [[nodiscard]] Lc2Cost robust(const RobustLoss& loss) const {
+    Lc2Cost same(*this);
+    same.loss_ = loss;
+    return same;
   }
 
  private:
@@ -80,6 +89,7 @@ class Lc2Cost {
   double ridge_;
   int threads_;
   Similarity similarity_;
+  RobustLoss loss_;
 };
 
 }  // namespace nav::registration

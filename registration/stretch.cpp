@@ -113,8 +113,7 @@ class StretchCost final : public ceres::CostFunction {
     Terms sum{0, 0, Eigen::VectorXd::Zero(size_), Eigen::MatrixXd::Zero(size_, size_)};
     for (std::size_t i = 0; i < patches.patches.size(); ++i) {
       const PlacedPatch placed = place(patches, i, at);
-      const PatchTerms one =
-          patch_terms(ct, placed, cost_.ridge(), cost_.similarity() == Similarity::kNcc);
+      const PatchTerms one = cost_.patch(placed);
       const double w = patches.patches[i].weight;
       if (std::isnan(one.s)) {
         sum.cost += w;

@@ -90,6 +90,28 @@ struct PreparedScene {
   }
 };
 
+TEST(LossTest, PicturesWithAWrongPosePullLess) {
+  // Every fourth picture is 6 mm beside where it was taken.
+  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  for (std::size_t i = 0; i < frames.size(); i += 4) {
+    const auto& pose = frames[i].reference_from_image;
+    frames[i].reference_from_image = Transform<frames::Reference, frames::Image>(
+        pose.rotation(), pose.translation_mm() + Eigen::Vector3d(0, 6, 0));
+  }
+  const auto torn = Sweep::create(std::move(frames), "torn");
+  ASSERT_TRUE(test::has_value(torn));
+  const auto error_with = [&](const RobustLoss& loss) {
+    auto options = quick_options();
+    options.loss = loss;
+    const auto result = solve(*torn, options);
+    EXPECT_TRUE(test::has_value(result));
+    return result ? error_mm(*result) : 1e9;
+  };
+  const double plain = error_with({PatchLoss::kNone, 1});
+  EXPECT_LT(error_with({PatchLoss::kCauchy, 0.1}), 0.7 * plain);
+  EXPECT_LT(error_with({PatchLoss::kGemanMcClure, 0.2}), 0.7 * plain);
+}
+
 TEST(SimilarityTest, GradientsAreThoseOfTheCost) {
   const PreparedScene prepared;
   const auto pose = test::off_by(test::true_pose(), 2, 0.02, 3);

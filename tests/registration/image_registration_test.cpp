@@ -277,6 +277,8 @@ TEST(ImageRegistrationTest, RefusesOptionsByName) {
   EXPECT_TRUE(refused([](auto& o) { o.levels[0].sample_step_mm = 0.1; }, "coarse to fine"));
   EXPECT_TRUE(refused([](auto& o) { o.levels[0].patches = 3; }, "levels[0].patches"));
   EXPECT_TRUE(refused([](auto& o) { o.ridge = 0; }, "ridge"));
+  EXPECT_TRUE(refused([](auto& o) { o.loss.scale = 0; }, "loss.scale"));
+  EXPECT_TRUE(refused([](auto& o) { o.loss.scale = std::nan(""); }, "loss.scale"));
   EXPECT_TRUE(refused([](auto& o) { o.ridge = std::nan(""); }, "ridge"));
   EXPECT_TRUE(refused([](auto& o) { o.threads = 0; }, "threads"));
   EXPECT_TRUE(refused([](auto& o) { o.start_range_rad = 4; }, "start_range_rad"));

@@ -49,8 +49,11 @@ const Scene& scene() {
 /// Off the optimum, where the gradient is large.
 Pose off_pose() { return test::off_by(test::true_pose(), 3, 0.05, 2); }
 
-TEST(Lc2CostTest, GradientMatchesCentralDifferencesInCt) {
-  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+class Lc2CostLossTest : public testing::TestWithParam<PatchLoss> {};
+
+TEST_P(Lc2CostLossTest, GradientMatchesCentralDifferencesInCt) {
+  const Lc2Cost cost =
+      Lc2Cost(scene().channels, scene().patches, kRidge, 1).robust({GetParam(), 0.3});
   const Eigen::Vector3d centre(5, -8, 3);
   const Vector6d gradient = cost.terms(off_pose(), centre).gradient;
   // Float sums need a step that moves the cost well; kinks of the interpolant limit it above.
@@ -65,6 +68,31 @@ TEST(Lc2CostTest, GradientMatchesCentralDifferencesInCt) {
                               (2 * kStepMm);
     EXPECT_NEAR(gradient[i] * scale, 0.5 * difference, kRelative * gradient.tail<3>().norm()) << i;
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(Losses, Lc2CostLossTest,
+                         testing::Values(PatchLoss::kNone, PatchLoss::kCauchy,
+                                         PatchLoss::kGemanMcClure),
+                         [](const auto& info) {
+                           return info.param == PatchLoss::kGemanMcClure
+                                      ? std::string("geman_mcclure")
+                                      : std::string(to_string(info.param));
+                         });
+
+TEST(Lc2CostTest, ALossIsOfEveryPatchAndStaysOnOtherPatches) {
+  const Lc2Cost plain(scene().channels, scene().patches, kRidge, 1);
+  const RobustLoss loss{PatchLoss::kCauchy, 0.2};
+  const GridPose pose = grid_pose(scene().channels, off_pose());
+  double expected = 0;
+  for (std::size_t i = 0; i < scene().patches.patches.size(); ++i) {
+    expected += scene().patches.patches[i].weight *
+                loss.value(patch_cost(scene().channels, place(scene().patches, i, pose), kRidge));
+  }
+  const Lc2Cost robust = plain.robust(loss);
+  EXPECT_NEAR(robust.cost(off_pose()).cost, expected, 1e-12);
+  EXPECT_NEAR(robust.terms(off_pose(), {0, 0, 0}).cost, expected, 1e-12);
+  EXPECT_NEAR(robust.on(scene().patches).cost(off_pose()).cost, expected, 1e-12);
+  EXPECT_GT(eigenpairs<6>(robust.terms(off_pose(), {0, 0, 0}).hessian).values[0], 0);
 }
 
 TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
