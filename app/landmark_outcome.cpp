@@ -85,7 +85,9 @@ Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decis
   const auto& fit = outcome.fit;
   Json json;
   json["accepted"] = decision.accepted;
+  json["verdict"] = registration::to_string(decision.verdict());
   json["reasons"] = decision.reasons;
+  json["warnings"] = decision.warnings;
   json["fre_rms_mm"] = fit.fre_rms_mm;
   json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
   json["sigma_scale"] = json_number(fit.sigma_scale);

@@ -210,6 +210,10 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
       draw_label(canvas, 0, 44, view_3d.width(), context.note, colour_of(SafetyState::kDegraded),
                  13);
     }
+    if (!context.warning.empty()) {
+      draw_label(canvas, 0, 68, view_3d.width(), context.warning, colour_of(SafetyState::kDegraded),
+                 13);
+    }
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   }

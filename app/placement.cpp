@@ -38,8 +38,9 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const 
   if (!config.placement.registration.empty()) {
     auto registered = read_registration(config.placement.registration, ct, reference_frame);
     if (!registered) return registered.error();
-    found.placement = {*registered, {SafetyState::kValid, ""}};
+    found.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}};
     found.kind = "registered";
+    found.warnings = registered->warnings;
     found.statement = "The CT was registered: " + config.placement.registration.string() + ".";
   } else if (config.placement.ct_from_reference) {
     auto declared =

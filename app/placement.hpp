@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/navigator.hpp"
 #include "app/recorded_session.hpp"
@@ -19,8 +20,9 @@ Result<std::shared_ptr<const Volume>> read_session_ct(const SessionConfig& confi
 /// Where a recording's CT lies and why it is believed to.
 struct Placement {
   CtPlacement placement;
-  std::string kind;       ///< "registered", "declared", "centred".
-  std::string statement;  ///< One sentence for the report.
+  std::string kind;                        ///< "registered", "declared", "centred".
+  std::string statement;                   ///< One sentence for the report.
+  std::vector<std::string> warnings = {};  ///< Of a registration that was accepted with some.
 };
 
 /// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the

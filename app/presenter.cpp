@@ -106,6 +106,13 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   return scene;
 }
 
+void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
+  warning_ = warnings.empty() ? "" : "registration warned: " + warnings.front();
+  if (warnings.size() > 1) {
+    warning_ = "registration warned (" + std::to_string(warnings.size()) + "): " + warnings.front();
+  }
+}
+
 Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
   const render::Scene wanted = scene(epoch);
   const bool empty = !wanted.plane && !wanted.needle;
@@ -122,7 +129,8 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     note_ = rendered->statistics.note;
     if (empty) empty_view_ = view;
   }
-  PanelContext context{epoch, *ct_, plan_, options_.window, banner_, wanted.camera, note_};
+  PanelContext context{epoch,   *ct_,          plan_, options_.window,
+                       banner_, wanted.camera, note_, warning_};
   return compose_panels(view, context);
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/look.hpp"
 #include "app/navigator.hpp"
@@ -55,6 +56,9 @@ class Presenter {
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 
+  /// What a registration was accepted with, for the user to see on every picture; may be empty.
+  void set_registration_warnings(const std::vector<std::string>& warnings);
+
   /// The whole picture of an epoch.
   Result<Image2d<Rgba8>> present(const Epoch& epoch);
   /// The 3D scene of an epoch, as every engine draws it.
@@ -83,6 +87,7 @@ class Presenter {
   std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
   double typical_extent_mm_ = 0;
   std::string banner_;
+  std::string warning_;                       ///< Of the registration.
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;                          ///< Of the engine about its last picture.
   int views_cast_ = 0;

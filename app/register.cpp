@@ -124,6 +124,7 @@ Json second_opinion(const Ground& ground, const registration::ShapeRegistration&
          << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
     decision.reasons.push_back(text.str());
     decision.accepted = false;
+    decision.warnings.clear();
   }
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
@@ -327,6 +328,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!motion) return motion.error();
   const auto& answer = motion->result;
   const auto& decision = motion->decision;
+  for (const std::string& warning : decision.warnings) {
+    console.report(Severity::kWarning, "register", "accepted with a warning: " + warning);
+  }
 
   Json json;
   json["verb"] = "register";

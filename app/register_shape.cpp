@@ -77,7 +77,9 @@ Json json_of(const registration::ShapeRegistration& result, const registration::
              const Point<frames::Ct>& target) {
   Json json;
   json["accepted"] = decision.accepted;
+  json["verdict"] = registration::to_string(decision.verdict());
   json["reasons"] = decision.reasons;
+  json["warnings"] = decision.warnings;
   json["points"] = result.points;
   json["trimmed"] = result.trimmed;
   json["distance_before"] = json_of(result.before);

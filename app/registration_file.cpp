@@ -18,8 +18,38 @@ std::string ct_digest(const Volume& ct) {
   return digest_of(geometry.dump() + io::sha256_hex(std::as_bytes(ct.hu())));
 }
 
-Result<Transform<frames::Ct, frames::Reference>> read_registration(
-    const std::filesystem::path& path, const Volume& ct, const std::string& reference_frame) {
+namespace {
+
+/// The warnings of a registration; older files have neither a verdict nor warnings.
+Result<std::vector<std::string>> warnings_of(const Json& registration, const std::string& file) {
+  const auto refuse = [&](const std::string& expected, const Json& found) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected " + expected + ", found " +
+                     found.dump(-1, ' ', false, Json::error_handler_t::replace)};
+  };
+  const Json verdict = registration.value("verdict", Json());
+  if (!verdict.is_null() && verdict != "accept" && verdict != "warn") {
+    return refuse("registration.verdict of an accepted registration to be accept or warn", verdict);
+  }
+  const Json listed = registration.value("warnings", Json::array());
+  if (!listed.is_array() || listed.empty() == (verdict == "warn")) {
+    return refuse(
+        "registration.warnings to be a list, with entries exactly when the verdict is "
+        "warn",
+        listed);
+  }
+  std::vector<std::string> warnings;
+  for (const Json& one : listed) {
+    if (!one.is_string()) return refuse("text in registration.warnings", one);
+    warnings.push_back(one.get<std::string>());
+  }
+  return warnings;
+}
+
+}  // namespace
+
+Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
+                                           const std::string& reference_frame) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
   const auto refuse = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
@@ -42,6 +72,8 @@ Result<Transform<frames::Ct, frames::Reference>> read_registration(
   if (!accepted.get<bool>()) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
+  auto warnings = warnings_of(registration, path.string());
+  if (!warnings) return warnings.error();
   // Its pose holds at rest only, and what is shown with it has no phase.
   const Json breath = json.value("breath", Json());
   if (breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
@@ -83,7 +115,7 @@ Result<Transform<frames::Ct, frames::Reference>> read_registration(
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
-  return *rigid;
+  return ReadRegistration{*rigid, std::move(*warnings)};
 }
 
 }  // namespace nav::app

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/report.hpp"
 #include "nav/result.hpp"
@@ -14,9 +15,16 @@ namespace nav::app {
 /// SHA-256 of a CT's grid and voxels: what a registration belongs to.
 std::string ct_digest(const Volume& ct);
 
+/// A registration that was accepted.
+struct ReadRegistration {
+  Transform<frames::Ct, frames::Reference> ct_from_reference;
+  std::vector<std::string> warnings;  ///< Empty unless it was accepted with warnings.
+};
+
 /// Reads the JSON that 'sonde register' wrote. Refuses a file that is not one, a registration that
-/// was not accepted, one of another CT, and a matrix that is not rigid.
-Result<Transform<frames::Ct, frames::Reference>> read_registration(
-    const std::filesystem::path& path, const Volume& ct, const std::string& reference_frame);
+/// was not accepted, one of another CT, a verdict that is unknown or is not as `accepted` says, and
+/// a matrix that is not rigid. A file without a verdict has no warnings.
+Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
+                                           const std::string& reference_frame);
 
 }  // namespace nav::app

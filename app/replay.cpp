@@ -169,6 +169,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["placement"] = {
       {"kind", placement_.kind},
       {"statement", placement_.statement},
+      {"warnings", placement_.warnings},
       {"ct_from_reference_mm", json_of(placement_.placement.ct_from_reference.matrix())}};
   json["reference"] = session_.reference_statement();
   json["transforms"] = session_.description();
@@ -191,7 +192,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
 
   HtmlReport html;
   html.title = "Sonde: replay of " + config_.source.recording.filename().string();
-  html.warning = placement_.kind != "registered";
+  html.warning = placement_.kind != "registered" || !placement_.warnings.empty();
   html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
   const auto& files = out_.files();
   if (!animation_.empty()) {
@@ -274,6 +275,10 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   }
   presenter->set_banner(placement->kind == "registered" ? "recording"
                                                         : "recording, CT NOT REGISTERED");
+  presenter->set_registration_warnings(placement->warnings);
+  for (const std::string& warning : placement->warnings) {
+    console.report(Severity::kWarning, "registration", "accepted with a warning: " + warning);
+  }
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }

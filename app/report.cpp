@@ -72,7 +72,9 @@ Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target) {
   Json json;
   json["accepted"] = decision.accepted;
+  json["verdict"] = registration::to_string(decision.verdict());
   json["reasons"] = decision.reasons;
+  json["warnings"] = decision.warnings;
   json["iterations"] = result.iterations;
   json["seconds"] = result.total_s;
   json["termination"] = registration::to_string(result.termination);

@@ -33,11 +33,39 @@ struct AcceptanceLimits {
 /// A refusal that names the first limit out of its range.
 Result<void> validate(const AcceptanceLimits& limits);
 
+/// From where on a result that is accepted is accepted with a warning: between here and its limit.
+/// Inclusive on the clear side. Frozen on the development seeds, simulated patients all of them: at
+/// most 8 % of the accepted results are warned of (docs/registration.md).
+struct WarningLimits {
+  double min_overlap = 0.8;                  ///< Fraction of the ultrasound inside the CT, [0, 1].
+  double min_z_score = 5;                    ///< Against random poses, first level.
+  double max_cost = 0.28;                    ///< Of the result on the finest level, (0, 1].
+  double min_margin = 0.3;                   ///< To another minimum, where one was found.
+  double max_tre_rms_mm = 0.5;               ///< Predicted at the target, > 0.
+  double max_split_disagreement_mm = 0.5;    ///< Odd against even pictures, > 0.
+  double max_halves_disagreement_mm = 1.25;  ///< First against second half, > 0.
+  double max_stretch = 0.008;                ///< Strain or depth factor off one, > 0.
+};
+
+/// A refusal that names the first warning that would come only after the refusal.
+Result<void> validate(const WarningLimits& warnings, const AcceptanceLimits& limits);
+
+enum class Verdict { kAccept, kWarn, kRefuse };
+/// "accept", "warn", "refuse".
+const char* to_string(Verdict verdict);
+
 /// The verdict. reasons holds one sentence for each limit that was missed, with the limit and the
 /// value found; empty exactly when accepted.
 struct Decision {
   bool accepted;
   std::vector<std::string> reasons;
+  /// One sentence for each value between its warning and its limit, of accepted results only.
+  std::vector<std::string> warnings = {};
+
+  [[nodiscard]] Verdict verdict() const {
+    if (!accepted) return Verdict::kRefuse;
+    return warnings.empty() ? Verdict::kAccept : Verdict::kWarn;
+  }
 };
 
 /// Adds a reason unless a value is finite and no greater than its limit. unit: with its space.
@@ -45,9 +73,9 @@ void require_at_most(std::vector<std::string>& reasons, const std::string& what,
                      double limit, const std::string& unit);
 
 /// Judges a result for use at a target. A value that is not finite never passes. Limits out of
-/// range are a Bug: validate() them first.
+/// range are a Bug: validate() them first. Warnings change nothing of what is refused.
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
-                const Point<frames::Ct>& target);
+                const Point<frames::Ct>& target, const WarningLimits& warnings = {});
 
 /// What a registration by landmarks must show. Inclusive. A fit of swapped or misplaced pairs has
 /// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres.

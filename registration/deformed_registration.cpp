@@ -82,6 +82,7 @@ Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& li
   require_at_most(decision.reasons, "disagreement of the deformations of odd and even pictures",
                   deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, " mm");
   decision.accepted = decision.reasons.empty();
+  if (!decision.accepted) decision.warnings.clear();
   return decision;
 }
 

@@ -135,6 +135,7 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
          << " mm from where the phases put it, found " << moving.settled_mm << " mm";
     decision.reasons.push_back(text.str());
     decision.accepted = false;
+    decision.warnings.clear();
   }
   return decision;
 }

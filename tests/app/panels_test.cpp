@@ -11,7 +11,7 @@ namespace {
 constexpr int kWidth = 500;
 constexpr int kHeight = 400;
 
-Image2d<Rgba8> composed(const std::string& note) {
+Image2d<Rgba8> composed(const std::string& note, const std::string& warning = "") {
   VoxelGrid grid;
   grid.size = {1, 1, 1};
   const auto ct = Volume::create(grid, {0}, "one voxel");
@@ -19,7 +19,7 @@ Image2d<Rgba8> composed(const std::string& note) {
                             std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
   const Epoch epoch;
   const std::string banner = "SIMULATED";
-  return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note});
+  return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
 }
 
 TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
@@ -32,6 +32,20 @@ TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
       if (silent.at(x, y) == spoken.at(x, y)) continue;
       ++changed;
       EXPECT_TRUE(x < kWidth && y > 20 && y < 60) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 500);
+}
+
+TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
+  const auto silent = composed("");
+  const auto warned = composed("", "registration warned: cost of the match: 0.3");
+  int changed = 0;
+  for (int y = 0; y < silent.height(); ++y) {
+    for (int x = 0; x < silent.width(); ++x) {
+      if (silent.at(x, y) == warned.at(x, y)) continue;
+      ++changed;
+      EXPECT_TRUE(x < kWidth && y >= 50 && y < 80) << x << ", " << y;
     }
   }
   EXPECT_GT(changed, 500);

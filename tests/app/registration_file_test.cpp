@@ -42,7 +42,21 @@ class RegistrationFileTest : public ::testing::Test {
 TEST_F(RegistrationFileTest, ReadsWhatRegisterWrites) {
   const auto found = read(good());
   ASSERT_TRUE(test::has_value(found));
-  EXPECT_EQ(found->translation_mm().y(), -7.25);
+  EXPECT_EQ(found->ct_from_reference.translation_mm().y(), -7.25);
+}
+
+TEST_F(RegistrationFileTest, CarriesVerdictAndWarnings) {
+  EXPECT_TRUE(read(good())->warnings.empty());  // A file from before there were verdicts.
+  Json json = good();
+  json["registration"]["verdict"] = "warn";
+  json["registration"]["warnings"] = {"cost of the match: 0.3"};
+  const auto found = read(json);
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_EQ(found->warnings, std::vector<std::string>{"cost of the match: 0.3"});
+  json["registration"]["verdict"] = "accept";
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"registration.warnings", "cost"}));
+  json["registration"]["verdict"] = "perhaps";
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"accept or warn", "perhaps"}));
 }
 
 TEST_F(RegistrationFileTest, BelongsToItsCt) {

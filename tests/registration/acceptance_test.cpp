@@ -76,6 +76,44 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
   }
 }
 
+TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
+  EXPECT_EQ(decide(good(), {}, kTarget).verdict(), Verdict::kAccept);
+  using Spoil = std::function<void(ImageRegistrationResult&)>;
+  const std::vector<std::pair<std::string, Spoil>> cases{
+      {"overlap of the sweep with the CT: 0.7; refused below 0.6, warned of below 0.8",
+       [](auto& r) { r.overlap = 0.7; }},
+      {"random poses: 4.8", [](auto& r) { r.z_score = 4.8; }},
+      {"cost of the match: 0.3; refused above 0.33, warned of above 0.28",
+       [](auto& r) { r.final_cost = 0.3; }},
+      {"margin", [](auto& r) { r.margin = 0.2; }},
+      {"predicted error", [](auto& r) { r.uncertainty.covariance *= 9; }},
+      {"odd and even pictures: 0.7 mm", [](auto& r) { r.split_disagreement_mm = 0.7; }},
+      {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
+      {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
+  };
+  for (const auto& [name, spoil] : cases) {
+    ImageRegistrationResult result = good();
+    spoil(result);
+    const Decision decision = decide(result, {}, kTarget);
+    EXPECT_EQ(decision.verdict(), Verdict::kWarn) << name;
+    EXPECT_TRUE(decision.accepted && decision.reasons.empty()) << name;
+    ASSERT_EQ(decision.warnings.size(), 1U) << name;
+    EXPECT_NE(decision.warnings[0].find(name), std::string::npos) << decision.warnings[0];
+    result.overlap = 0.1;
+    EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kRefuse) << name;
+    EXPECT_TRUE(decide(result, {}, kTarget).warnings.empty()) << name;
+  }
+}
+
+TEST(AcceptanceTest, RefusesAWarningBeyondItsLimit) {
+  WarningLimits warnings;
+  EXPECT_TRUE(validate(warnings, AcceptanceLimits{}).has_value());
+  warnings.max_cost = 0.4;
+  EXPECT_TRUE(test::refuses(validate(warnings, AcceptanceLimits{}), ErrorCode::kUsage,
+                            {"max_cost", "at most", "0.33", "0.4"}));
+  EXPECT_THROW((void)decide(good(), {}, kTarget, warnings), Bug);
+}
+
 TEST(AcceptanceTest, TheTargetDecidesThePredictedError) {
   // 0.0032 rad per axis about the origin: fine beside it, too much 2 m away.
   EXPECT_TRUE(decide(good(), {}, {{0, 0, 0}}).accepted);
