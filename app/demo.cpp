@@ -168,9 +168,7 @@ Result<void> Demo::register_ct() {
       !written) {
     return written;
   }
-  for (const std::string& warning : decision_.warnings) {
-    console_.report(Severity::kWarning, "registration", "accepted with a warning: " + warning);
-  }
+  report_warnings(decision_.warnings, console_);
   presenter_.set_registration_warnings(decision_.warnings);
   if (decision_.accepted) {
     navigator_.set_placement({registration_->ct_from_reference, {SafetyState::kValid, ""}});

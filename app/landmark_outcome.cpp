@@ -74,8 +74,7 @@ Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path
 registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target) {
   auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
   if (!outcome.no_majority.empty()) {
-    decision.accepted = false;
-    decision.reasons.push_back(outcome.no_majority);
+    decision.refuse(outcome.no_majority);
   }
   return decision;
 }

@@ -72,7 +72,7 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
 
 Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
                                    const Ground& ground,
-                                   const std::optional<std::string>& json_file) {
+                                   const std::optional<std::string>& json_file, Console& console) {
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
@@ -84,6 +84,7 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
   json["target_ct_mm"] = json_of(target);
   const auto decision = decide(*ground.landmarks, target);
+  report_warnings(decision.warnings, console);
   json["reference_frame"] =
       config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
   json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
@@ -122,15 +123,14 @@ Json second_opinion(const Ground& ground, const registration::ShapeRegistration&
     std::ostringstream text;
     text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
          << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
-    decision.reasons.push_back(text.str());
-    decision.accepted = false;
-    decision.warnings.clear();
+    decision.refuse(text.str());
   }
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
 
 Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
-                               const Ground& ground, const std::optional<std::string>& json_file) {
+                               const Ground& ground, const std::optional<std::string>& json_file,
+                               Console& console) {
   const auto start = shape_start(config, ground);
   if (!start) return start.error();
   const auto result = register_shape_files(options.shape, *start);
@@ -139,6 +139,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
   auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
   const Json opinion = second_opinion(ground, *result, target, decision);
+  report_warnings(decision.warnings, console);
   Json json;
   json["verb"] = "register";
   json["version"] = SONDE_VERSION;
@@ -278,7 +279,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     return Error{ErrorCode::kUsage, "--marker-towards: expected a sweep, found none"};
   }
   if (by_shape && config.source.recording.empty()) {
-    return register_by_shape(config, options, *ground, json_file);
+    return register_by_shape(config, options, *ground, json_file, console);
   }
   if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
     return Error{ErrorCode::kUsage,
@@ -292,7 +293,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     if (!ground->landmarks) {
       return Error{ErrorCode::kUsage, "register: expected a sweep or --landmarks, found neither"};
     }
-    return register_by_landmarks(config, options, *ground, json_file);
+    return register_by_landmarks(config, options, *ground, json_file, console);
   }
   if (!ground->ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
   if (const auto ok = validate(options.motion); !ok) return ok;
@@ -322,15 +323,13 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   const Point<frames::Ct> target = options.target_ct
                                        ? Point<frames::Ct>{*options.target_ct}
                                        : result->ct_from_reference * sweep->centroid();
-  console.end(registration::decide(*result, {}, target).accepted ? "accepted" : "refused");
+  console.end(registration::in_words(registration::decide(*result, {}, target).verdict()));
   const auto motion =
       refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver, console);
   if (!motion) return motion.error();
   const auto& answer = motion->result;
   const auto& decision = motion->decision;
-  for (const std::string& warning : decision.warnings) {
-    console.report(Severity::kWarning, "register", "accepted with a warning: " + warning);
-  }
+  report_warnings(decision.warnings, console);
 
   Json json;
   json["verb"] = "register";

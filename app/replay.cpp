@@ -276,9 +276,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   presenter->set_banner(placement->kind == "registered" ? "recording"
                                                         : "recording, CT NOT REGISTERED");
   presenter->set_registration_warnings(placement->warnings);
-  for (const std::string& warning : placement->warnings) {
-    console.report(Severity::kWarning, "registration", "accepted with a warning: " + warning);
-  }
+  report_warnings(placement->warnings, console);
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }

@@ -68,6 +68,12 @@ Json json_of(const tracking::FrameLedger& ledger) {
   return json;
 }
 
+void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics) {
+  for (const std::string& warning : warnings) {
+    diagnostics.report(Severity::kWarning, "registration", "accepted with a warning: " + warning);
+  }
+}
+
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target) {
   Json json;

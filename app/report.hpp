@@ -20,6 +20,8 @@ Json json_of(const tracking::FrameLedger& ledger);
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target);
 Json json_of(const std::vector<DiagnosticEntry>& entries);
+/// One line of the log for each warning that a registration was accepted with.
+void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// 16 numbers, row-major.
 Json json_of(const Eigen::Matrix4d& matrix);
 /// A number, or null when it is not finite (JSON has no NaN).

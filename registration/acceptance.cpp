@@ -56,38 +56,6 @@ Result<void> validate(const AcceptanceLimits& limits) {
   return {};
 }
 
-void require_at_most(std::vector<std::string>& reasons, const std::string& what, double found,
-                     double limit, const std::string& unit) {
-  if (std::isfinite(found) && found <= limit) return;
-  reasons.push_back(sentence(what, "at most", limit, unit, found));
-}
-
-Result<void> validate(const WarningLimits& warnings, const AcceptanceLimits& limits) {
-  struct Pair {
-    const char* name;
-    double warning, limit;
-    bool at_least;
-  };
-  const Pair pairs[] = {{"min_overlap", warnings.min_overlap, limits.min_overlap, true},
-                        {"min_z_score", warnings.min_z_score, limits.min_z_score, true},
-                        {"max_cost", warnings.max_cost, limits.max_cost, false},
-                        {"min_margin", warnings.min_margin, limits.min_margin, true},
-                        {"max_tre_rms_mm", warnings.max_tre_rms_mm, limits.max_tre_rms_mm, false},
-                        {"max_split_disagreement_mm", warnings.max_split_disagreement_mm,
-                         limits.max_split_disagreement_mm, false},
-                        {"max_halves_disagreement_mm", warnings.max_halves_disagreement_mm,
-                         limits.max_halves_disagreement_mm, false},
-                        {"max_stretch", warnings.max_stretch, limits.max_stretch, false}};
-  for (const Pair& pair : pairs) {
-    if (pair.at_least ? pair.warning >= pair.limit : pair.warning <= pair.limit) continue;
-    std::ostringstream text;
-    text << "warnings: " << pair.name << ": expected " << (pair.at_least ? "at least" : "at most")
-         << " its limit of acceptance, " << pair.limit << ", found " << pair.warning;
-    return Error{ErrorCode::kUsage, text.str()};
-  }
-  return {};
-}
-
 const char* to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::kAccept:
@@ -100,48 +68,63 @@ const char* to_string(Verdict verdict) {
   return "refuse";
 }
 
-namespace {
-
-/// Collects what misses its limit and what only comes near it. Comparisons are written so that NaN
-/// fails them.
-struct Judge {
-  std::vector<std::string> reasons, warnings;
-
-  void at_least(const std::string& what, double found, double limit, double warning) {
-    if (!(found >= limit)) {
-      reasons.push_back(sentence(what, "at least", limit, "", found));
-    } else if (!(found >= warning)) {
-      warn(what, found, "below", limit, warning, "");
-    }
+const char* in_words(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAccept:
+      return "accepted";
+    case Verdict::kWarn:
+      return "accepted with warnings";
+    case Verdict::kRefuse:
+      return "refused";
   }
-  void at_most(const std::string& what, double found, double limit, double warning,
-               const std::string& unit) {
-    const std::size_t before = reasons.size();
-    require_at_most(reasons, what, found, limit, unit);
-    if (reasons.size() == before && !(found <= warning)) {
-      warn(what, found, "above", limit, warning, unit);
-    }
-  }
-  void warn(const std::string& what, double found, const std::string& beyond, double limit,
-            double warning, const std::string& unit) {
-    std::ostringstream text;
-    text.precision(3);
-    text << what << ": " << found << unit << "; refused " << beyond << ' ' << limit << unit
-         << ", warned of " << beyond << ' ' << warning << unit;
-    warnings.push_back(text.str());
-  }
-};
+  return "refused";
+}
 
-}  // namespace
+void Decision::refuse(std::string reason) {
+  accepted = false;
+  reasons.push_back(std::move(reason));
+  warnings.clear();
+}
+
+void Judge::at_least(const std::string& what, double found, double limit, double warning) {
+  if (!(found >= limit)) {
+    reasons_.push_back(sentence(what, "at least", limit, "", found));
+  } else if (!(found >= warning)) {
+    warn(what, found, "below", limit, warning, "");
+  }
+}
+
+void Judge::at_most(const std::string& what, double found, double limit, double warning,
+                    const std::string& unit) {
+  if (!(std::isfinite(found) && found <= limit)) {
+    reasons_.push_back(sentence(what, "at most", limit, unit, found));
+  } else if (!(found <= warning)) {
+    warn(what, found, "above", limit, warning, unit);
+  }
+}
+
+void Judge::warn(const std::string& what, double found, const std::string& beyond, double limit,
+                 double warning, const std::string& unit) {
+  std::ostringstream text;
+  text.precision(3);
+  text << what << ": " << found << unit << "; refused " << beyond << ' ' << limit << unit
+       << ", warned of " << beyond << ' ' << warning << unit;
+  warnings_.push_back(text.str());
+}
+
+Decision Judge::decision() && {
+  const bool accepted = reasons_.empty();
+  if (!accepted) warnings_.clear();
+  return {accepted, std::move(reasons_), std::move(warnings_)};
+}
 
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target, const WarningLimits& warnings) {
-  auto ok = validate(limits);
-  if (ok) ok = validate(warnings, limits);
+  const auto ok = validate(limits);
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
   if (result.termination == Termination::kFailed) {
-    judge.reasons.push_back("solver: expected it to converge, found: " + result.message);
+    judge.refuse("solver: expected it to converge, found: " + result.message);
   }
   judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
                  warnings.min_overlap);
@@ -156,7 +139,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
                   warnings.max_tre_rms_mm, " mm");
   } else {
-    judge.reasons.push_back("uncertainty: " + result.covariance_fault);
+    judge.refuse("uncertainty: " + result.covariance_fault);
   }
   judge.at_most("disagreement of odd and even pictures", result.split_disagreement_mm,
                 limits.max_split_disagreement_mm, warnings.max_split_disagreement_mm, " mm");
@@ -165,9 +148,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge.at_most("stretch of the pictures, which are shown without it",
                 std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
                 limits.max_stretch, warnings.max_stretch, "");
-  const bool accepted = judge.reasons.empty();
-  if (!accepted) judge.warnings.clear();
-  return {accepted, std::move(judge.reasons), std::move(judge.warnings)};
+  return std::move(judge).decision();
 }
 
 double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target) {
@@ -176,13 +157,12 @@ double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames:
 
 Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
                 const Point<frames::Ct>& target) {
-  std::vector<std::string> reasons;
-  require_at_most(reasons, "residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm,
-                  " mm");
-  require_at_most(reasons, "predicted error at the target", predicted_tre_rms_mm(fit, target),
-                  limits.max_tre_rms_mm, " mm");
-  const bool accepted = reasons.empty();
-  return {accepted, std::move(reasons), {}};
+  Judge judge;
+  judge.at_most("residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm,
+                limits.warn_fre_rms_mm, " mm");
+  judge.at_most("predicted error at the target", predicted_tre_rms_mm(fit, target),
+                limits.max_tre_rms_mm, limits.warn_tre_rms_mm, " mm");
+  return std::move(judge).decision();
 }
 
 }  // namespace nav::registration

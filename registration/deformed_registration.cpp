@@ -76,14 +76,12 @@ Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& li
   NAV_CHECK(deformed.in_bent_ct.has_value(), deformed.tissue.reason);
   AcceptanceLimits bent = limits;
   bent.max_cost = std::min(bent.max_cost, kMaxBentCost);
-  Decision decision = decide(*deformed.in_bent_ct, bent, target);
-  require_at_most(decision.reasons, "pose in the bent CT, from the common one", deformed.settled_mm,
-                  kMaxSettlingMm, " mm");
-  require_at_most(decision.reasons, "disagreement of the deformations of odd and even pictures",
-                  deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, " mm");
-  decision.accepted = decision.reasons.empty();
-  if (!decision.accepted) decision.warnings.clear();
-  return decision;
+  Judge judge(decide(*deformed.in_bent_ct, bent, target));
+  judge.at_most("pose in the bent CT, from the common one", deformed.settled_mm, kMaxSettlingMm,
+                kMaxSettlingMm, " mm");
+  judge.at_most("disagreement of the deformations of odd and even pictures",
+                deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, kMaxHalvesMm, " mm");
+  return std::move(judge).decision();
 }
 
 }  // namespace nav::registration

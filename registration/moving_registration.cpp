@@ -133,9 +133,7 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
     text.precision(3);
     text << "pose at rest: expected at most " << kMaxSettlingMm
          << " mm from where the phases put it, found " << moving.settled_mm << " mm";
-    decision.reasons.push_back(text.str());
-    decision.accepted = false;
-    decision.warnings.clear();
+    decision.refuse(text.str());
   }
   return decision;
 }

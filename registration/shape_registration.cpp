@@ -259,31 +259,22 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
 
 Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target) {
-  std::vector<std::string> reasons;
-  const auto sentence = [&](const std::string& what, const std::string& relation, double limit,
-                            const std::string& unit, double found) {
-    std::ostringstream text;
-    text.precision(3);
-    text << what << ": expected " << relation << ' ' << limit << unit << ", found " << found
-         << unit;
-    reasons.push_back(text.str());
-  };
+  Judge judge;
   for (const SlidingDirection& one : result.sliding) {
-    reasons.push_back("the shape does not determine the " + one.description);
+    judge.refuse("the shape does not determine the " + one.description);
   }
-  if (!(result.after.mean_mm <= limits.max_mean_mm)) {
-    sentence("mean distance of the points", "at most", limits.max_mean_mm, " mm",
-             result.after.mean_mm);
+  judge.at_most("mean distance of the points", result.after.mean_mm, limits.max_mean_mm,
+                limits.warn_mean_mm, " mm");
+  if (result.margin) {
+    judge.at_least("margin to another minimum", *result.margin, limits.min_margin,
+                   limits.warn_margin);
   }
-  if (result.margin && !(*result.margin >= limits.min_margin)) {
-    sentence("margin to another minimum", "at least", limits.min_margin, "", *result.margin);
+  if (result.sliding.empty()) {
+    judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
+                  limits.warn_tre_rms_mm, " mm RMS");
   }
-  const double tre = result.tre_rms_mm(target);
-  if (result.sliding.empty() && !(tre <= limits.max_tre_rms_mm)) {
-    sentence("predicted error at the target", "at most", limits.max_tre_rms_mm, " mm RMS", tre);
-  }
-  if (!result.converged) reasons.emplace_back("the solver did not converge");
-  return {reasons.empty(), reasons};
+  if (!result.converged) judge.refuse("the solver did not converge");
+  return std::move(judge).decision();
 }
 
 }  // namespace nav::registration

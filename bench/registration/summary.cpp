@@ -43,6 +43,22 @@ void add_right(const std::vector<Trial>& trials, CohortSummary& out) {
                                     : sum / static_cast<double>(covered.size());
 }
 
+/// What warnings are worth: the error of accepted results with and without them.
+void add_warned(const std::vector<Trial>& trials, CohortSummary& out) {
+  std::vector<double> clear, warned;
+  for (const Trial& trial : trials) {
+    if (in_reach(trial) && trial.accepted) {
+      (trial.warned ? warned : clear).push_back(trial.error_mm);
+    }
+  }
+  out.accepted = static_cast<int>(clear.size() + warned.size());
+  out.warned = static_cast<int>(warned.size());
+  out.clear_median_mm = median(clear);
+  out.clear_p95_mm = quantile(clear, 0.95);
+  out.warned_median_mm = median(warned);
+  out.warned_p95_mm = quantile(warned, 0.95);
+}
+
 void add_success(const std::vector<Trial>& trials, CohortSummary& out) {
   int count[2] = {0, 0};
   int right[2] = {0, 0};
@@ -154,6 +170,7 @@ CohortSummary summarise(const CohortResult& result) {
   for (const Trial& trial : result.trials) out.false_accepts += trial.false_accept() ? 1 : 0;
   out.false_accept_bound = share_bound_95(out.false_accepts, out.trials);
   add_right(result.trials, out);
+  add_warned(result.trials, out);
   add_success(result.trials, out);
   add_times(result, out);
   add_rows(result.trials, out);
@@ -176,6 +193,9 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << "false accepts " << s.false_accepts << " (share below " << s.false_accept_bound
        << "), false refusals " << s.false_refusals << " of " << s.right << ", hopeless refused "
        << s.hopeless_refused << '\n'
+       << "accepted " << s.accepted << ", with warnings " << s.warned << ": error median, p95 "
+       << s.clear_median_mm << ", " << s.clear_p95_mm << " mm without, " << s.warned_median_mm
+       << ", " << s.warned_p95_mm << " mm with\n"
        << "95 % intervals cover " << s.coverage_95 << '\n'
        << "processor s: local " << s.local_cpu_s << " (solve " << s.local_solve_cpu_s
        << "), global " << s.global_cpu_s << " (solve " << s.global_solve_cpu_s << "), CT once "

@@ -40,9 +40,13 @@ struct CohortSummary {
   double false_accept_bound = 0;  ///< One-sided 95 % Clopper–Pearson bound of their share.
   int false_refusals = 0;         ///< Right and refused, starts up to 40 mm.
   int right = 0;                  ///< What false_refusals is counted of.
-  double hopeless_refused = 0;    ///< Share refused; those that came out right count as refused.
-  double coverage_95 = 0;         ///< Mean share of targets in their ellipsoid, right results.
-  double local_cpu_s = 0;         ///< Median: sweep preparation, solve, checks; CT prepared.
+  int accepted = 0;               ///< Starts up to 40 mm, right or not.
+  int warned = 0;                 ///< Of these, accepted with warnings.
+  double clear_median_mm = 0, clear_p95_mm = 0;    ///< Target error of the accepted without.
+  double warned_median_mm = 0, warned_p95_mm = 0;  ///< And with warnings; NaN without any.
+  double hopeless_refused = 0;  ///< Share refused; those that came out right count as refused.
+  double coverage_95 = 0;       ///< Mean share of targets in their ellipsoid, right results.
+  double local_cpu_s = 0;       ///< Median: sweep preparation, solve, checks; CT prepared.
   double global_cpu_s = 0;
   double local_solve_cpu_s = 0;  ///< The same without the preparation of the sweep.
   double global_solve_cpu_s = 0;

@@ -127,6 +127,7 @@ class SweepTrials {
         found.ct_from_reference * (patient_->truth.inverse() * targets[targets.size() / 2]);
     const auto decision = registration::decide(found, {}, target);
     trial.accepted = decision.accepted;
+    trial.warned = decision.verdict() == registration::Verdict::kWarn;
     for (const auto& reason : decision.reasons) trial.reason += reason + "; ";
     trial.error_mm = target_error_mm(found.ct_from_reference, patient_->truth, targets);
     trial.predicted_mm = predicted(found, targets);
@@ -193,7 +194,8 @@ std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& sto
 }
 
 std::string csv_header() {
-  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,error_mm,predicted_mm,"
+  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,predicted_"
+         "mm,"
          "covered,solve_cpu_s,sweep_cpu_s,z_score,cost,overlap,split_mm,halves_mm,margin,reason\n";
 }
 
@@ -202,9 +204,10 @@ std::string to_csv(const std::vector<Trial>& trials) {
   for (const Trial& t : trials) {
     text << t.patient << ',' << to_string(t.path) << ',' << (t.global ? "global" : "local") << ','
          << t.start_mm << ',' << (t.hopeless ? to_string(*t.hopeless) : "") << ',' << t.acceptable
-         << ',' << t.solved << ',' << t.accepted << ',' << t.error_mm << ',' << t.predicted_mm
-         << ',' << t.covered << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s << ',' << t.z_score
-         << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ',' << t.halves_mm << ',';
+         << ',' << t.solved << ',' << t.accepted << ',' << t.warned << ',' << t.error_mm << ','
+         << t.predicted_mm << ',' << t.covered << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s
+         << ',' << t.z_score << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ','
+         << t.halves_mm << ',';
     if (t.margin) text << *t.margin;
     text << ",\"" << t.reason << "\"\n";
   }

@@ -28,6 +28,7 @@ struct Trial {
   bool acceptable = true;            ///< False: no pose of this case is right.
   bool solved = false;               ///< False: refused before a pose was found.
   bool accepted = false;
+  bool warned = false;      ///< Accepted with warnings.
   double error_mm = 0;      ///< At the targets, RMS; meaningless unless solved and acceptable.
   double predicted_mm = 0;  ///< The same as predicted; infinite where nothing is predicted.
   double covered = 0;       ///< Share of the targets inside their 95 % ellipsoid.

@@ -31,8 +31,13 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   wrong.hopeless = Hopeless::kWrongPatient;
   wrong.acceptable = false;
   result.trials.push_back(wrong);
+  result.trials[4].warned = true;
   const CohortSummary s = summarise(result);
   EXPECT_EQ(s.trials, 8);
+  EXPECT_EQ(s.accepted, 3);  // 0.2, 0.4, 3.5.
+  EXPECT_EQ(s.warned, 1);
+  EXPECT_DOUBLE_EQ(s.clear_p95_mm, 0.4);
+  EXPECT_DOUBLE_EQ(s.warned_median_mm, 3.5);
   EXPECT_EQ(s.right, 3);  // 0.2, 0.4, 1.5; 60 mm and the hopeless do not count.
   EXPECT_DOUBLE_EQ(s.tre_median_mm, 0.4);
   EXPECT_DOUBLE_EQ(s.success_local_10mm, 0.5);

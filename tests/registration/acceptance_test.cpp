@@ -105,13 +105,35 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
   }
 }
 
-TEST(AcceptanceTest, RefusesAWarningBeyondItsLimit) {
-  WarningLimits warnings;
-  EXPECT_TRUE(validate(warnings, AcceptanceLimits{}).has_value());
-  warnings.max_cost = 0.4;
-  EXPECT_TRUE(test::refuses(validate(warnings, AcceptanceLimits{}), ErrorCode::kUsage,
-                            {"max_cost", "at most", "0.33", "0.4"}));
-  EXPECT_THROW((void)decide(good(), {}, kTarget, warnings), Bug);
+TEST(AcceptanceTest, AWarningBeyondItsLimitNeverComes) {
+  AcceptanceLimits strict;
+  strict.max_cost = 0.25;  // Warned of above 0.28.
+  ImageRegistrationResult result = good();
+  result.final_cost = 0.26;
+  EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kRefuse);
+  result.final_cost = 0.24;
+  EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kAccept);
+}
+
+TEST(AcceptanceTest, ARefusalTakesTheWarningsWithIt) {
+  ImageRegistrationResult result = good();
+  result.final_cost = 0.3;
+  Decision decision = decide(result, {}, kTarget);
+  ASSERT_EQ(decision.verdict(), Verdict::kWarn);
+  EXPECT_STREQ(in_words(decision.verdict()), "accepted with warnings");
+  decision.refuse("landmarks say otherwise");
+  EXPECT_EQ(decision.verdict(), Verdict::kRefuse);
+  EXPECT_EQ(decision.reasons, std::vector<std::string>{"landmarks say otherwise"});
+  EXPECT_TRUE(decision.warnings.empty());
+}
+
+TEST(AcceptanceTest, NanWarnsOfNothingAndIsRefused) {
+  Judge judge;
+  judge.at_most("size", std::nan(""), 2, 1, " mm");
+  judge.at_least("score", std::nan(""), 1, 2);
+  const Decision decision = std::move(judge).decision();
+  EXPECT_EQ(decision.reasons.size(), 2U);
+  EXPECT_TRUE(decision.warnings.empty());
 }
 
 TEST(AcceptanceTest, TheTargetDecidesThePredictedError) {
@@ -155,7 +177,13 @@ LandmarkRegistration corners(double off_mm) {
 
 TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndErrorAtTheTarget) {
   const Point<frames::Ct> centre{{30, 30, 0}};
-  EXPECT_TRUE(decide(corners(0.5), LandmarkLimits{}, centre).accepted);
+  EXPECT_EQ(decide(corners(0.5), LandmarkLimits{}, centre).verdict(), Verdict::kAccept);
+  LandmarkLimits near;
+  near.warn_fre_rms_mm = 0.1;
+  const Decision warned = decide(corners(0.5), near, centre);
+  EXPECT_EQ(warned.verdict(), Verdict::kWarn);
+  ASSERT_EQ(warned.warnings.size(), 1U);
+  EXPECT_NE(warned.warnings[0].find("residual of the landmarks"), std::string::npos);
   const Decision apart = decide(corners(20), LandmarkLimits{}, centre);
   ASSERT_EQ(apart.reasons.size(), 2U);
   EXPECT_NE(apart.reasons[0].find("residual"), std::string::npos);
