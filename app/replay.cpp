@@ -194,6 +194,9 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   html.title = "Sonde: replay of " + config_.source.recording.filename().string();
   html.warning = placement_.kind != "registered" || !placement_.warnings.empty();
   html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
+  for (const std::string& warning : placement_.warnings) {
+    html.summary += " Accepted with a warning: " + warning + ".";
+  }
   const auto& files = out_.files();
   if (!animation_.empty()) {
     html.pictures.emplace_back("replay.webp",

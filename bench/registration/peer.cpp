@@ -41,20 +41,22 @@ std::string name_of(const ElastixEffort& effort) {
   return "elastix " + std::to_string(effort.iterations) + "x" + std::to_string(effort.resolutions);
 }
 
-std::string name_of(double patch_share) {
+std::string name_of(const LocalEffort& effort) {
   std::ostringstream name;
   name << "sonde local";
-  if (patch_share < 1) name << " x" << patch_share;
+  if (effort.patch_share < 1) name << " x" << effort.patch_share;
+  if (effort.picture_stride > 1) name << " 1/" << effort.picture_stride;
   return name.str();
 }
 
 /// Ours, everything from the images on included.
-void add_ours(const std::string& name, const ImageRegistrationOptions& options,
+void add_ours(const std::string& name, const ImageRegistrationOptions& options, int picture_stride,
               const Patient& patient, const RecordedSweep& recorded, double mm, const CtPose& start,
               Tallies& out) {
   CollectingDiagnostics diagnostics;
   const double begin = thread_time_s();
-  const auto sweep = registration::PreparedSweep::create(recorded.sweep, options, diagnostics);
+  const auto sweep = registration::PreparedSweep::create(every(picture_stride, recorded.sweep),
+                                                         options, diagnostics);
   if (!sweep) return out[{name, mm}].add({}, thread_time_s() - begin, 0);
   const auto ct = registration::PreparedCt::create(
       *patient.ct, options, registration::reachable_box(*sweep, start, options));
@@ -113,10 +115,8 @@ void add_ratio(const PeerOptions& options, PeerComparison& out) {
     return;
   }
   const auto row = find(name_of(*theirs));
-  std::vector<double> shares = options.patch_shares;
-  shares.push_back(1);
-  for (const double share : shares) {
-    const auto ours = find(name_of(share));
+  for (const LocalEffort& effort : options.local_efforts) {
+    const auto ours = find(name_of(effort));
     if (ours->right < ours->trials || !(ours->error_median_mm < row->error_median_mm)) continue;
     out.cpu_ratio = row->cpu_s / ours->cpu_s;
     out.solve_cpu_ratio = row->solve_cpu_s / ours->solve_cpu_s;
@@ -145,12 +145,11 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
     }
     for (const double mm : options.starts_mm) {
       const CtPose start = start_at(mm, patient.truth, recorded, patient.seed);
-      add_ours(name_of(1.0), options.local, patient, recorded, mm, start, tallies);
-      for (const double share : options.patch_shares) {
-        add_ours(name_of(share), with_patch_share(options.local, share), patient, recorded, mm,
-                 start, tallies);
+      for (const LocalEffort& effort : options.local_efforts) {
+        add_ours(name_of(effort), with_patch_share(options.local, effort.patch_share),
+                 effort.picture_stride, patient, recorded, mm, start, tallies);
       }
-      add_ours("sonde global", options.global, patient, recorded, mm, start, tallies);
+      add_ours("sonde global", options.global, 1, patient, recorded, mm, start, tallies);
       if (elastix) {
         add_theirs(options, *elastix, folder, patient, recorded, mm, start, tallies);
       }

@@ -13,16 +13,22 @@
 
 namespace nav::bench {
 
+/// A cheaper local registration: fewer patches on every level, and of the pictures only some.
+struct LocalEffort {
+  double patch_share = 1;  ///< Of the usual number, (0, 1]; each level has 50 at least.
+  int picture_stride = 1;  ///< Every so many-th, >= 1.
+};
+
 /// Which cases both sides get. The same images, the same starts, one thread.
 struct PeerOptions {
   std::uint64_t first_seed = 1;
   int patients = 2;
   std::vector<double> starts_mm{5, 10, 20, 40};
-  /// Cheapest first.
+  /// Cheapest first, as ours below.
   std::vector<ElastixEffort> efforts{
       {150, 2000, 1}, {150, 2000, 2}, {150, 2000, 3}, {500, 2000, 3}};
   registration::ImageRegistrationOptions local, global;
-  std::vector<double> patch_shares{0.25, 0.5};  ///< Of cheaper local ones, cheapest first.
+  std::vector<LocalEffort> local_efforts{{0.1, 4}, {0.25, 4}, {0.25, 1}, {0.5, 1}, {1, 1}};
 };
 
 /// One way to register, over all cases from one distance.

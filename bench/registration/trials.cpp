@@ -42,15 +42,6 @@ double predicted(const ImageRegistrationResult& result,
   return std::sqrt(sum / static_cast<double>(targets.size()));
 }
 
-/// Every stride-th picture of a sweep.
-Sweep every(int stride, const Sweep& sweep) {
-  std::vector<TrackedFrame> kept;
-  for (std::size_t i = 0; i < sweep.frames().size(); i += static_cast<std::size_t>(stride)) {
-    kept.push_back(sweep.frames()[i]);
-  }
-  return std::move(Sweep::create(std::move(kept), sweep.calibration_id())).value();
-}
-
 /// All trials of one sweep.
 class SweepTrials {
  public:
@@ -191,6 +182,14 @@ class SweepTrials {
 std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& store,
                                     std::uint64_t patient_seed, SweepPath path) {
   return SweepTrials(options, store, patient_seed, path).run();
+}
+
+Sweep every(int stride, const Sweep& sweep) {
+  std::vector<TrackedFrame> kept;
+  for (std::size_t i = 0; i < sweep.frames().size(); i += static_cast<std::size_t>(stride)) {
+    kept.push_back(sweep.frames()[i]);
+  }
+  return std::move(Sweep::create(std::move(kept), sweep.calibration_id())).value();
 }
 
 std::string csv_header() {

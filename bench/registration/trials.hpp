@@ -84,6 +84,9 @@ CohortResult run_cohort(const CohortOptions& options, CaseStore& store,
                         const std::function<void(double)>& progress = {},
                         const std::function<void(const std::vector<Trial>&)>& done = {});
 
+/// Every stride-th picture of a sweep; stride >= 1.
+Sweep every(int stride, const Sweep& sweep);
+
 /// Names of the columns of to_csv(), with the end of the line.
 std::string csv_header();
 /// One line for each trial with everything that is known of it.
