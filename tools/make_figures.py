@@ -420,6 +420,8 @@ that converges over {last["peer_ours"] or "ours"} at the nearest start:
 {number(last["cpu_ratio_elastix"])} with everything,
 {number(last["solve_cpu_ratio_elastix"])} without reading and preparation.
 
+x0.1: a tenth of the patches; 1/4: every fourth picture.
+
 {success_lines(report["peer"])}
 """
 
