@@ -129,9 +129,9 @@ Json json_of(const bench::Interaction& one) {
           {"cpu_ms", one.cpu_ms},
           {"wall_ms", one.wall_ms},
           {"fps", 1e3 / one.wall_ms},
-          {"half_cpu_ms", one.half_cpu_ms},
-          {"half_wall_ms", one.half_wall_ms},
-          {"progressive_fps", 1e3 / one.half_wall_ms}};
+          {"progressive_wall_ms", one.progressive_wall_ms},
+          {"progressive_fps", 1e3 / one.progressive_wall_ms},
+          {"refined_ms", one.refined_ms}};
 }
 
 Json json_of(const bench::CostTable& table) {
@@ -270,8 +270,9 @@ std::string live_text(const BenchRenderReport& report) {
   for (const auto& one : report.interaction) {
     out << one.scene << " at " << one.side << "^3, step " << one.step << ", pixel error "
         << one.pixel_error << ", rms " << std::setprecision(4) << one.rms << std::setprecision(1)
-        << ": " << 1e3 / one.wall_ms << " fps (" << one.cpu_ms << " process ms), half size "
-        << 1e3 / one.half_wall_ms << " fps.\n";
+        << ": " << 1e3 / one.wall_ms << " fps (" << one.cpu_ms << " process ms), progressive "
+        << 1e3 / one.progressive_wall_ms << " fps, whole " << one.refined_ms
+        << " ms after the last movement.\n";
   }
   return out.str();
 }

@@ -2,12 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/render_live.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <thread>
 
 #include "bench/moving_camera.hpp"
+#include "nav/time.hpp"
 #include "render/engine.hpp"
+#include "render/progressive.hpp"
 
 namespace nav::bench {
 namespace {
@@ -141,6 +145,32 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
   return EditCost{scene.ct->grid().size[0], median(prepare), median(frame)};
 }
 
+/// A user who moves the camera and then lets go of it, pictures as they are shown meanwhile.
+Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
+  constexpr int kLearning = 3;  // The first pictures are whole, or tell what coarse ones cost.
+  constexpr int kPictures = 23;
+  constexpr auto kRefresh = std::chrono::milliseconds(5);
+  const auto engine = render::make_cpu_engine();
+  render::ProgressiveRenderer renderer(*engine);
+  const MonotonicClock clock;
+  std::vector<double> wall_ms;
+  Timestamp moved{};
+  render::Scene now = scene;
+  for (int i = 0; i < kPictures; ++i) {
+    now = nudged(scene, i);
+    moved = clock.now();
+    if (const auto picture = renderer.draw(now, moved); !picture) return picture.error();
+    if (i >= kLearning) wall_ms.push_back(1e3 * to_seconds(clock.now() - moved));
+  }
+  while (renderer.wants_refinement()) {
+    std::this_thread::sleep_for(kRefresh);
+    if (const auto picture = renderer.draw(now, clock.now()); !picture) return picture.error();
+  }
+  found.progressive_wall_ms = median(wall_ms);
+  found.refined_ms = 1e3 * to_seconds(clock.now() - moved);
+  return {};
+}
+
 Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats) {
   constexpr double kRms = 1e-2;
   constexpr int kFactor = 5;  // Odd: the middles of the reference's pixels are middles of pixels.
@@ -180,20 +210,17 @@ Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& 
   found.pixel_error = fastest.pixel_error;
   render::Scene full = named.scene;
   full.quality = fastest;
-  render::Scene half = smaller(full, 2);
   render::Scene dense = named.scene;
   dense.quality.step_voxels = found.dense_step;
   std::vector<MovingCamera> cameras;
-  cameras.emplace_back(std::move(full));
-  cameras.emplace_back(std::move(half));
+  cameras.emplace_back(full);
   cameras.emplace_back(std::move(dense));
   const auto taken = time_scenes(cameras, repeats);
   if (!taken) return taken.error();
   found.cpu_ms = 1e3 * (*taken)[0].cpu_s;
   found.wall_ms = 1e3 * (*taken)[0].wall_s;
-  found.half_cpu_ms = 1e3 * (*taken)[1].cpu_s;
-  found.half_wall_ms = 1e3 * (*taken)[1].wall_s;
-  found.dense_wall_ms = 1e3 * (*taken)[2].wall_s;
+  found.dense_wall_ms = 1e3 * (*taken)[1].wall_s;
+  if (auto ok = move_and_stop(full, found); !ok) return ok.error();
   return found;
 }
 

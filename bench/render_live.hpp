@@ -68,7 +68,7 @@ struct EditCost {
 Result<EditCost> measure_edit(const render::Scene& scene, int edits);
 
 /// The camera moves: frames of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
-/// and of half that size at the same quality.
+/// and the same as render::ProgressiveRenderer draws it.
 struct Interaction {
   std::string scene;
   int side = 0;
@@ -79,8 +79,8 @@ struct Interaction {
   double dense_wall_ms = 0;
   double cpu_ms = 0;
   double wall_ms = 0;
-  double half_cpu_ms = 0;
-  double half_wall_ms = 0;
+  double progressive_wall_ms = 0;  ///< Median of the pictures on the way.
+  double refined_ms = 0;           ///< From the last movement to the whole picture, wall.
 };
 Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats);
 

@@ -229,7 +229,8 @@ def live_tables(report: dict) -> str:
                      f"{edit['prepare_ms']:.2f}"])
     motion = [[m["scene"], str(m["side"]), f"{m['step']:g}", f"{m['pixel_error']:g}",
                f"{m['rms']:.4f}", f"{m['cpu_ms']:.0f}", f"{m['wall_ms']:.0f}", f"{m['fps']:.1f}",
-               f"{m['progressive_fps']:.1f}", f"{m['dense_fps']:.1f}"]
+               f"{m['progressive_fps']:.1f}", number(m.get("refined_ms"), 0),
+               f"{m['dense_fps']:.1f}"]
               for m in report["interaction"]]
     text = f"""## Rendering: a live session
 
@@ -238,12 +239,12 @@ CPU engine; the demo's scene with plane, needle, target, path and cutaway.
 {table(["what", "found"], rows)}
 
 A moving camera about the simulated patient in a cube, shaded, 800 × 600, at the fastest step and pixel
-error whose rms is at most 0.01; progressive: half the width and height, same quality; all rays: at the
-coarsest step whose rms is at most 0.01 with a ray for every pixel. The cores are shared, so wall times
-are upper bounds.
+error whose rms is at most 0.01; progressive: as the progressive renderer draws it on the way, and how
+long after the last movement its whole picture is there; all rays: at the coarsest step whose rms is at
+most 0.01 with a ray for every pixel. The cores are shared, so wall times are upper bounds.
 
 {table(["scene", "side", "step", "pixel error", "rms", "cpu ms", "wall ms", "fps", "progressive fps",
-        "fps, all rays"], motion)}
+        "whole after, ms", "fps, all rays"], motion)}
 """
     costs = report.get("costs")
     if not costs:
