@@ -65,6 +65,19 @@ ProgressiveRenderer::ProgressiveRenderer(Engine& engine, const ProgressiveOption
   NAV_CHECK(options.coarse_pixel_error >= 0 && options.coarse_pixel_error <= 1,
             options.coarse_pixel_error);
   NAV_CHECK(options.coarse_factor >= 2 && options.coarse_factor <= 8, options.coarse_factor);
+  NAV_CHECK(options.largest_factor >= options.coarse_factor && options.largest_factor <= 8,
+            options.largest_factor);
+}
+
+/// The least that keeps to the budget, by what the last small picture took for each of its pixels.
+int ProgressiveRenderer::small_factor() const {
+  int factor = options_.coarse_factor;
+  const auto takes_s = [&] {
+    const double ratio = static_cast<double>(drawn_factor_) / factor;
+    return small_s_ * ratio * ratio;
+  };
+  while (factor < options_.largest_factor && takes_s() > options_.budget_s) ++factor;
+  return factor;
 }
 
 double& ProgressiveRenderer::cost_of(const Scene& scene) {
@@ -83,9 +96,8 @@ bool ProgressiveRenderer::may_be_coarse(const Scene& scene, Timestamp now) {
 
 Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scene, Timestamp now) {
   const bool coarse = may_be_coarse(scene, now);
-  const auto fewer = [&](int n) {
-    return (n + options_.coarse_factor - 1) / options_.coarse_factor;
-  };
+  const int factor = small_factor();
+  const auto fewer = [&](int n) { return (n + factor - 1) / factor; };
   Scene wanted = scene;
   double& whole_s = cost_of(scene);
   double& pixel_error = wanted.quality.pixel_error;
@@ -102,6 +114,10 @@ Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scen
   if (!image) return image.error();
   if (!coarse) whole_s = image->statistics.cast_s;
   if (coarse && !small && anew) sparse_share_ = image->statistics.cast_s / whole_s;
+  if (small && anew) {
+    small_s_ = image->statistics.cast_s;
+    drawn_factor_ = factor;
+  }
   last_ = scene;
   drawn_ = std::move(wanted);
   refined_ = !coarse;

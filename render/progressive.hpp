@@ -18,6 +18,8 @@ struct ProgressiveOptions {
   double coarse_pixel_error = 0.1;
   /// Where that is not enough, they have 1 / this of the pixels per side, in [2, 8].
   int coarse_factor = 2;
+  /// And where that takes longer than the budget, down to 1 / this, in [coarse_factor, 8].
+  int largest_factor = 4;
   double refine_after_s = 0.1;  ///< Without a change of anything but ultrasound pixels; >= 0.
 };
 
@@ -42,6 +44,7 @@ class ProgressiveRenderer {
  private:
   [[nodiscard]] bool may_be_coarse(const Scene& scene, Timestamp now);
   [[nodiscard]] double& cost_of(const Scene& scene);
+  [[nodiscard]] int small_factor() const;
 
   Engine& engine_;
   ProgressiveOptions options_;
@@ -52,6 +55,9 @@ class ProgressiveRenderer {
   /// What the last whole picture took, by how much it differed from the picture before.
   std::array<double, 4> cost_s_{};
   double sparse_share_ = 0;  ///< Of that, what fewer rays took; 0: not known.
+  /// What the last picture with fewer pixels took, and 1 / its pixels per side.
+  double small_s_ = 0;
+  int drawn_factor_ = 1;
 };
 
 /// A picture drawn with fewer pixels, brought to the size of the scene: bilinear between the places

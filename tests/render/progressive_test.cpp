@@ -84,8 +84,26 @@ TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullOnceStill) {
   EXPECT_EQ(engine_.asked_pixel_error, 0);
   EXPECT_FALSE(progressive_.wants_refinement());
   turn();
-  EXPECT_FALSE(draw(0.2));  // Nor would they be now.
-  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+  EXPECT_FALSE(draw(0.2));  // Nor would they be now, and half of the pixels a side took 0.1 s.
+  EXPECT_EQ(engine_.asked, std::make_pair(21, 16));
+}
+
+TEST_F(ProgressiveTest, GivesUpNoMorePixelsThanTheBudgetAsksFor) {
+  scene_.quality.pixel_error = 0.2;
+  engine_.sparse_s = 0.3;
+  EXPECT_TRUE(draw(0));
+  const auto next = [&](double takes_s) {
+    engine_.sparse_s = takes_s;
+    turn();
+    EXPECT_FALSE(draw(0.03));
+    return engine_.asked;
+  };
+  const auto half = std::make_pair(41, 31), third = std::make_pair(27, 21);
+  EXPECT_EQ(next(0.06), half);
+  EXPECT_EQ(next(0.027), third);                 // 0.06 s of a half are 0.027 s of a third.
+  EXPECT_EQ(next(0.012), third);                 // A half would take 0.06 s again.
+  EXPECT_EQ(next(0.5), half);                    // It would take 0.027 s now.
+  EXPECT_EQ(next(0.5), std::make_pair(21, 16));  // No fewer than a quarter a side.
 }
 
 TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
