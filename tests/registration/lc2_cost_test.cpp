@@ -73,10 +73,10 @@ TEST_P(Lc2CostLossTest, GradientMatchesCentralDifferencesInCt) {
 INSTANTIATE_TEST_SUITE_P(Losses, Lc2CostLossTest,
                          testing::Values(PatchLoss::kNone, PatchLoss::kCauchy,
                                          PatchLoss::kGemanMcClure),
-                         [](const auto& info) {
-                           return info.param == PatchLoss::kGemanMcClure
+                         [](const auto& tested) {
+                           return tested.param == PatchLoss::kGemanMcClure
                                       ? std::string("geman_mcclure")
-                                      : std::string(to_string(info.param));
+                                      : std::string(to_string(tested.param));
                          });
 
 TEST(Lc2CostTest, ALossIsOfEveryPatchAndStaysOnOtherPatches) {
