@@ -82,11 +82,7 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
 Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
              const Point<frames::Ct>& target, const Volume* ct) {
   const auto& fit = outcome.fit;
-  Json json;
-  json["accepted"] = decision.accepted;
-  json["verdict"] = registration::to_string(decision.verdict());
-  json["reasons"] = decision.reasons;
-  json["warnings"] = decision.warnings;
+  Json json = json_of(decision);
   json["fre_rms_mm"] = fit.fre_rms_mm;
   json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
   json["sigma_scale"] = json_number(fit.sigma_scale);

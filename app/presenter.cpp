@@ -107,10 +107,10 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
 }
 
 void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
-  warning_ = warnings.empty() ? "" : "registration warned: " + warnings.front();
-  if (warnings.size() > 1) {
-    warning_ = "registration warned (" + std::to_string(warnings.size()) + "): " + warnings.front();
-  }
+  warning_.clear();
+  if (warnings.empty()) return;
+  const std::string count = warnings.size() > 1 ? " (" + std::to_string(warnings.size()) + ")" : "";
+  warning_ = "registration warned" + count + ": " + warnings.front();
 }
 
 Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {

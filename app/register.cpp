@@ -163,37 +163,33 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   return {};
 }
 
-/// The value of an option that is one of a few words.
+/// The value of an option whose name, by to_string(), was given.
 template <class T>
 Result<T> one_of(const std::string& option, const std::string& found,
-                 std::initializer_list<std::pair<const char*, T>> words) {
+                 std::initializer_list<T> values) {
   std::string expected;
-  for (const auto& [word, value] : words) {
-    if (found == word) return value;
-    expected += (expected.empty() ? "" : ", ") + std::string(word);
+  for (const T value : values) {
+    const std::string name = to_string(value);
+    if (found == name) return value;
+    expected += (expected.empty() ? "" : ", ") + name;
   }
   return Error{ErrorCode::kUsage, option + ": expected one of " + expected + ", found " + found};
 }
 
 Result<void> choose_similarity(const RegisterOptions& options,
                                registration::ImageRegistrationOptions& solver) {
+  using enum registration::Similarity;
   using registration::PatchLoss;
-  using registration::Similarity;
   using registration::StretchModel;
-  const auto similarity = one_of<Similarity>("--similarity", options.similarity,
-                                             {{"lc2", Similarity::kLc2},
-                                              {"ncc", Similarity::kNcc},
-                                              {"mi", Similarity::kMutualInformation}});
+  const auto similarity =
+      one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
   if (!similarity) return similarity.error();
-  const auto loss = one_of<PatchLoss>("--loss", options.loss,
-                                      {{"none", PatchLoss::kNone},
-                                       {"cauchy", PatchLoss::kCauchy},
-                                       {"geman-mcclure", PatchLoss::kGemanMcClure}});
+  const auto loss = one_of("--loss", options.loss,
+                           {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
   if (!loss) return loss.error();
-  const auto stretch = one_of<StretchModel>("--stretch", options.stretch,
-                                            {{"none", StretchModel::kNone},
-                                             {"sound-speed", StretchModel::kSoundSpeed},
-                                             {"affine", StretchModel::kAffine}});
+  const auto stretch =
+      one_of("--stretch", options.stretch,
+             {StretchModel::kNone, StretchModel::kSoundSpeed, StretchModel::kAffine});
   if (!stretch) return stretch.error();
   solver.similarity = *similarity;
   solver.loss.kind = *loss;

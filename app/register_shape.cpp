@@ -75,11 +75,7 @@ Result<registration::ShapeRegistration> register_shape_files(
 
 Json json_of(const registration::ShapeRegistration& result, const registration::Decision& decision,
              const Point<frames::Ct>& target) {
-  Json json;
-  json["accepted"] = decision.accepted;
-  json["verdict"] = registration::to_string(decision.verdict());
-  json["reasons"] = decision.reasons;
-  json["warnings"] = decision.warnings;
+  Json json = json_of(decision);
   json["points"] = result.points;
   json["trimmed"] = result.trimmed;
   json["distance_before"] = json_of(result.before);

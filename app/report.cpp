@@ -74,13 +74,16 @@ void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diag
   }
 }
 
+Json json_of(const registration::Decision& decision) {
+  return {{"accepted", decision.accepted},
+          {"verdict", registration::to_string(decision.verdict())},
+          {"reasons", decision.reasons},
+          {"warnings", decision.warnings}};
+}
+
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target) {
-  Json json;
-  json["accepted"] = decision.accepted;
-  json["verdict"] = registration::to_string(decision.verdict());
-  json["reasons"] = decision.reasons;
-  json["warnings"] = decision.warnings;
+  Json json = json_of(decision);
   json["iterations"] = result.iterations;
   json["seconds"] = result.total_s;
   json["termination"] = registration::to_string(result.termination);

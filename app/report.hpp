@@ -17,6 +17,7 @@
 namespace nav::app {
 
 Json json_of(const tracking::FrameLedger& ledger);
+Json json_of(const registration::Decision& decision);
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target);
 Json json_of(const std::vector<DiagnosticEntry>& entries);

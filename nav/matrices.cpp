@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "nav/check.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Of the cosine: where a sum of opposite directions has lost half of its digits.
+// Length of the sum of two unit vectors: there it has lost half of its digits.
 constexpr double kNearlyOpposite = 1e-8;
 
 }  // namespace
@@ -37,7 +38,14 @@ SingularValues singular_values(const Eigen::Matrix3d& m) {
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
-Matrix6d symmetric_inverse(const Matrix6d& m) { return m.ldlt().solve(Matrix6d::Identity()); }
+Matrix6d symmetric_inverse(const Matrix6d& m) {
+  const auto factors = m.ldlt();
+  // solve() takes 0 for what such a pivot leaves free: a covariance would be too sure of it.
+  if ((factors.vectorD().array() == 0).any()) {
+    return Matrix6d::Constant(std::numeric_limits<double>::infinity());
+  }
+  return factors.solve(Matrix6d::Identity());
+}
 
 Vector6d symmetric_solve(const Matrix6d& m, const Vector6d& b) { return m.ldlt().solve(b); }
 
@@ -56,6 +64,13 @@ Eigen::Vector3d extents(const Eigen::Matrix3Xd& points) {
 Eigen::Matrix3d nearest_orthogonal(const Eigen::Matrix3d& m) {
   const SingularValues svd = singular_values(m);
   return svd.u * svd.v.transpose();
+}
+
+BestRotation best_rotation(const Eigen::Matrix3d& m) {
+  const SingularValues svd = singular_values(m);
+  Eigen::Vector3d sign(1, 1, 1);
+  if ((svd.u * svd.v.transpose()).determinant() < 0) sign[2] = -1;
+  return {svd.u * sign.asDiagonal() * svd.v.transpose(), sign[2] < 0 ? 2 * svd.values[2] : 0.0};
 }
 
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -83,10 +98,8 @@ Eigen::Matrix4d rigid_fit(const Eigen::Ref<const Eigen::Matrix3Xd>& from,
   for (Eigen::Index i = 0; i < from.cols(); ++i) {
     together += (to.col(i) - to_mean) * (from.col(i) - from_mean).transpose();
   }
-  const SingularValues svd = singular_values(together);
-  const double sign = (svd.u * svd.v.transpose()).determinant() < 0 ? -1 : 1;
   Eigen::Matrix4d out = Eigen::Matrix4d::Identity();
-  out.topLeftCorner<3, 3>() = svd.u * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.v.transpose();
+  out.topLeftCorner<3, 3>() = best_rotation(together).rotation;
   out.topRightCorner<3, 1>() = to_mean - out.topLeftCorner<3, 3>() * from_mean;
   return out;
 }

@@ -29,9 +29,9 @@ struct SingularValues {
 };
 SingularValues singular_values(const Eigen::Matrix3d& m);
 
-/// Inverse of a symmetric matrix by LDLᵀ; not finite where it is singular.
+/// Inverse of a symmetric matrix by LDLᵀ; infinite where a pivot is 0.
 Eigen::Matrix<double, 6, 6> symmetric_inverse(const Eigen::Matrix<double, 6, 6>& m);
-/// x with m x = b, m symmetric, in the same way.
+/// x with m x = b, m symmetric, by LDLᵀ; what a pivot of 0 leaves free is 0.
 Eigen::Matrix<double, 6, 1> symmetric_solve(const Eigen::Matrix<double, 6, 6>& m,
                                             const Eigen::Matrix<double, 6, 1>& b);
 
@@ -41,6 +41,14 @@ Eigen::Vector3d extents(const Eigen::Matrix3Xd& points);
 
 /// Orthogonal matrix nearest to m in Frobenius' norm; a reflection when m is one.
 Eigen::Matrix3d nearest_orthogonal(const Eigen::Matrix3d& m);
+
+/// Rotation R with the greatest trace of Rᵀm (Umeyama 1991, equation 40). m must not be NaN.
+struct BestRotation {
+  Eigen::Matrix3d rotation;
+  /// By how much a reflection's trace would be greater; 0 where none would be.
+  double reflection_gain;
+};
+BestRotation best_rotation(const Eigen::Matrix3d& m);
 
 /// Shortest rotation from one direction to another, neither zero; about some axis at right angles
 /// when they are opposite.

@@ -119,7 +119,7 @@ Decision Judge::decision() && {
 }
 
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
-                const Point<frames::Ct>& target, const WarningLimits& warnings) {
+                const Point<frames::Ct>& target, const AcceptanceLimits& warnings) {
   const auto ok = validate(limits);
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
@@ -156,12 +156,12 @@ double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames:
 }
 
 Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
-                const Point<frames::Ct>& target) {
+                const Point<frames::Ct>& target, const LandmarkLimits& warnings) {
   Judge judge;
   judge.at_most("residual of the landmarks, RMS", fit.fre_rms_mm, limits.max_fre_rms_mm,
-                limits.warn_fre_rms_mm, " mm");
+                warnings.max_fre_rms_mm, " mm");
   judge.at_most("predicted error at the target", predicted_tre_rms_mm(fit, target),
-                limits.max_tre_rms_mm, limits.warn_tre_rms_mm, " mm");
+                limits.max_tre_rms_mm, warnings.max_tre_rms_mm, " mm");
   return std::move(judge).decision();
 }
 

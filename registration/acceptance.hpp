@@ -34,20 +34,18 @@ struct AcceptanceLimits {
 Result<void> validate(const AcceptanceLimits& limits);
 
 /// From where on a result that is accepted is accepted with a warning: between here and its limit;
-/// a warning beyond its limit never comes. Inclusive on the clear side. Those of cost, score,
-/// disagreements and predicted error were chosen on the development seeds, simulated patients all
-/// of them, where 3 to 7 % of the accepted results are warned of (docs/registration.md); the others
-/// say what nothing there came near.
-struct WarningLimits {
-  double min_overlap = 0.8;                  ///< Fraction of the ultrasound inside the CT, [0, 1].
-  double min_z_score = 5;                    ///< Against random poses, first level.
-  double max_cost = 0.28;                    ///< Of the result on the finest level, (0, 1].
-  double min_margin = 0.3;                   ///< To another minimum, where one was found.
-  double max_tre_rms_mm = 0.5;               ///< Predicted at the target, > 0.
-  double max_split_disagreement_mm = 0.5;    ///< Odd against even pictures, > 0.
-  double max_halves_disagreement_mm = 1.25;  ///< First against second half, > 0.
-  double max_stretch = 0.008;                ///< Strain or depth factor off one, > 0.
-};
+/// a warning beyond its limit never comes. Those of cost, score, disagreements and predicted error
+/// were chosen on the development seeds, simulated patients all of them, where 4 to 8 % of the
+/// accepted results are warned of (docs/registration.md); the others say what nothing there came
+/// near.
+inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
+                                                 .min_z_score = 5,
+                                                 .max_cost = 0.28,
+                                                 .min_margin = 0.3,
+                                                 .max_tre_rms_mm = 0.5,
+                                                 .max_split_disagreement_mm = 0.5,
+                                                 .max_halves_disagreement_mm = 1.25,
+                                                 .max_stretch = 0.008};
 
 enum class Verdict { kAccept, kWarn, kRefuse };
 /// "accept", "warn", "refuse".
@@ -96,17 +94,15 @@ class Judge {
 /// Judges a result for use at a target. A value that is not finite never passes. Limits out of
 /// range are a Bug: validate() them first. Warnings change nothing of what is refused.
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
-                const Point<frames::Ct>& target, const WarningLimits& warnings = {});
+                const Point<frames::Ct>& target, const AcceptanceLimits& warnings = kWarningLimits);
 
 /// What a registration by landmarks must show. Inclusive. A fit of swapped or misplaced pairs has
-/// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres. What is
-/// between a warning and its limit is warned of.
+/// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres.
 struct LandmarkLimits {
   double max_fre_rms_mm = 5;  ///< Residual of the pairs, > 0.
   double max_tre_rms_mm = 2;  ///< Predicted at the target, > 0.
-  double warn_fre_rms_mm = 3;
-  double warn_tre_rms_mm = 1;
 };
+inline constexpr LandmarkLimits kLandmarkWarnings{.max_fre_rms_mm = 3, .max_tre_rms_mm = 1};
 
 /// Predicted error at a target, mm RMS: from the given sigmas, or from the residuals where these
 /// say that the sigmas were too small.
@@ -114,6 +110,7 @@ double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames:
 
 /// Judges a fit for use at a target. A value that is not finite never passes.
 Decision decide(const LandmarkRegistration& fit, const LandmarkLimits& limits,
-                const Point<frames::Ct>& target);
+                const Point<frames::Ct>& target,
+                const LandmarkLimits& warnings = kLandmarkWarnings);
 
 }  // namespace nav::registration

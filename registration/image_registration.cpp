@@ -110,6 +110,10 @@ class Registrar {
                         double tolerance);
   PoseSolution solve_where_structured(const Level& level, const Pose& start);
   [[nodiscard]] bool finest(const Level& level) const { return &level == &levels_.back(); }
+  /// What a solve on these patches makes least: on the finest level with the loss.
+  [[nodiscard]] Lc2Cost solved_cost(const Level& level, const PatchSet& patches) const {
+    return level.cost.on(patches).robust(finest(level) ? options_.loss : RobustLoss{});
+  }
   [[nodiscard]] PatchSet structured(const Level& level, const Pose& pose,
                                     const PatchSet& patches) const;
   void drop_duplicates(std::size_t keep);
@@ -176,8 +180,7 @@ PoseSolution Registrar::solve(const Level& level, const Pose& start) {
 
 PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, const Pose& start,
                                  double tolerance) {
-  const Lc2Cost cost = level.cost.on(patches);
-  return solve_pose(finest(level) ? cost.robust(options_.loss) : cost, start, points_.centroid,
+  return solve_pose(solved_cost(level, patches), start, points_.centroid,
                     {options_.max_iterations, tolerance}, [this] { return keep_going(); });
 }
 
@@ -269,9 +272,9 @@ void Registrar::stretch(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
   const PatchSet patches = structured(level, best.solution.pose, level.patches());
-  StretchSolution found = solve_stretch(level.cost.on(patches).robust(options_.loss),
-                                        best.solution.pose, points_.centroid, options_.stretch,
-                                        options_.max_iterations, [this] { return keep_going(); });
+  StretchSolution found =
+      solve_stretch(solved_cost(level, patches), best.solution.pose, points_.centroid,
+                    options_.stretch, options_.max_iterations, [this] { return keep_going(); });
   non_finite_ = std::max(non_finite_, found.pose.non_finite);
   found.pose.iterations += iterations;
   found.pose.final_cost =
@@ -286,9 +289,8 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
   const PatchSet patches = stretched(structured(finest, pose, finest.patches()), stretch_);
-  const LocalShape shape =
-      local_shape(finest.cost.on(patches).robust(options_.loss), pose, pose * points_.centroid,
-                  0.25 * finest.prepared.options.sample_step_mm);
+  const LocalShape shape = local_shape(solved_cost(finest, patches), pose, pose * points_.centroid,
+                                       0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =
       sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
   ImageRegistrationResult result{

@@ -54,6 +54,9 @@ enum class StretchModel {
   kAffine,      ///< Six strains about the sweep's centroid.
 };
 
+/// Stable lower-case name: "none", "sound-speed", "affine".
+const char* to_string(StretchModel model);
+
 /// What a StretchModel found.
 struct Stretch {
   double depth_scale = 1;                            ///< True depth over the picture's.

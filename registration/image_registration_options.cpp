@@ -95,6 +95,18 @@ const char* to_string(Similarity similarity) {
   return "lc2";
 }
 
+const char* to_string(StretchModel model) {
+  switch (model) {
+    case StretchModel::kNone:
+      return "none";
+    case StretchModel::kSoundSpeed:
+      return "sound-speed";
+    case StretchModel::kAffine:
+      return "affine";
+  }
+  return "none";
+}
+
 const char* to_string(Termination termination) {
   switch (termination) {
     case Termination::kConverged:

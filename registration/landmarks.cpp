@@ -99,16 +99,12 @@ Fit fit(const PointSets& sets) {
   const Eigen::Matrix3Xd a = sets.reference.colwise() - reference_mean;
   const Eigen::Matrix3Xd b = sets.ct.colwise() - ct_mean;
   const Eigen::Matrix3d covariance = b * sets.weights.asDiagonal() * a.transpose();
-  const SingularValues svd = singular_values(covariance);
-  Eigen::Vector3d sign(1, 1, 1);
-  if ((svd.u * svd.v.transpose()).determinant() < 0) sign[2] = -1;
-  const Eigen::Matrix3d r = svd.u * sign.asDiagonal() * svd.v.transpose();
+  const auto [r, reflection_gain] = best_rotation(covariance);
   const Eigen::Quaterniond q = Eigen::Quaterniond(r).normalized();
   const Pose pose(q, ct_mean - q * reference_mean);
   const Eigen::Matrix3Xd rest = b - r * a;
   const double chi2 = rest.colwise().squaredNorm() * sets.weights;
-  const double gain = sign[2] < 0 ? 4 * svd.values[2] : 0.0;
-  return {pose, chi2, std::max(chi2 - gain, 0.0)};
+  return {pose, chi2, std::max(chi2 - 2 * reflection_gain, 0.0)};
 }
 
 double distance_mm(const Pose& pose, const LandmarkPair& pair) {

@@ -258,20 +258,20 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
 }
 
 Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
-                const Point<frames::Ct>& target) {
+                const Point<frames::Ct>& target, const ShapeLimits& warnings) {
   Judge judge;
   for (const SlidingDirection& one : result.sliding) {
     judge.refuse("the shape does not determine the " + one.description);
   }
   judge.at_most("mean distance of the points", result.after.mean_mm, limits.max_mean_mm,
-                limits.warn_mean_mm, " mm");
+                warnings.max_mean_mm, " mm");
   if (result.margin) {
     judge.at_least("margin to another minimum", *result.margin, limits.min_margin,
-                   limits.warn_margin);
+                   warnings.min_margin);
   }
   if (result.sliding.empty()) {
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
-                  limits.warn_tre_rms_mm, " mm RMS");
+                  warnings.max_tre_rms_mm, " mm RMS");
   }
   if (!result.converged) judge.refuse("the solver did not converge");
   return std::move(judge).decision();

@@ -85,20 +85,18 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
                                           const ShapeRegistrationOptions& options = {},
                                           const std::function<bool()>& keep_going = {});
 
-/// What laying onto a shape must show. Inclusive. What is between a warning and its limit is warned
-/// of.
+/// What laying onto a shape must show. Inclusive.
 struct ShapeLimits {
   double max_mean_mm = 3;     ///< Of the distances of all points, > 0.
   double min_margin = 0.15;   ///< To another minimum, where one was found.
   double max_tre_rms_mm = 2;  ///< Predicted at the target, > 0.
-  double warn_mean_mm = 2.5;
-  double warn_margin = 0.3;
-  double warn_tre_rms_mm = 1;
 };
+inline constexpr ShapeLimits kShapeWarnings{
+    .max_mean_mm = 2.5, .min_margin = 0.3, .max_tre_rms_mm = 1};
 
 /// Judges a result for use at a target. A value that is not finite never passes; every sliding
 /// direction is a reason to refuse, named.
 Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
-                const Point<frames::Ct>& target);
+                const Point<frames::Ct>& target, const ShapeLimits& warnings = kShapeWarnings);
 
 }  // namespace nav::registration

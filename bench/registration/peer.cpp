@@ -54,9 +54,9 @@ void add_ours(const std::string& name, const ImageRegistrationOptions& options, 
               const Patient& patient, const RecordedSweep& recorded, double mm, const CtPose& start,
               Tallies& out) {
   CollectingDiagnostics diagnostics;
+  const Sweep pictures = every(picture_stride, recorded.sweep);
   const double begin = thread_time_s();
-  const auto sweep = registration::PreparedSweep::create(every(picture_stride, recorded.sweep),
-                                                         options, diagnostics);
+  const auto sweep = registration::PreparedSweep::create(pictures, options, diagnostics);
   if (!sweep) return out[{name, mm}].add({}, thread_time_s() - begin, 0);
   const auto ct = registration::PreparedCt::create(
       *patient.ct, options, registration::reachable_box(*sweep, start, options));

@@ -193,9 +193,9 @@ Sweep every(int stride, const Sweep& sweep) {
 }
 
 std::string csv_header() {
-  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,predicted_"
-         "mm,"
-         "covered,solve_cpu_s,sweep_cpu_s,z_score,cost,overlap,split_mm,halves_mm,margin,reason\n";
+  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,"
+         "predicted_mm,covered,solve_cpu_s,sweep_cpu_s,z_score,cost,overlap,split_mm,halves_mm,"
+         "margin,reason\n";
 }
 
 std::string to_csv(const std::vector<Trial>& trials) {

@@ -72,6 +72,33 @@ TEST(MatricesTest, RigidFitFindsAPlantedMotion) {
   EXPECT_LT((fit.topRightCorner<3, 1>() - Vector3d(5, -6, 7)).norm(), 1e-12);
 }
 
+TEST(MatricesTest, SymmetricInverseAndSolveUndoAMatrixAndASingularOneIsInfinite) {
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  Vector6d values;
+  values << 1, 2, 3, 40, 500, 6000;
+  Matrix6d m = values.asDiagonal();
+  m(0, 5) = m(5, 0) = 20;
+  EXPECT_LT((symmetric_inverse(m) * m - Matrix6d::Identity()).norm(), 1e-12);
+  EXPECT_LT((symmetric_solve(m, m * values) - values).norm(), 1e-13 * values.norm());
+  m.row(2).setZero();
+  m.col(2).setZero();
+  EXPECT_FALSE(symmetric_inverse(m).allFinite());
+  EXPECT_TRUE(symmetric_solve(m, values).allFinite());
+}
+
+TEST(MatricesTest, BestRotationIsNoReflectionAndSaysWhatOneWouldGain) {
+  const Matrix3d planted = turn() * Matrix3d(Vector3d(3, 2, 1).asDiagonal());
+  EXPECT_LT((best_rotation(planted).rotation - turn()).norm(), 1e-13);
+  EXPECT_EQ(best_rotation(planted).reflection_gain, 0);
+  const Matrix3d mirrored = turn() * Matrix3d(Vector3d(3, 2, -1).asDiagonal());
+  const auto found = best_rotation(mirrored);
+  EXPECT_NEAR(found.rotation.determinant(), 1, 1e-13);
+  const double gain = (nearest_orthogonal(mirrored).transpose() * mirrored).trace() -
+                      (found.rotation.transpose() * mirrored).trace();
+  EXPECT_NEAR(found.reflection_gain, gain, 1e-13);
+}
+
 TEST(MatricesTest, NanStaysNan) {
   Matrix3d m = Matrix3d::Identity();
   m(1, 0) = std::numeric_limits<double>::quiet_NaN();

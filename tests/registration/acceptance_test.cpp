@@ -179,8 +179,8 @@ TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndErrorAtTheTarget) {
   const Point<frames::Ct> centre{{30, 30, 0}};
   EXPECT_EQ(decide(corners(0.5), LandmarkLimits{}, centre).verdict(), Verdict::kAccept);
   LandmarkLimits near;
-  near.warn_fre_rms_mm = 0.1;
-  const Decision warned = decide(corners(0.5), near, centre);
+  near.max_fre_rms_mm = 0.1;
+  const Decision warned = decide(corners(0.5), LandmarkLimits{}, centre, near);
   EXPECT_EQ(warned.verdict(), Verdict::kWarn);
   ASSERT_EQ(warned.warnings.size(), 1U);
   EXPECT_NE(warned.warnings[0].find("residual of the landmarks"), std::string::npos);
