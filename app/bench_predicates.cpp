@@ -43,6 +43,7 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"importance_edit_ms", row.edit_ms},
                     {"set_edit_ms", row.set_edit_ms},
                     {"set_edit_wall_ms", row.set_edit_wall_ms},
+                    {"set_edit_whole_ms", row.set_edit_whole_ms},
                     {"settle_ms", row.settle_ms}});
   }
   return {{"device", report.device},
@@ -71,6 +72,7 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
             {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
             {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
+            {"gl_worst_set_edit_wall_ms", of_gl(&Gl::worst_set_edit_wall_ms)},
             {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)}}}};
 }
 

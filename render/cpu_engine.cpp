@@ -90,7 +90,7 @@ class CpuEngine final : public Engine {
     }
     const CutPlan cutaway(cut_objects(scene, large_meshes));
     const bool fades = large_meshes || !cutaway.empty();
-    if (scene.predicates && scene.projection == Projection::kComposite) {
+    if (drawn_by_predicates(scene)) {
       return cast_predicates(scene, cutaway, start);
     }
     cache_.update(scene, fades, options_.threads);

@@ -119,13 +119,16 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   } else {
     lattice_.release();
   }
+  const int compiled = programs_.compiled();
   auto program = programs_.get(features);
   if (!program) return program.error();
+  const bool first = programs_.compiled() > compiled;
   (*program)->use();
   set_uniforms(**program, features, scene, textures_, depth);
   bind_textures(depth, features.projection != Projection::kComposite);
   if (features.predicates) bind_predicates(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
+  if (first) draw_one_pixel();
   GlProgram* means = nullptr;
   if (sparse) {
     const GlFeatures of_means = means_features(features);
@@ -376,6 +379,14 @@ void GlRaycaster::release_targets() {
     if (*framebuffer != 0) glDeleteFramebuffers(1, framebuffer);
     *framebuffer = 0;
   }
+}
+
+/// Drivers translate a program when they first draw with it: no part of what rays take.
+void GlRaycaster::draw_one_pixel() {
+  write_everything();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, 1, 1);
+  draw_triangle();
 }
 
 void GlRaycaster::draw_triangle() {

@@ -45,6 +45,8 @@ class GlRaycaster {
   /// What the last picture cost; reads the number of samples back from the device.
   /// All zero when no ray was cast.
   [[nodiscard]] RenderStatistics statistics() const;
+  /// Of these, what its rays took; reads nothing back.
+  [[nodiscard]] double cast_s() const { return statistics_.cast_s; }
 
   /// Programs compiled and textures sent since the beginning, for tests.
   [[nodiscard]] int compiled() const { return programs_.compiled(); }
@@ -101,6 +103,7 @@ class GlRaycaster {
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : targets_.front; }
   void release_targets();
+  void draw_one_pixel();
   void draw_triangle();
 
   GlProgramCache programs_;

@@ -59,11 +59,6 @@ struct GlUploads {
   int pictures = 0;
 };
 
-/// The volume is classified by predicates, and by no transfer function.
-inline bool drawn_by_predicates(const Scene& scene) {
-  return scene.predicates && scene.projection == Projection::kComposite;
-}
-
 /// What the scenes need on the device, sent again only when it is another object or has other
 /// values. Keeps a share of what it has sent, so an address cannot come to mean something else.
 class GlTextures {

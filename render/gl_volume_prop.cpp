@@ -14,6 +14,7 @@
 #include <vtkRenderer.h>
 
 #include "render/gl_volume_prop.hpp"
+#include "render/refinement.hpp"
 #include "render/vtk_convert.hpp"
 
 namespace nav::render {
@@ -94,10 +95,10 @@ int GlVolumeProp::RenderVolumetricGeometry(vtkViewport* viewport) {
   if (at[2] < 1 || at[3] < 1) return 0;
   Scene scene = *scene_;
   const auto depth = depth_of_others(*renderer, at);
-  const int factor = depth ? 1 : coarse_factor_;
-  scene.width = (at[2] + factor - 1) / factor;
-  scene.height = (at[3] + factor - 1) / factor;
-  outcome_ = raycaster_.draw(scene, depth);
+  drawn_factor_ = depth ? 1 : coarse_factor_;
+  scene.width = at[2];
+  scene.height = at[3];
+  outcome_ = raycaster_.draw(with_fewer_pixels(std::move(scene), drawn_factor_), depth);
   if (outcome_) outcome_ = raycaster_.composite(at);
   return outcome_ ? 1 : 0;
 }
@@ -124,14 +125,15 @@ SceneView::~SceneView() {
   window_.RemoveRenderer(renderer_);
 }
 
-Result<void> SceneView::draw(std::shared_ptr<const Scene> scene, int coarse_factor) {
+Result<SceneView::Drawn> SceneView::draw(std::shared_ptr<const Scene> scene, int coarse_factor) {
   apply(scene->camera, *renderer_->GetActiveCamera());
   const Eigen::Vector3d& background = scene->background_rgb;
   renderer_->SetBackground(background.x(), background.y(), background.z());
   prop_->set_scene(std::move(scene), coarse_factor);
   renderer_->ResetCameraClippingRange();
   window_.Render();
-  return prop_->outcome();
+  if (!prop_->outcome()) return prop_->outcome().error();
+  return Drawn{raycaster().cast_s(), prop_->drawn_factor()};
 }
 
 }  // namespace nav::render

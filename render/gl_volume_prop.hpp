@@ -31,6 +31,8 @@ class GlVolumeProp final : public vtkProp3D {
       void set_scene(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
   /// Outcome of the last drawing.
   [[nodiscard]] const Result<void>& outcome() const { return outcome_; }
+  /// 1 / the pixels per side that it had.
+  [[nodiscard]] int drawn_factor() const { return drawn_factor_; }
   [[nodiscard]] GlRaycaster& raycaster() { return raycaster_; }
 
   double* GetBounds() override;
@@ -46,6 +48,7 @@ class GlVolumeProp final : public vtkProp3D {
 
   std::shared_ptr<const Scene> scene_;
   int coarse_factor_ = 1;
+  int drawn_factor_ = 1;
   GlRaycaster raycaster_;
   GlTexture depth_;
   Result<void> outcome_;
@@ -61,9 +64,14 @@ class SceneView {
   ~SceneView();
   SceneView(const SceneView&) = delete;
   SceneView& operator=(const SceneView&) = delete;
+  /// How a scene was drawn.
+  struct Drawn {
+    double cast_s;  ///< What its rays took.
+    int factor;     ///< 1 / the pixels per side that it had.
+  };
   /// Draws a validated scene with its own camera and background; other props may be in renderer().
   /// coarse_factor: see GlVolumeProp.
-  Result<void> draw(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
+  Result<Drawn> draw(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
   [[nodiscard]] vtkRenderer& renderer() { return *renderer_; }
   [[nodiscard]] GlRaycaster& raycaster() { return prop_->raycaster(); }
 

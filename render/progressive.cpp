@@ -3,11 +3,8 @@
 #include "render/progressive.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "nav/check.hpp"
 #include "render/parallel.hpp"
-#include "render/scene_compare.hpp"
 
 namespace nav::render {
 namespace {
@@ -59,70 +56,15 @@ RenderedImage enlarged(const RenderedImage& coarse, int width, int height) {
 }
 
 ProgressiveRenderer::ProgressiveRenderer(Engine& engine, const ProgressiveOptions& options)
-    : engine_(engine), options_(options) {
-  NAV_CHECK(options.budget_s >= 0 && options.refine_after_s >= 0, options.budget_s,
-            options.refine_after_s);
-  NAV_CHECK(options.coarse_pixel_error >= 0 && options.coarse_pixel_error <= 1,
-            options.coarse_pixel_error);
-  NAV_CHECK(options.coarse_factor >= 2 && options.coarse_factor <= 8, options.coarse_factor);
-  NAV_CHECK(options.largest_factor >= options.coarse_factor && options.largest_factor <= 8,
-            options.largest_factor);
-}
-
-/// The least that keeps to the budget, by what the last small picture took for each of its pixels.
-int ProgressiveRenderer::small_factor() const {
-  int factor = options_.coarse_factor;
-  const auto takes_s = [&] {
-    const double ratio = static_cast<double>(drawn_factor_) / factor;
-    return small_s_ * ratio * ratio;
-  };
-  while (factor < options_.largest_factor && takes_s() > options_.budget_s) ++factor;
-  return factor;
-}
-
-double& ProgressiveRenderer::cost_of(const Scene& scene) {
-  const SceneChange change = drawn_ ? change_between(*drawn_, scene) : SceneChange::kView;
-  return cost_s_[static_cast<std::size_t>(change)];
-}
-
-bool ProgressiveRenderer::may_be_coarse(const Scene& scene, Timestamp now) {
-  const SceneChange change = last_ ? change_between(*last_, scene) : SceneChange::kView;
-  const bool changed = change >= SceneChange::kGeometry;
-  if (changed) changed_ = now;
-  if (!changed && refined_) return false;
-  const bool still = to_seconds(now - changed_) >= options_.refine_after_s;
-  return !still && cost_of(scene) > options_.budget_s;
-}
+    : engine_(engine), refinement_(options) {}
 
 Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scene, Timestamp now) {
-  const bool coarse = may_be_coarse(scene, now);
-  const int factor = small_factor();
-  const auto fewer = [&](int n) { return (n + factor - 1) / factor; };
-  Scene wanted = scene;
-  double& whole_s = cost_of(scene);
-  double& pixel_error = wanted.quality.pixel_error;
-  if (coarse) pixel_error = std::max(pixel_error, options_.coarse_pixel_error);
-  const bool sparse = pixel_error > scene.quality.pixel_error;
-  const bool small = coarse && (!sparse || sparse_share_ * whole_s > options_.budget_s);
-  if (small) {
-    wanted.width = fewer(scene.width);
-    wanted.height = fewer(scene.height);
-  }
-  // What an engine may keep of the last picture says nothing about the cost of a new one.
-  const bool anew = !drawn_ || change_between(*drawn_, wanted) == SceneChange::kView;
-  auto image = engine_.render(wanted);
+  const Refinement::Plan plan = refinement_.plan(scene, now);
+  auto image = engine_.render(with_fewer_pixels(plan.scene, plan.factor));
   if (!image) return image.error();
-  if (!coarse) whole_s = image->statistics.cast_s;
-  if (coarse && !small && anew) sparse_share_ = image->statistics.cast_s / whole_s;
-  if (small && anew) {
-    small_s_ = image->statistics.cast_s;
-    drawn_factor_ = factor;
-  }
-  last_ = scene;
-  drawn_ = std::move(wanted);
-  refined_ = !coarse;
-  if (small) return Picture{enlarged(*image, scene.width, scene.height), false};
-  return Picture{std::move(image).value(), refined_};
+  refinement_.drawn(image->statistics.cast_s, plan.factor);
+  if (plan.factor == 1) return Picture{std::move(image).value(), plan.refined};
+  return Picture{enlarged(*image, scene.width, scene.height), false};
 }
 
 }  // namespace nav::render

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "render/two_volumes.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -132,6 +134,12 @@ bool same_geometry(const Scene& a, const Scene& b) {
          same_optional(a.cutaway, b.cutaway, same_cutaway);
 }
 
+/// Of the volume or of the one beside it; null: drawn without.
+const PredicateModel* model_of(const Scene& scene) {
+  if (drawn_by_predicates(scene)) return &scene.predicates->model;
+  return has_two_volumes(scene) ? &scene.ultrasound->predicates.model : nullptr;
+}
+
 }  // namespace
 
 SceneChange change_between(const Scene& before, const Scene& after) {
@@ -139,6 +147,14 @@ SceneChange change_between(const Scene& before, const Scene& after) {
   if (!same_geometry(before, after)) return SceneChange::kGeometry;
   return same_optional(before.plane, after.plane, same_pixels) ? SceneChange::kNothing
                                                                : SceneChange::kPixels;
+}
+
+bool asks_same_predicates(const Scene& before, const Scene& after) {
+  const PredicateModel* a = model_of(before);
+  const PredicateModel* b = model_of(after);
+  if (b == nullptr) return true;
+  return a != nullptr && drawn_by_predicates(before) == drawn_by_predicates(after) &&
+         same_set(*a, *b);
 }
 
 }  // namespace nav::render

@@ -18,4 +18,8 @@ enum class SceneChange {
 /// Compares values; the CT and meshes by identity.
 SceneChange change_between(const Scene& before, const Scene& after);
 
+/// Whether the predicates that `after` is drawn by, if any, are those of `before` in the same
+/// combinations: parameters, importances and colours may differ.
+bool asks_same_predicates(const Scene& before, const Scene& after);
+
 }  // namespace nav::render

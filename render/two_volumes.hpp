@@ -6,6 +6,11 @@
 
 namespace nav::render {
 
+/// The volume is classified by predicates, and by no transfer function.
+inline bool drawn_by_predicates(const Scene& scene) {
+  return scene.predicates && scene.projection == Projection::kComposite;
+}
+
 /// Whether a picture of the scene shows a second volume.
 inline bool has_two_volumes(const Scene& scene) {
   return scene.ultrasound && scene.projection == Projection::kComposite;

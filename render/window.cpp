@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <vtkInteractorStyle.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -13,8 +14,8 @@
 #include <vtkRenderer.h>
 
 #include "render/gl_volume_prop.hpp"
+#include "render/refinement.hpp"
 #include "render/vtk_convert.hpp"
-#include "render/window_refinement.hpp"
 // Last: X11 defines macros with everyday names.
 #include <X11/Xlib.h>
 
@@ -47,7 +48,9 @@ class SceneStyle final : public vtkInteractorStyle {
       void start(SceneView& view, const SceneSource& source, const WindowOptions& options) {
     view_ = &view;
     source_ = source;
-    refinement_ = WindowRefinement(options.progressive);
+    ProgressiveOptions progressive;
+    if (!options.progressive) progressive.budget_s = std::numeric_limits<double>::infinity();
+    refinement_ = Refinement(progressive);
     if (options.close_after_s > 0) {
       const std::chrono::duration<double> open_for(options.close_after_s);
       close_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(open_for);
@@ -64,7 +67,7 @@ class SceneStyle final : public vtkInteractorStyle {
       if (!camera_) camera_ = scene_->camera;
       changed_ = true;
     }
-    if (refinement_.wants_refinement(now_s())) changed_ = true;
+    if (refinement_.wants_refinement(clock_.now())) changed_ = true;
     draw();
   }
   void OnExpose() override {
@@ -115,26 +118,25 @@ class SceneStyle final : public vtkInteractorStyle {
   void change(const Move& move) {
     if (!camera_) return;
     camera_ = move(*camera_);
-    refinement_.camera_moved(now_s());
     changed_ = true;
     draw();
   }
   void draw() {
     if (!changed_ || !scene_) return;
     changed_ = false;
-    auto scene = std::make_shared<Scene>(*scene_);
-    scene->camera = *camera_;
-    outcome_ = validate(*scene);
-    if (outcome_) {
-      const double start_s = now_s();
-      const int factor = refinement_.factor(start_s);
-      outcome_ = view_->draw(std::move(scene), factor);
-      refinement_.drawn(factor, now_s() - start_s);
-    }
+    Scene scene = *scene_;
+    scene.camera = *camera_;
+    outcome_ = validate(scene);
+    if (outcome_) outcome_ = draw(scene);
     if (!outcome_) close();
   }
-  static double now_s() {
-    return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+  Result<void> draw(const Scene& scene) {
+    Refinement::Plan plan = refinement_.plan(scene, clock_.now());
+    const auto drawn =
+        view_->draw(std::make_shared<const Scene>(std::move(plan.scene)), plan.factor);
+    if (!drawn) return drawn.error();
+    refinement_.drawn(drawn->cast_s, drawn->factor);
+    return {};
   }
   void close() {
     if (this->Interactor) this->Interactor->TerminateApp();
@@ -145,7 +147,8 @@ class SceneStyle final : public vtkInteractorStyle {
   std::shared_ptr<const Scene> scene_;
   std::optional<Camera> camera_;
   std::optional<Clock::time_point> close_at_;
-  WindowRefinement refinement_{false};
+  MonotonicClock clock_;
+  Refinement refinement_;
   Drag drag_ = Drag::kNone;
   bool changed_ = false;
   Result<void> outcome_;

@@ -96,6 +96,12 @@ class Checker {
   std::set<std::string> good_;
 };
 
+bool same_combination(const PredicateExpression& a, const PredicateExpression& b) {
+  return std::tie(a.op, a.name) == std::tie(b.op, b.name) &&
+         std::equal(a.operands.begin(), a.operands.end(), b.operands.begin(), b.operands.end(),
+                    same_combination);
+}
+
 }  // namespace
 
 bool operator==(const PredicateExpression& a, const PredicateExpression& b) {
@@ -107,6 +113,13 @@ bool operator==(const PredicateEntry& a, const PredicateEntry& b) {
 }
 bool operator==(const PredicateModel& a, const PredicateModel& b) {
   return a.entries == b.entries && a.histogram.bars() == b.histogram.bars();
+}
+
+bool same_set(const PredicateModel& a, const PredicateModel& b) {
+  return std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(),
+                    [](const PredicateEntry& x, const PredicateEntry& y) {
+                      return same_combination(x.expression, y.expression);
+                    });
 }
 
 Result<void> validate(const PredicateModel& model) {

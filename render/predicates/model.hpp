@@ -56,6 +56,9 @@ struct PredicateModel {
   PredicateHistogram histogram;  ///< A bar for each entry, in order.
 };
 bool operator==(const PredicateModel& a, const PredicateModel& b);
+/// Whether two ask the same predicates in the same combinations, whatever their parameters, names,
+/// importances and colours.
+bool same_set(const PredicateModel& a, const PredicateModel& b);
 
 /// Refuses, naming the entry: other than 1 to kMostPredicates entries, another number of bars,
 /// names that are empty or twice there, kinds that there are not, parameters out of their ranges or

@@ -90,7 +90,7 @@ TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullOnceStill) {
 
 TEST_F(ProgressiveTest, GivesUpNoMorePixelsThanTheBudgetAsksFor) {
   scene_.quality.pixel_error = 0.2;
-  engine_.sparse_s = 0.3;
+  engine_.sparse_s = 0.12;
   EXPECT_TRUE(draw(0));
   const auto next = [&](double takes_s) {
     engine_.sparse_s = takes_s;
@@ -99,11 +99,11 @@ TEST_F(ProgressiveTest, GivesUpNoMorePixelsThanTheBudgetAsksFor) {
     return engine_.asked;
   };
   const auto half = std::make_pair(41, 31), third = std::make_pair(27, 21);
-  EXPECT_EQ(next(0.06), half);
-  EXPECT_EQ(next(0.027), third);                 // 0.06 s of a half are 0.027 s of a third.
-  EXPECT_EQ(next(0.012), third);                 // A half would take 0.06 s again.
-  EXPECT_EQ(next(0.5), half);                    // It would take 0.027 s now.
-  EXPECT_EQ(next(0.5), std::make_pair(21, 16));  // No fewer than a quarter a side.
+  EXPECT_EQ(next(0.06), half);                  // 0.12 s of all pixels are 0.03 s of a half.
+  EXPECT_EQ(next(0.027), third);                // 0.06 s of a half are 0.027 s of a third.
+  EXPECT_EQ(next(0.012), third);                // A half would take 0.06 s again.
+  EXPECT_EQ(next(0.5), half);                   // It would take 0.027 s now.
+  EXPECT_EQ(next(0.5), std::make_pair(11, 8));  // No fewer than an eighth a side.
 }
 
 TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
@@ -137,7 +137,7 @@ TEST_F(ProgressiveTest, GivesUpPixelsAtOnceWhereRaysAreFewAlready) {
   EXPECT_TRUE(draw(0));
   turn();
   EXPECT_FALSE(draw(0.03));
-  EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
+  EXPECT_EQ(engine_.asked, std::make_pair(27, 21));  // 0.2 s of all pixels.
   EXPECT_EQ(engine_.asked_pixel_error, 0.2);
 }
 

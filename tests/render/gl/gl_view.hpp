@@ -31,7 +31,9 @@ class GlViewTest : public testing::Test {
 
   Result<void> try_to_draw(const render::Scene& scene, int coarse_factor = 1) {
     window_->window().SetSize(scene.width, scene.height);
-    return view_->draw(std::make_shared<const render::Scene>(scene), coarse_factor);
+    auto drawn = view_->draw(std::make_shared<const render::Scene>(scene), coarse_factor);
+    if (!drawn) return drawn.error();
+    return {};
   }
   /// Without its background.
   std::vector<RgbaF> draw(const render::Scene& scene) {

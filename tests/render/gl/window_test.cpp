@@ -13,7 +13,6 @@
 #include "render/engine.hpp"
 #include "render/gl_volume_prop.hpp"
 #include "render/vtk_convert.hpp"
-#include "render/window_refinement.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
@@ -142,37 +141,6 @@ TEST(WindowTest, RefusesAnImpossibleRefreshRate) {
   EXPECT_TRUE(test::refuses(
       show_window(test::ball_scene(test::cube_grid(4, 1.0)), WindowOptions{.refresh_hz = 0}),
       ErrorCode::kUsage, {"refresh_hz"}));
-}
-
-TEST(WindowRefinementTest, CoarseOnlyWhileMovingAndSlow) {
-  WindowRefinement slow(true);
-  EXPECT_EQ(slow.factor(0), 1);  // The first picture is whole.
-  slow.drawn(1, 0.2);
-  EXPECT_EQ(slow.factor(0.5), 1);  // Nothing moves.
-  slow.camera_moved(1.0);
-  EXPECT_EQ(slow.factor(1.0), WindowRefinement::kCoarseFactor);
-  slow.drawn(slow.factor(1.0), 0.05);
-  EXPECT_FALSE(slow.wants_refinement(1.05));
-  slow.camera_moved(1.06);
-  EXPECT_FALSE(slow.wants_refinement(1.15));
-  EXPECT_TRUE(slow.wants_refinement(1.17));
-  EXPECT_EQ(slow.factor(1.17), 1);
-  slow.drawn(1, 0.2);
-  EXPECT_FALSE(slow.wants_refinement(2));
-  // With the timer's period of 33 ms there are 160 ms left to draw within 300.
-  EXPECT_LE(WindowRefinement::kStillAfter_s + 0.04, 0.15);
-}
-
-TEST(WindowRefinementTest, NeverCoarseWhenFastOrNotAsked) {
-  WindowRefinement fast(true);
-  fast.drawn(1, 0.02);
-  fast.camera_moved(1);
-  EXPECT_EQ(fast.factor(1), 1);
-  WindowRefinement off(false);
-  off.drawn(1, 2);
-  off.camera_moved(1);
-  EXPECT_EQ(off.factor(1), 1);
-  EXPECT_FALSE(off.wants_refinement(3));
 }
 
 constexpr double kRoundingMm = 1e-9;
