@@ -237,6 +237,8 @@ void CommandLine::add_replay() {
   add_source_options(*replay, config_, matrix_);
   const CLI::Option* registration = replay->add_option(
       "--registration", config_.placement.registration, "result of 'sonde register'");
+  replay->add_flag("--follow", config_.placement.follow,
+                   "from the registration on, the CT follows tissue that moves");
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   add_look_options(*replay, config_.look);

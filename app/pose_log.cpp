@@ -6,16 +6,24 @@
 #include <charconv>
 
 namespace nav::app {
-namespace {
 
-void append(std::string& text, double value) {
+std::string shortest_text(double value) {
   std::array<char, 40> digits{};
-  // -0 and 0 are the same pose.
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0);
-  text.append(digits.data(), end.ptr);
+  return {digits.data(), end.ptr};
 }
 
-}  // namespace
+std::string pose_columns(const Eigen::Vector3d& translation_mm,
+                         const Eigen::Quaterniond& rotation) {
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis) text += ',' + shortest_text(translation_mm[axis]);
+  // One sign for the two quaternions of a rotation.
+  const double sign = rotation.w() < 0 ? -1 : 1;
+  for (const double q : {rotation.x(), rotation.y(), rotation.z(), rotation.w()}) {
+    text += ',' + shortest_text(sign * q);
+  }
+  return text;
+}
 
 PoseLog::PoseLog()
     : text_(
@@ -32,18 +40,7 @@ void PoseLog::add(const tracking::PairedFrame& frame) {
            std::to_string(tracked.frame.received.time_since_epoch().count()) + ',' +
            (tracked.degraded ? "degraded," : "paired,") + std::to_string(tracked.pose_gap.count());
   const auto& pose = tracked.reference_from_image;
-  for (int axis = 0; axis < 3; ++axis) {
-    text_ += ',';
-    append(text_, pose.translation_mm()[axis]);
-  }
-  // One sign for the two quaternions of a rotation.
-  const double sign = pose.rotation().w() < 0 ? -1 : 1;
-  for (const double q :
-       {pose.rotation().x(), pose.rotation().y(), pose.rotation().z(), pose.rotation().w()}) {
-    text_ += ',';
-    append(text_, sign * q);
-  }
-  text_ += '\n';
+  text_ += pose_columns(pose.translation_mm(), pose.rotation()) + '\n';
 }
 
 void PoseLog::add_missing(std::uint64_t sequence, const std::string& cause) {

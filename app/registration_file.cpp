@@ -49,7 +49,7 @@ Result<std::vector<std::string>> warnings_of(const Json& registration, const std
 }  // namespace
 
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
-                                           const std::string& reference_frame) {
+                                           const std::string& reference_frame, bool follows) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
   const auto refuse = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
@@ -76,12 +76,13 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   if (!warnings) return warnings.error();
   // Its pose holds at rest only, and what is shown with it has no phase.
   const Json breath = json.value("breath", Json());
-  if (breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
+  if (!follows && breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
     return Error{
         ErrorCode::kRefused,
         path.string() +
             ": expected a registration that holds at all times, found one with the breath; "
-            "declare the pose of a phase by --ct-from-reference"};
+            "follow the tissue from it with --follow, or declare the pose of a phase by "
+            "--ct-from-reference"};
   }
   const Json deformable = json.value("deformable", Json());
   if (deformable.is_object() && deformable.value("accepted", Json(false)) == Json(true)) {

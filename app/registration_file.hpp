@@ -23,8 +23,10 @@ struct ReadRegistration {
 
 /// Reads the JSON that 'sonde register' wrote. Refuses a file that is not one, a registration that
 /// was not accepted, one of another CT, a verdict that is unknown or is not as `accepted` says, and
-/// a matrix that is not rigid. A file without a verdict has no warnings.
+/// a matrix that is not rigid; one with the breath, whose pose is that of rest, unless the CT
+/// follows the tissue from there. A file without a verdict has no warnings.
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
-                                           const std::string& reference_frame);
+                                           const std::string& reference_frame,
+                                           bool follows = false);
 
 }  // namespace nav::app

@@ -11,6 +11,7 @@
 #include "app/presenter.hpp"
 #include "app/recorded_session.hpp"
 #include "app/report.hpp"
+#include "app/tissue_follower.hpp"
 #include "io/picture.hpp"
 #include "render/window.hpp"
 
@@ -23,6 +24,11 @@ constexpr int kAnimationMs = 150;
 Result<void> require(const std::filesystem::path& path, const char* option, const char* what) {
   if (!path.empty()) return {};
   return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
+}
+
+std::string banner_of(const Placement& placement, bool follows) {
+  if (placement.kind != "registered") return "recording, CT NOT REGISTERED";
+  return follows ? "recording, CT follows the tissue" : "recording";
 }
 
 /// A centre outside of the CT is most likely a volume in another frame.
@@ -50,14 +56,15 @@ class Replay {
  public:
   Replay(const SessionConfig& config, Console& console, OutputFolder out,
          std::shared_ptr<const Volume> ct, RecordedSession session, Placement placement,
-         Presenter presenter)
+         Presenter presenter, std::optional<TissueFollower> follower)
       : config_(config),
         console_(console),
         out_(std::move(out)),
         ct_(std::move(ct)),
         session_(std::move(session)),
         placement_(std::move(placement)),
-        presenter_(std::move(presenter)) {
+        presenter_(std::move(presenter)),
+        follower_(std::move(follower)) {
     session_.set_placement(placement_.placement);
   }
 
@@ -88,7 +95,9 @@ class Replay {
     for (;;) {
       bool due = false;
       const auto more = session_.step([&](const tracking::PairedFrame& paired) {
-        if (paired.tracked && paired_++ % stride_ == 0) due = true;
+        if (!paired.tracked) return;
+        if (follower_) session_.set_placement(follower_->follow(*paired.tracked));
+        if (paired_++ % stride_ == 0) due = true;
       });
       if (!more) return more.error();
       console_.progress(static_cast<double>(session_.frames_read()) /
@@ -149,6 +158,7 @@ class Replay {
   RecordedSession session_;
   Placement placement_;
   Presenter presenter_;
+  std::optional<TissueFollower> follower_;
   std::int64_t stride_ = 1;
   std::int64_t paired_ = 0;
   int shown_ = 0;
@@ -171,6 +181,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
       {"statement", placement_.statement},
       {"warnings", placement_.warnings},
       {"ct_from_reference_mm", json_of(placement_.placement.ct_from_reference.matrix())}};
+  json["following"] = follower_ ? follower_->summary() : Json();
   json["reference"] = session_.reference_statement();
   json["transforms"] = session_.description();
   json["ledger"] = json_of(ledger);
@@ -183,6 +194,11 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["diagnostics"] = json_of(console_.entries());
   if (auto written = out_.write_text("pose_log.csv", session_.log().text()); !written) {
     return written;
+  }
+  if (follower_) {
+    if (auto written = out_.write_text("following.csv", follower_->text()); !written) {
+      return written;
+    }
   }
   if (auto written = out_.write_text("session.toml", to_toml(config_)); !written) return written;
   if (auto written = write_json(json, (out_ / "report.json").string()); !written) return written;
@@ -215,6 +231,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   for (const auto& [cause, number] : ledger.rejected()) {
     html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(number));
   }
+  if (follower_) html.tables.push_back({"Following the tissue", follower_->summary_rows()});
   html.tables.push_back({"Input",
                          {{"sweep", config_.source.recording.string()},
                           {"calibration", config_.source.plus_config.string()},
@@ -276,8 +293,16 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                                         sweep->centroid.mm),
         sweep->picture_extent_mm);
   }
-  presenter->set_banner(placement->kind == "registered" ? "recording"
-                                                        : "recording, CT NOT REGISTERED");
+  std::optional<TissueFollower> follower;
+  if (config.placement.follow) {
+    console.begin("preparing to follow the tissue");
+    auto made = TissueFollower::create(*session, *shared_ct, placement->placement,
+                                       config.output.threads, console);
+    if (!made) return made.error();
+    follower = std::move(*made);
+    console.end(follower->description());
+  }
+  presenter->set_banner(banner_of(*placement, follower.has_value()));
   presenter->set_registration_warnings(placement->warnings);
   report_warnings(placement->warnings, console);
   if (!config.predicates.volume.empty()) {
@@ -287,7 +312,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!out) return out.error();
   out->forget_reports();
   Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
-                std::move(*placement), std::move(*presenter));
+                std::move(*placement), std::move(*presenter), std::move(follower));
   return replay.run(json);
 }
 

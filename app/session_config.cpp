@@ -67,6 +67,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   std::vector<double> matrix;
   placement.numbers("ct_from_reference_mm", 16, matrix);
   placement.path("registration", config.placement.registration);
+  placement.flag("follow", config.placement.follow);
   if (!matrix.empty() && !config.placement.registration.empty()) {
     placement.refuse("registration", "it or placement.ct_from_reference_mm", "both");
   }
@@ -175,6 +176,14 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(config.view.distance_mm, 0, 1e5)) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
   }
+  const auto& placement = config.placement;
+  if (placement.follow && placement.registration.empty()) {
+    return refuse("placement.follow", "a CT that was registered (placement.registration)",
+                  placement.ct_from_reference ? "one that is only declared" : "none");
+  }
+  if (placement.follow && config.source.kind != SessionConfig::SourceKind::kRecording) {
+    return refuse("placement.follow", "a recording", "the simulated procedure");
+  }
   if (const auto ok = validate(config.look); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
@@ -213,6 +222,7 @@ std::string to_toml(const SessionConfig& config) {
     placement.insert("ct_from_reference_mm", std::move(numbers));
   }
   placement.insert("registration", absolute_text(config.placement.registration));
+  placement.insert("follow", config.placement.follow);
   toml::table view{{"distance_mm", config.view.distance_mm}, {"fov_deg", config.view.fov_deg}};
   if (config.view.azimuth_deg) view.insert("azimuth_deg", *config.view.azimuth_deg);
   if (config.view.elevation_deg) view.insert("elevation_deg", *config.view.elevation_deg);

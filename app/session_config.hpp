@@ -50,6 +50,7 @@ struct SessionConfig {
     std::optional<Eigen::Matrix4d> ct_from_reference;
     /// Result of 'sonde register' (JSON); replaces the declaration.
     std::filesystem::path registration;
+    bool follow = false;  ///< From the registration on, the CT follows tissue that moves.
   } placement;
 
   /// Later members win: preset, nodes, file, then what is said one by one.

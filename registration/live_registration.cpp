@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <sstream>
 
@@ -109,10 +110,15 @@ Result<void> validate(const LiveOptions& o) {
   if (o.evidence_pictures < 1 || o.evidence_pictures > 10000) {
     return refuse("1 to 10000 evidence_pictures");
   }
-  if (!(o.max_mean_cost > 0 && o.max_mean_cost <= 1)) return refuse("max_mean_cost in (0, 1]");
+  if (!(o.min_distinctness >= 0 && o.min_distinctness < 1)) {
+    return refuse("min_distinctness in [0, 1)");
+  }
   if (o.lost_after < 1) return refuse("lost_after >= 1");
   if (!positive(o.drift_mm) || !positive(o.drift_s)) return refuse("drift_mm and drift_s > 0");
   if (!(o.jump_mm > o.drift_mm)) return refuse("jump_mm > drift_mm");
+  if (!(o.elsewhere_mm > 0 && o.elsewhere_mm < o.jump_mm)) {
+    return refuse("elsewhere_mm in (0, jump_mm)");
+  }
   return validate(o.mask);
 }
 
@@ -139,8 +145,10 @@ void LiveRegistration::accept(const Pose& pose) {
   mean_twist_.setZero();
   mean_centre_ct_.reset();
   unusable_ = 0;
-  costs_.clear();
+  distinctness_.clear();
+  unweighed_ = 0;
   withdrawn_.reset();
+  mean_distinctness_ = std::numeric_limits<double>::quiet_NaN();
 }
 
 /// The mask of one picture needs others to know how bright an unshadowed echo is.
@@ -251,14 +259,25 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
 }
 
 /// One picture says little about whose CT it is; the mean over many does.
-void LiveRegistration::weigh(double cost) {
-  costs_.push_back(cost);
-  const auto count = static_cast<std::size_t>(options_.evidence_pictures);
-  if (costs_.size() > count) costs_.pop_front();
-  if (costs_.size() < count) return;
-  const double mean =
-      std::accumulate(costs_.begin(), costs_.end(), 0.0) / static_cast<double>(count);
-  if (mean > options_.max_mean_cost) withdrawn_ = mean;
+void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
+  if (++unweighed_ < options_.window) return;
+  unweighed_ = 0;
+  const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
+  double least = 1;
+  for (int axis = 3; axis < 6; ++axis) {
+    for (const double way : {-options_.elsewhere_mm, options_.elsewhere_mm}) {
+      const Pose there = moved(found.pose, centre_ct_, way * Vector6d::Unit(axis));
+      least = std::min(least, cost.cost(there).cost);
+    }
+  }
+  distinctness_.push_back(least > 0 ? 1 - found.cost / least : 0);
+  const auto count = static_cast<std::size_t>((options_.evidence_pictures + options_.window - 1) /
+                                              options_.window);
+  if (distinctness_.size() > count) distinctness_.pop_front();
+  if (distinctness_.size() < count) return;
+  mean_distinctness_ =
+      std::accumulate(distinctness_.begin(), distinctness_.end(), 0.0) / static_cast<double>(count);
+  if (mean_distinctness_ < options_.min_distinctness) withdrawn_ = mean_distinctness_;
 }
 
 void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
@@ -270,9 +289,10 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   text.precision(3);
   if (withdrawn_) {
     update.state = LiveState::kLost;
-    text << "expected a mean cost of at most " << options_.max_mean_cost << " over "
-         << options_.evidence_pictures << " pictures, found " << *withdrawn_
-         << ": the CT may be another patient's";
+    text << "expected " << options_.evidence_pictures << " pictures to match at least "
+         << 100 * options_.min_distinctness << " % better where the CT lies than "
+         << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_
+         << " %: the CT may be another patient's";
   } else if (unusable_ >= options_.lost_after) {
     update.state = LiveState::kLost;
     text << "expected a usable picture in the last " << options_.lost_after << ", found none";
@@ -305,17 +325,19 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   const auto own = static_cast<int>(patches->patches.size());
   const bool enough = patches->patches.size() >= kMinPicturePatches;
   predict(now, picture_points(picture, pose_)[4]);
-  LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, own, 0};
+  LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, mean_distinctness_, own, 0};
   bool usable = false;
   if (enough) {
     window_.push_back({picture, std::move(*patches)});
     const auto keep = static_cast<std::size_t>(std::max(options_.window, options_.mask_pictures));
     while (window_.size() > keep) window_.pop_front();
     const Matrix6d prior = symmetric_inverse(covariance_);
-    const Solution found = solve(window_patches(), centre_ct_, prior);
+    const PatchSet patches_now = window_patches();
+    const Solution found = solve(patches_now, centre_ct_, prior);
     out.cost = found.cost;
     out.iterations = found.iterations;
-    if (found.finite) weigh(found.cost);
+    if (found.finite) weigh(patches_now, found);
+    out.distinctness = mean_distinctness_;
     usable = found.finite && found.cost <= options_.max_cost;
     if (usable) {
       pose_ = found.pose;

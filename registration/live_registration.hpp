@@ -36,14 +36,16 @@ struct LiveOptions {
   ShadowMaskOptions mask;
 
   /// A picture whose cost is higher does not move the pose, (0, 1]. Simulated abdomens cost 0.5 at
-  /// the truth; what shows another patient is acceptance before, and the mean below.
+  /// the truth; what shows another patient is acceptance before, and the distinctness.
   double max_cost = 0.75;
-  /// Another patient's CT costs 0.51 to 0.79 on average, the patient's own 0.32 to 0.42, in
-  /// recordings up to 0.47 (simulated abdomens, docs/registration.md); over ten pictures the two
-  /// overlap. A higher mean over so many pictures withdraws
-  /// the registration until another is accepted.
-  int evidence_pictures = 60;   ///< [1, 10000].
-  double max_mean_cost = 0.49;  ///< (0, 1].
+  /// How much better the pictures match where they are than elsewhere: 1 − cost / the least cost of
+  /// the six poses so far away along the axes of the CT. Another patient's CT matches elsewhere
+  /// nearly as well, whatever its cost, which depends on patient and place. A lower mean over so
+  /// many pictures withdraws the registration until another is accepted (docs/registration.md: how
+  /// the limit was chosen).
+  double elsewhere_mm = 24;        ///< > 0, < jump_mm.
+  int evidence_pictures = 60;      ///< [1, 10000].
+  double min_distinctness = 0.25;  ///< [0, 1).
   int lost_after = 5;  ///< Unusable pictures in a row until the registration is lost, >= 1.
   /// The pose's mean over drift_s may be this far from the accepted one: breathing averages out to
   /// less, a patient who was moved or a reference that was knocked does not. > 0.
@@ -74,6 +76,7 @@ struct LiveUpdate {
   double predicted_rms_mm;      ///< At the middle of the picture, from the filter's covariance.
   double displacement_mm;       ///< From the accepted pose, RMS over the picture.
   double mean_displacement_mm;  ///< Of the mean pose over drift_s.
+  double distinctness;          ///< Over the evidence; NaN before there is enough.
   int patches;
   int iterations;
 };
@@ -115,7 +118,7 @@ class LiveRegistration {
   [[nodiscard]] Solution solve(const PatchSet& patches, const Eigen::Vector3d& centre,
                                const Matrix6d& prior) const;
   void predict(Timestamp now, const Eigen::Vector3d& centre);
-  void weigh(double cost);
+  void weigh(const PatchSet& patches, const Solution& found);
   void judge(LiveUpdate& update, const TrackedFrame& picture);
 
   std::shared_ptr<const CtChannels> ct_;
@@ -129,8 +132,11 @@ class LiveRegistration {
   Vector6d mean_twist_ = Vector6d::Zero();  ///< From the accepted pose, low-pass, about its place.
   std::optional<Eigen::Vector3d> mean_centre_ct_;
   int unusable_ = 0;
-  std::deque<double> costs_;         ///< Of the newest pictures, at most evidence_pictures.
-  std::optional<double> withdrawn_;  ///< The mean cost that the registration was withdrawn for.
+  /// Of the newest windows that share no picture, over at most evidence_pictures.
+  std::deque<double> distinctness_;
+  double mean_distinctness_ = 0;     ///< NaN before there is enough.
+  int unweighed_ = 0;                ///< Usable pictures since the last of them.
+  std::optional<double> withdrawn_;  ///< The distinctness that the registration was withdrawn for.
 };
 
 }  // namespace nav::registration

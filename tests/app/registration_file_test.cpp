@@ -21,10 +21,10 @@ Volume volume(std::int16_t value) {
 
 class RegistrationFileTest : public ::testing::Test {
  protected:
-  auto read(const Json& json) {
+  auto read(const Json& json, bool follows = false) {
     const auto path = folder_ / "registration.json";
     std::ofstream(path) << json.dump();
-    return read_registration(path, ct_, "Reference");
+    return read_registration(path, ct_, "Reference", follows);
   }
   Json good() const {
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -75,10 +75,12 @@ TEST_F(RegistrationFileTest, RefusesWhatWasNotAccepted) {
 TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
   Json json = good();
   json["breath"] = {{"accepted", true}};
-  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"with the breath"}));
+  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"with the breath", "--follow"}));
+  EXPECT_TRUE(test::has_value(read(json, true)));  // From the pose of rest on.
   json["breath"]["accepted"] = false;
   json["deformable"] = {{"accepted", true}};
   EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"bent by a deformation"}));
+  EXPECT_TRUE(test::refuses(read(json, true), Code::kRefused, {"bent by a deformation"}));
   json["deformable"]["accepted"] = false;
   EXPECT_TRUE(test::has_value(read(json)));
 }

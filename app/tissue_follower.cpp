@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/tissue_follower.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "app/pose_log.hpp"
+#include "app/report.hpp"
+#include "registration/picture_outline.hpp"
+
+namespace nav::app {
+namespace {
+
+using registration::LiveState;
+using registration::LiveUpdate;
+
+/// So many pictures, evenly spread, show the sector of a recording.
+constexpr std::int64_t kOutlinePictures = 60;
+
+/// What has to be known of a recording beforehand.
+struct Ground {
+  std::vector<TrackedFrame> spread;
+  registration::CtBox box{Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
+};
+
+Result<Ground> look_over(RecordedSession& session,
+                         const Transform<frames::Ct, frames::Reference>& accepted) {
+  Ground ground;
+  const std::int64_t stride = std::max<std::int64_t>(1, session.total_frames() / kOutlinePictures);
+  std::int64_t paired_pictures = 0;
+  const auto add = [&](const tracking::PairedFrame& paired) {
+    if (!paired.tracked) return;
+    const TrackedFrame& tracked = *paired.tracked;
+    if (paired_pictures++ % stride == 0) ground.spread.push_back(tracked);
+    const auto& pixels = tracked.frame.pixels;
+    for (const double column : {0.0, pixels.width() - 1.0}) {
+      for (const double row : {0.0, pixels.height() - 1.0}) {
+        const Eigen::Vector3d p =
+            (accepted * (tracked.reference_from_image * tracked.frame.grid.at(column, row))).mm;
+        ground.box.low = ground.box.low.cwiseMin(p);
+        ground.box.high = ground.box.high.cwiseMax(p);
+      }
+    }
+  };
+  if (const auto played = session.play(add); !played) return played.error();
+  session.rewind();
+  return ground;
+}
+
+/// Nothing for pictures that know their own, or that show none.
+std::optional<SectorOutline> sector_of(std::vector<TrackedFrame> spread) {
+  if (spread.empty() || spread.front().frame.outline) return std::nullopt;
+  const auto sweep = Sweep::create(std::move(spread), "outline");
+  if (!sweep) return std::nullopt;  // Pictures of several sizes.
+  return registration::sector_of(*sweep);
+}
+
+Safety safety_of(const LiveUpdate& update) {
+  switch (update.state) {
+    case LiveState::kFollowing:
+      return {SafetyState::kValid, ""};
+    case LiveState::kHolding:
+      return {SafetyState::kStale, "the CT lies where an earlier picture put it: " + update.cause};
+    case LiveState::kDrifted:
+      return {SafetyState::kDegraded, "the patient has moved, register anew: " + update.cause};
+    case LiveState::kLost:
+      break;
+  }
+  return {SafetyState::kLost, "the CT is withdrawn, register anew: " + update.cause};
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Result<TissueFollower> TissueFollower::create(RecordedSession& session, const Volume& ct,
+                                              const CtPlacement& accepted, int threads,
+                                              Diagnostics& diagnostics) {
+  constexpr int kMostThreads = 64;
+  constexpr double kSigmaPerStep = 0.75;  // As LiveRegistration asks for.
+  registration::LiveOptions options;
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.threads = std::clamp(threads > 0 ? threads : cores, 1, std::min(cores, kMostThreads));
+  auto ground = look_over(session, accepted.ct_from_reference);
+  if (!ground) return ground.error();
+  ground->box.low.array() -= options.jump_mm;
+  ground->box.high.array() += options.jump_mm;
+  auto channels =
+      registration::make_ct_channels(ct, ground->box, kSigmaPerStep * options.level.sample_step_mm);
+  if (!channels) return channels.error();
+  auto live = registration::LiveRegistration::create(
+      std::make_shared<const registration::CtChannels>(std::move(*channels)),
+      accepted.ct_from_reference, options);
+  if (!live) return live.error();
+  return TissueFollower(std::move(*live), sector_of(std::move(ground->spread)), accepted,
+                        diagnostics);
+}
+
+TissueFollower::TissueFollower(registration::LiveRegistration live,
+                               std::optional<SectorOutline> sector, const CtPlacement& accepted,
+                               Diagnostics& diagnostics)
+    : live_(std::move(live)),
+      sector_(std::move(sector)),
+      diagnostics_(&diagnostics),
+      placement_(accepted),
+      text_(
+          "sequence,acquired_ns,state,cost,displacement_mm,mean_displacement_mm,predicted_rms_mm,"
+          "distinctness,"
+          "tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
+
+std::string TissueFollower::description() const {
+  return sector_ ? "pictures show a sector" : "no sector to be seen in the pictures";
+}
+
+CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
+  TrackedFrame outlined = picture;
+  if (!outlined.frame.outline) outlined.frame.outline = sector_;
+  const auto start = std::chrono::steady_clock::now();
+  const auto update = live_.update(outlined);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  update_s_.push_back(took.count());
+  if (!update) {
+    ++states_["refused"];
+    placement_.safety = {SafetyState::kStale, update.error().message};
+    diagnostics_->report(Severity::kWarning, "follow", update.error().message);
+    return placement_;
+  }
+  ++states_[registration::to_string(update->state)];
+  costs_.push_back(update->cost);
+  largest_displacement_mm_ = std::max(largest_displacement_mm_, update->displacement_mm);
+  note_state(*update, picture);
+  log(*update, picture);
+  placement_ = {update->ct_from_reference, safety_of(*update)};
+  return placement_;
+}
+
+/// An alarm is said once, when it comes.
+void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& picture) {
+  if (last_ == update.state) return;
+  last_ = update.state;
+  if (update.state != LiveState::kDrifted && update.state != LiveState::kLost) return;
+  alarms_.push_back(
+      {to_seconds(picture.frame.acquired), registration::to_string(update.state), update.cause});
+  diagnostics_->report(Severity::kWarning, "follow", safety_of(update).cause);
+}
+
+void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& picture) {
+  text_ += std::to_string(picture.frame.sequence) + ',' +
+           std::to_string(picture.frame.acquired.time_since_epoch().count()) + ',' +
+           registration::to_string(update.state);
+  for (const double value : {update.cost, update.displacement_mm, update.mean_displacement_mm,
+                             update.predicted_rms_mm}) {
+    text_ += ',' + shortest_text(value);
+  }
+  text_ += ',';
+  if (std::isfinite(update.distinctness)) text_ += shortest_text(update.distinctness);
+  const auto& pose = update.ct_from_reference;
+  text_ += pose_columns(pose.translation_mm(), pose.rotation()) + '\n';
+}
+
+Json TissueFollower::summary() const {
+  Json json;
+  json["pictures"] = update_s_.size();
+  json["states"] = states_;
+  json["alarms"] = Json::array();
+  for (const Alarm& alarm : alarms_) {
+    json["alarms"].push_back(
+        {{"session_s", alarm.session_s}, {"state", alarm.state}, {"cause", alarm.cause}});
+  }
+  json["largest_displacement_mm"] = largest_displacement_mm_;
+  json["cost_median"] = json_number(median(costs_));
+  json["update_ms_median"] = json_number(1e3 * median(update_s_));
+  json["updates_over_limit"] = std::count_if(update_s_.begin(), update_s_.end(),
+                                             [](double s) { return s > kUpdateLimit_s; });
+  return json;
+}
+
+std::vector<std::pair<std::string, std::string>> TissueFollower::summary_rows() const {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const auto& [state, count] : states_) rows.emplace_back(state, std::to_string(count));
+  for (const Alarm& alarm : alarms_) {
+    rows.emplace_back(alarm.state + " at " + quantity(alarm.session_s, 1, "s"), alarm.cause);
+  }
+  rows.emplace_back("largest displacement from the registration",
+                    quantity(largest_displacement_mm_, 1, "mm"));
+  rows.emplace_back("time of an update, median", quantity(1e3 * median(update_s_), 1, "ms"));
+  return rows;
+}
+
+}  // namespace nav::app

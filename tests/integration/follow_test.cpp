@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+
+#include "app/registration_file.hpp"
+#include "app/replay.hpp"
+#include "app/simulate.hpp"
+#include "io/ct.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+/// 'sonde replay --follow' on patients who breathe, from the true pose of rest on.
+namespace nav::app {
+namespace {
+
+using Pose = Transform<frames::Ct, frames::Reference>;
+
+Json read_json(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  return Json::parse(in);
+}
+
+Eigen::Matrix4d matrix_of(const Json& numbers) {
+  Eigen::Matrix4d m;
+  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
+  return m;
+}
+
+/// A recorded patient of the abdomen, breathing 10 mm, with CT and truth.
+struct Patient {
+  SimulateOptions options;
+  Json truth;
+  Patient(const test::TemporaryFolder& folder, std::uint64_t seed) {
+    const std::string name = std::to_string(seed);
+    options.out = folder / (name + ".igs.mha");
+    options.ct = folder / (name + ".ct.mha");
+    options.seed = seed;
+    options.duration_s = 5;
+    options.ct_spacing_mm = 2;
+    options.breathing = "rigid";
+    options.breathing_mm = 10;
+    Console console(false);
+    const auto written = run_simulate(options, console);
+    EXPECT_TRUE(written) << written.error().message;
+    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  }
+};
+
+/// As 'sonde register' writes it: an accepted registration of a CT at a pose, with the breath.
+std::filesystem::path registration_of(const std::filesystem::path& ct, const Json& pose,
+                                      const test::TemporaryFolder& folder) {
+  CollectingDiagnostics unheard;
+  Json json;
+  json["ct_sha256"] = ct_digest(*io::read_ct(ct, unheard, {}));
+  json["registration"] = {{"accepted", true}, {"ct_from_reference_mm", pose}};
+  json["breath"] = {{"accepted", true}};
+  const auto path = folder / "registration.json";
+  std::ofstream(path) << json.dump();
+  return path;
+}
+
+SessionConfig following(const Patient& patient, const std::filesystem::path& ct,
+                        const test::TemporaryFolder& folder) {
+  SessionConfig config;
+  config.source.recording = patient.options.out;
+  config.ct.path = ct;
+  config.placement.registration =
+      registration_of(ct, patient.truth.at("ct_from_reference_mm"), folder);
+  config.placement.follow = true;
+  config.output.folder = folder / "out";
+  config.output.width = config.output.height = 48;
+  config.output.frames = 2;
+  return config;
+}
+
+struct Line {
+  std::size_t sequence;
+  std::string state;
+  Pose pose;
+};
+
+std::vector<Line> lines_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::string text;
+  std::getline(in, text);
+  EXPECT_EQ(text,
+            "sequence,acquired_ns,state,cost,displacement_mm,mean_displacement_mm,"
+            "predicted_rms_mm,distinctness,tx_mm,ty_mm,tz_mm,qx,qy,qz,qw");
+  std::vector<Line> lines;
+  while (std::getline(in, text)) {
+    std::vector<std::string> fields;
+    std::istringstream row(text);
+    for (std::string field; std::getline(row, field, ',');) fields.push_back(field);
+    EXPECT_EQ(fields.size(), 15U);
+    const auto at = [&](std::size_t i) { return std::stod(fields[i]); };
+    lines.push_back({std::stoul(fields[0]),
+                     fields[2],
+                     {Eigen::Quaterniond(at(14), at(11), at(12), at(13)).normalized(),
+                      {at(8), at(9), at(10)}}});
+  }
+  return lines;
+}
+
+/// RMS over the places of a picture of how far a pose puts the tissue from where the CT has it, mm.
+double error_mm(const Patient& patient, const Json& frame, const Pose& pose) {
+  const Eigen::Matrix4d now = matrix_of(frame.at("ct_from_image_mm"));
+  const Eigen::Matrix4d rest = matrix_of(frame.at("rest_ct_from_image_mm"));
+  const Eigen::Matrix4d image_from_pixels = matrix_of(patient.truth.at("image_from_pixels_mm"));
+  const Eigen::Matrix4d reference_from_ct =
+      matrix_of(patient.truth.at("ct_from_reference_mm")).inverse();
+  double sum = 0;
+  int count = 0;
+  for (double column = 50; column < 400; column += 100) {
+    for (double row = 20; row < 300; row += 80) {
+      const Eigen::Vector4d image = image_from_pixels * Eigen::Vector4d(column, row, 0, 1);
+      const Eigen::Vector4d found = pose.matrix() * reference_from_ct * now * image;
+      sum += (found - rest * image).squaredNorm();
+      ++count;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
+  const test::TemporaryFolder folder;
+  const Patient patient(folder, 502);
+  Console console(false);
+  const auto json = folder / "report.json";
+  const auto played =
+      run_replay(following(patient, patient.options.ct, folder), json.string(), console);
+  ASSERT_TRUE(test::has_value(played));
+  const auto lines = lines_of(folder / "out" / "following.csv");
+  ASSERT_EQ(lines.size(), patient.truth.at("frames").size());
+  const Pose accepted = *rigid_from_matrix<frames::Ct, frames::Reference>(
+      matrix_of(patient.truth.at("ct_from_reference_mm")));
+  double followed = 0, still = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    ASSERT_EQ(lines[i].sequence, i);
+    EXPECT_EQ(lines[i].state, "following");
+    const Json& frame = patient.truth.at("frames")[i];
+    followed += std::pow(error_mm(patient, frame, lines[i].pose), 2);
+    still += std::pow(error_mm(patient, frame, accepted), 2);
+  }
+  const auto count = static_cast<double>(lines.size());
+  EXPECT_LT(std::sqrt(followed / count), 0.4 * std::sqrt(still / count));
+  EXPECT_LT(std::sqrt(followed / count), 2.5);
+  const Json summary = read_json(json).at("following");
+  EXPECT_EQ(summary.at("pictures"), lines.size());
+  EXPECT_EQ(summary.at("states").at("following"), lines.size());
+  EXPECT_TRUE(summary.at("alarms").empty());
+  EXPECT_GT(summary.at("largest_displacement_mm"), 5);
+}
+
+TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
+  const test::TemporaryFolder folder;
+  const Patient patient(folder, 502);
+  const Patient other(folder, 501);
+  Console console(false);
+  const auto json = folder / "report.json";
+  ASSERT_TRUE(test::has_value(
+      run_replay(following(patient, other.options.ct, folder), json.string(), console)));
+  const auto lines = lines_of(folder / "out" / "following.csv");
+  ASSERT_EQ(lines.back().state, "lost");
+  const Json alarms = read_json(json).at("following").at("alarms");
+  ASSERT_FALSE(alarms.empty());
+  EXPECT_EQ(alarms.back().at("state"), "lost");
+  const auto& entries = console.entries();
+  EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const DiagnosticEntry& entry) {
+    return entry.source == "follow" && entry.severity == Severity::kWarning &&
+           entry.message.find("register anew") != std::string::npos;
+  }));
+}
+
+TEST(FollowTest, OnlyARegisteredCtOfARecordingCanFollow) {
+  SessionConfig config;
+  config.placement.follow = true;
+  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage,
+                            {"placement.follow", "registered", "none"}));
+  config.placement.ct_from_reference = Eigen::Matrix4d::Identity();
+  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage, {"only declared"}));
+  config.placement.ct_from_reference.reset();
+  config.placement.registration = "registration.json";
+  EXPECT_TRUE(test::has_value(validate(config)));
+  config.source.kind = SessionConfig::SourceKind::kSimulated;
+  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage, {"a recording"}));
+}
+
+}  // namespace
+}  // namespace nav::app
