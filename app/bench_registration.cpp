@@ -41,6 +41,7 @@ class RegistrationBench {
   Result<void> compare();
   Result<void> measure_motion();
   Result<void> measure_skin();
+  Result<void> measure_live();
   void write(const std::vector<bench::Trial>& trials);
   [[nodiscard]] auto progress() const {
     return [this](double fraction) { console_.progress(fraction); };
@@ -64,6 +65,7 @@ class RegistrationBench {
   std::vector<bench::EffortPoint> curve_;
   std::vector<bench::SkinCurvePoint> skin_;
   std::vector<bench::MotionPoint> motion_;
+  bench::LiveCurve live_;
   std::optional<bench::PeerComparison> peer_;
 };
 
@@ -152,6 +154,22 @@ Result<void> RegistrationBench::measure_motion() {
   return keep(bench::measure_motion(options, progress()), motion_);
 }
 
+Result<void> RegistrationBench::measure_live() {
+  console_.begin("following patients who breathe");
+  bench::LiveCurveOptions options;
+  options.first_seed = kDevelopmentSeed;
+  options.model = options_.model;
+  if (options_.quick) {
+    options.patients = 2;
+    options.duration_s = 5;
+    options.kinds = {sim::BreathingKind::kRigid};
+    options.windows = {1, 3};
+    options.patches = {300};
+  }
+  if (options_.patients > 0) options.patients = options_.patients;
+  return keep(bench::measure_live(options, progress()), live_);
+}
+
 Result<void> RegistrationBench::measure_skin() {
   console_.begin("without a start pose");
   bench::SkinCurveOptions options;
@@ -197,6 +215,7 @@ Json RegistrationBench::json() const {
   json["curve"] = json_of(curve_);
   json["skin"] = json_of(skin_);
   json["motion"] = json_of(motion_);
+  json["live"] = json_of(live_);
   json["peer"] = peer_ ? json_of(*peer_) : Json::array();
   return json;
 }
@@ -217,6 +236,9 @@ Result<void> RegistrationBench::run() {
   }
   if (wants("motion")) {
     if (auto ok = measure_motion(); !ok) return ok;
+  }
+  if (wants("live")) {
+    if (auto ok = measure_live(); !ok) return ok;
   }
   if (wants("peer")) {
     if (auto ok = compare(); !ok) return ok;

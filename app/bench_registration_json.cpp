@@ -113,4 +113,29 @@ Json json_of(const std::vector<bench::MotionPoint>& points) {
   return rows;
 }
 
+Json json_of(const bench::LiveCurve& curve) {
+  if (curve.points.empty()) return nullptr;
+  Json json;
+  json["settings"] = Json::array();
+  for (const auto& p : curve.points) {
+    json["settings"].push_back({{"breathing", sim::to_string(p.kind)},
+                                {"window", p.window},
+                                {"patches", p.patches},
+                                {"trials", p.trials},
+                                {"shown", p.shown},
+                                {"still_mm", json_number(p.still_mm)},
+                                {"following_mm", json_number(p.following_mm)},
+                                {"p95_mm", json_number(p.p95_mm)},
+                                {"predicted_mm", json_number(p.predicted_mm)},
+                                {"update_cpu_ms", json_number(p.update_cpu_ms)}});
+  }
+  const bench::LiveEvidence& e = curve.evidence;
+  json["evidence"] = {{"own", e.own},
+                      {"own_withdrawn", e.own_withdrawn},
+                      {"others", e.others},
+                      {"others_withdrawn", e.others_withdrawn},
+                      {"pictures_median", json_number(e.pictures_median)}};
+  return json;
+}
+
 }  // namespace nav::app

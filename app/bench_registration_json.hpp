@@ -6,6 +6,7 @@
 
 #include "app/report.hpp"
 #include "bench/registration/effort_curve.hpp"
+#include "bench/registration/live_curve.hpp"
 #include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
 #include "bench/registration/skin_curve.hpp"
@@ -19,5 +20,7 @@ Json json_of(const bench::PeerComparison& comparison);
 Json json_of(const std::vector<bench::EffortPoint>& points);
 Json json_of(const std::vector<bench::SkinCurvePoint>& points);
 Json json_of(const std::vector<bench::MotionPoint>& points);
+/// Null when nothing was measured.
+Json json_of(const bench::LiveCurve& curve);
 
 }  // namespace nav::app

@@ -13,26 +13,22 @@ namespace {
 
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
-/// Codes of up to four volumes, voxel by voxel; undefined ones 0, missing ones too. as_they_are: of
-/// the first one, which is no feature.
-std::vector<std::int16_t> interleaved(const std::vector<std::shared_ptr<const Volume>>& members,
-                                      bool as_they_are) {
+/// A slice of the codes of up to four volumes, voxel by voxel; undefined ones 0, missing ones too.
+/// as_they_are: of the first one, which is no feature.
+void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool as_they_are, int k,
+                std::int16_t* to) {
   constexpr std::size_t kWidth = GlFeatureTextures::kChannels;
   const auto& size = members[0]->grid().size;
   const std::size_t slice = size_of(size[0]) * size_of(size[1]);
-  std::vector<std::int16_t> out(kWidth * slice * size_of(size[2]));
-  for_each_index(size[2], 0, [&](int k) {
-    for (std::size_t c = 0; c < members.size(); ++c) {
-      const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
-      std::int16_t* to = out.data() + kWidth * size_of(k) * slice + c;
-      const bool raw = as_they_are && c == 0;
-      for (std::size_t i = 0; i < slice; ++i) {
-        const bool undefined = !raw && from[i] == FeatureVolume::kUndefined;
-        to[kWidth * i] = undefined ? std::int16_t{0} : from[i];
-      }
+  if (members.size() < kWidth) std::fill_n(to, kWidth * slice, std::int16_t{0});
+  for (std::size_t c = 0; c < members.size(); ++c) {
+    const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
+    const bool raw = as_they_are && c == 0;
+    for (std::size_t i = 0; i < slice; ++i) {
+      const bool undefined = !raw && from[i] == FeatureVolume::kUndefined;
+      to[kWidth * i + c] = undefined ? std::int16_t{0} : from[i];
     }
-  });
-  return out;
+  }
 }
 
 /// Sets a bit in every cell with an undefined voxel at a corner.
@@ -128,13 +124,13 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
 }
 
 Result<void> GlFeatureTextures::send(Group& group) {
-  const auto& size = group.members[0]->grid().size;
-  const std::vector<std::int16_t> texels = interleaved(group.members, &group == &groups_[0]);
+  const bool with_volume = &group == &groups_[0];
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   // Also for one alone: drivers compile anew for other kinds of textures.
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
-               texels.data());
+  gl::send_slices<std::int16_t>(
+      GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, group.members[0]->grid().size, kChannels,
+      [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });
   ++uploads_;
   if (auto ok = accepted("features of predicates"); !ok) return ok;
   group.sent = true;

@@ -63,11 +63,12 @@ bool same_programs(const PredicateSet& a, const PredicateSet& b) {
 template <class T>
 void send_bits(std::span<const std::uint32_t> bits, std::uint32_t kept,
                const std::array<int, 3>& size, GLint internal, GLenum type) {
-  std::vector<T> texels(bits.size());
-  std::transform(bits.begin(), bits.end(), texels.begin(),
-                 [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
-  glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, GL_RED_INTEGER, type,
-               texels.data());
+  const std::size_t slice = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
+  gl::send_slices<T>(internal, GL_RED_INTEGER, type, size, 1, [&](int k, T* to) {
+    const auto from = bits.subspan(static_cast<std::size_t>(k) * slice, slice);
+    std::transform(from.begin(), from.end(), to,
+                   [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
+  });
 }
 
 }  // namespace

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <vector>
 #include <vtk_glew.h>
 
 #include "nav/result.hpp"
 #include "render/gl_textures.hpp"
+#include "render/parallel.hpp"
 
 /// How textures are sent. Only for render/gl_*.cpp.
 namespace nav::render::gl {
@@ -34,6 +37,29 @@ class PackedRows {
  private:
   GLint before_ = 4;
 };
+
+/// Sends the 3D texture that is bound slab by slab, so that no copy of the whole is made. fill(k,
+/// to) writes slice k, numbers one after another, per_texel of them for each texel; it is called on
+/// several threads.
+template <class T, class Fill>
+void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,
+                 std::size_t per_texel, const Fill& fill) {
+  constexpr std::size_t kSlabBytes = std::size_t{4} << 20U;
+  const std::size_t slice =
+      static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * per_texel;
+  const int slab = static_cast<int>(std::clamp<std::size_t>(kSlabBytes / (slice * sizeof(T)), 1,
+                                                            static_cast<std::size_t>(size[2])));
+  std::vector<T> texels(slice * static_cast<std::size_t>(slab));
+  glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, format, type, nullptr);
+  for (int first = 0; first < size[2]; first += slab) {
+    const int count = std::min(slab, size[2] - first);
+    for_each_index(count, 0, [&](int k) {
+      fill(first + k, texels.data() + static_cast<std::size_t>(k) * slice);
+    });
+    glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, first, size[0], size[1], count, format, type,
+                    texels.data());
+  }
+}
 
 /// Entries of a table, as a texture without filter or edges.
 template <class T>

@@ -34,7 +34,7 @@ class Refinement {
   /// The first pictures of another set of predicates are expected to take so many times as long as
   /// those of the last one: OpenGL draws them from tables until the set has a program of its own,
   /// and what the set itself costs is not known on any engine.
-  static constexpr double kAnotherSet = 4;
+  static constexpr double kAnotherSet = 6;
   /// What is believed of pictures that were not drawn in a movement, after it: one slow picture,
   /// for whatever reason, is not held against the next ones for ever.
   static constexpr double kFading = 0.8;

@@ -22,17 +22,21 @@ Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
   auto ct = sim::scan_ct(session->patient(), scan);
   if (!ct) return ct.error();
   std::vector<TrackedFrame> frames;
+  std::vector<registration::Pose> following_truth;
   const auto pictures = session->frames();
   const registration::Pose truth = session->ct_from_reference();
   for (int i = 0; i < session->frame_count(); ++i) {
     auto frame = pictures->next(Timestamp::max());
     if (!frame) return frame.error();
-    frames.push_back(
-        {std::move(*frame), truth.inverse() * session->truth(i).ct_from_image, Duration{0}});
+    const sim::FrameTruth now = session->truth(i);
+    const auto reference_from_image = truth.inverse() * now.ct_from_image;
+    frames.push_back({std::move(*frame), reference_from_image, Duration{0}});
+    following_truth.push_back(now.rest.ct_from_image * reference_from_image.inverse());
   }
   auto sweep = Sweep::create(std::move(frames), "simulated");
   if (!sweep) return sweep.error();
-  return SessionCase{std::move(*ct), std::move(*sweep), truth, session->patient().targets()};
+  return SessionCase{std::move(*ct), std::move(*sweep), truth, session->patient().targets(),
+                     std::move(following_truth)};
 }
 
 double error_mm(const SessionCase& one, const registration::Pose& found) {

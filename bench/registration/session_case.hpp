@@ -18,6 +18,8 @@ struct SessionCase {
   Sweep sweep;  ///< Poses without tracker errors.
   registration::Pose truth;
   std::vector<Point<frames::Ct>> targets;
+  /// Where each picture shows the CT as it lies at that moment, the nearest rigid motion.
+  std::vector<registration::Pose> following_truth;
 };
 
 /// Runs the session of the family's first standard view: options.probe is replaced by its probe

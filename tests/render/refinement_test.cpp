@@ -154,7 +154,7 @@ TEST_F(RefinementTest, AnotherSetOfPredicatesIsExpectedToBeDearer) {
   expect_whole(0.2, 0.02);
   show(asking({intensity, Expression::negation(gradient)}));
   const Drawn first = draw(0.3, 0.015);
-  EXPECT_EQ(first.factor, 2);  // 0.08 s expected.
+  EXPECT_EQ(first.factor, 2);  // 0.12 s expected.
   EXPECT_FALSE(first.refined);
   turn();
   EXPECT_EQ(draw(0.31, 0.015).factor, 2);  // Nothing else is known yet.
