@@ -255,6 +255,8 @@ void CommandLine::add_replay() {
   add_ultrasound_options(*replay, config_.predicates);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
+  replay->add_flag("--whole-picture", config_.source.whole_picture,
+                   "also draw what lies around the sector that the pictures show");
   replay->add_flag("--window", config_.output.window, "also show them in a window");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);

@@ -10,6 +10,7 @@
 #include "app/plane_view.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
+#include "registration/picture_outline.hpp"
 
 namespace nav::app {
 namespace {
@@ -188,6 +189,7 @@ void RecordedSession::feed(sim::ReplayEvent event) {
     missing("unusable_picture", event.picture.error().message);
     return;
   }
+  if (!event.picture->outline) event.picture->outline = outline_;
   navigator_->on_event({clock_.now(), std::move(*event.picture)});
 }
 
@@ -246,6 +248,13 @@ std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep) {
   return axes;
 }
 
+std::optional<SectorOutline> sector_of(const SweepSurvey& sweep) {
+  if (sweep.spread.empty() || sweep.spread.front().frame.outline) return std::nullopt;
+  const auto some = Sweep::create(sweep.spread, "outline");
+  if (!some) return std::nullopt;
+  return registration::sector_of(*some);
+}
+
 Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) {
   if (session.bad_frames() == 0 || skip_bad_frames) return {};
   return Error{ErrorCode::kMalformedData,
@@ -256,6 +265,9 @@ Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) 
 }
 
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
+  constexpr std::int64_t kSpread = 60;
+  const auto stride =
+      static_cast<std::size_t>(std::max<std::int64_t>(1, session.total_frames() / kSpread));
   SweepSurvey found;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const auto add = [&](const tracking::PairedFrame& paired) {
@@ -269,7 +281,12 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
     found.lateral += axes.col(0);
     found.deep += axes.col(1);
     found.picture_extent_mm = extent_mm(tracked.frame);
-    ++found.paired;
+    if (found.paired++ % stride == 0) found.spread.push_back(tracked);
+    for (const double column : {0.0, pixels.width() - 1.0}) {
+      for (const double row : {0.0, pixels.height() - 1.0}) {
+        found.corners.push_back(tracked.reference_from_image * tracked.frame.grid.at(column, row));
+      }
+    }
   };
   if (const auto played = session.play(add); !played) return played.error();
   if (found.paired == 0) {

@@ -59,6 +59,8 @@ class RecordedSession {
   [[nodiscard]] Navigator& navigator() { return *navigator_; }
   [[nodiscard]] const PoseLog& log() const { return log_; }
   void set_placement(const CtPlacement& placement);
+  /// Of the pictures from now on that say none themselves.
+  void set_outline(const SectorOutline& outline) { outline_ = outline; }
 
   [[nodiscard]] std::int64_t total_frames() const { return replay_.total_frames(); }
   /// Frames that went in so far.
@@ -97,6 +99,7 @@ class RecordedSession {
   std::string name_;
   std::string reference_frame_;
   std::optional<CtPlacement> placement_;
+  std::optional<SectorOutline> outline_;
   VirtualClock clock_;
   std::unique_ptr<Navigator> navigator_;
   PoseLog log_;
@@ -108,14 +111,19 @@ class RecordedSession {
   bool ended_ = false;
 };
 
-/// Mean pose of the pictures of a recording, without keeping them.
+/// What is known of a recording beforehand; of its pictures only some are kept.
 struct SweepSurvey {
   std::size_t paired = 0;
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
   double picture_extent_mm = 0;                       ///< Diagonal of the last picture.
+  std::vector<TrackedFrame> spread;                   ///< Evenly over the recording, about 60.
+  std::vector<Point<frames::Reference>> corners;      ///< Of all pictures, four each.
 };
+/// The sector that the pictures of a recording show; absent where they say one themselves, are of a
+/// linear probe, or of several sizes.
+std::optional<SectorOutline> sector_of(const SweepSurvey& sweep);
 /// Orthonormal mean axes of the pictures (columns x, y, z of Image in Reference); absent where the
 /// pictures look every way and their axes cancel out.
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);

@@ -270,7 +270,10 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   console.begin("surveying the sweep");
   const auto sweep = survey(*session, config.source.skip_bad_frames);
   if (!sweep) return sweep.error();
-  console.end(std::to_string(sweep->paired) + " pictures with a pose");
+  const auto sector = config.source.whole_picture ? std::nullopt : sector_of(*sweep);
+  if (sector) session->set_outline(*sector);
+  console.end(std::to_string(sweep->paired) + " pictures with a pose" +
+              (sector ? ", of a sector" : ""));
   auto placement = place_ct(config, *shared_ct, *sweep, session->reference_frame());
   if (!placement) return placement.error();
 
@@ -296,11 +299,11 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   std::optional<TissueFollower> follower;
   if (config.placement.follow) {
     console.begin("preparing to follow the tissue");
-    auto made = TissueFollower::create(*session, *shared_ct, placement->placement,
+    auto made = TissueFollower::create(*sweep, *shared_ct, placement->placement,
                                        config.output.threads, console);
     if (!made) return made.error();
     follower = std::move(*made);
-    console.end(follower->description());
+    console.end();
   }
   presenter->set_banner(banner_of(*placement, follower.has_value()));
   presenter->set_registration_warnings(placement->warnings);

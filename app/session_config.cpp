@@ -49,6 +49,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   source.text("reference_frame", config.source.reference_frame);
   source.text("needle_frame", config.source.needle_frame);
   source.number("temporal_offset_ms", config.source.temporal_offset_ms);
+  source.flag("whole_picture", config.source.whole_picture);
   source.flag("skip_bad_frames", config.source.skip_bad_frames);
   source.integer("seed", config.source.seed);
   source.refuse_unknown();
@@ -209,6 +210,7 @@ std::string to_toml(const SessionConfig& config) {
   source.insert("reference_frame", config.source.reference_frame);
   source.insert("needle_frame", config.source.needle_frame);
   source.insert("temporal_offset_ms", config.source.temporal_offset_ms);
+  source.insert("whole_picture", config.source.whole_picture);
   source.insert("skip_bad_frames", config.source.skip_bad_frames);
   source.insert("seed", static_cast<std::int64_t>(config.source.seed));
   toml::table placement;

@@ -40,6 +40,8 @@ struct SessionConfig {
     std::string reference_frame;
     std::string needle_frame;       ///< Its tip, +z from the hub to it; empty: no needle is drawn.
     double temporal_offset_ms = 0;  ///< Picture stamps minus pose stamps.
+    /// Pictures are drawn whole: also what lies around the sector that they show.
+    bool whole_picture = false;
     /// Play on past frames whose data cannot be true; they are counted by cause.
     bool skip_bad_frames = false;
     std::uint64_t seed = 1;  ///< Simulated only.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/tissue_follower.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,7 +11,6 @@
 
 #include "app/pose_log.hpp"
 #include "app/report.hpp"
-#include "registration/picture_outline.hpp"
 
 namespace nav::app {
 namespace {
@@ -18,45 +18,12 @@ namespace {
 using registration::LiveState;
 using registration::LiveUpdate;
 
-/// So many pictures, evenly spread, show the sector of a recording.
-constexpr std::int64_t kOutlinePictures = 60;
-
-/// What has to be known of a recording beforehand.
-struct Ground {
-  std::vector<TrackedFrame> spread;
-  registration::CtBox box{Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
-};
-
-Result<Ground> look_over(RecordedSession& session,
-                         const Transform<frames::Ct, frames::Reference>& accepted) {
-  Ground ground;
-  const std::int64_t stride = std::max<std::int64_t>(1, session.total_frames() / kOutlinePictures);
-  std::int64_t paired_pictures = 0;
-  const auto add = [&](const tracking::PairedFrame& paired) {
-    if (!paired.tracked) return;
-    const TrackedFrame& tracked = *paired.tracked;
-    if (paired_pictures++ % stride == 0) ground.spread.push_back(tracked);
-    const auto& pixels = tracked.frame.pixels;
-    for (const double column : {0.0, pixels.width() - 1.0}) {
-      for (const double row : {0.0, pixels.height() - 1.0}) {
-        const Eigen::Vector3d p =
-            (accepted * (tracked.reference_from_image * tracked.frame.grid.at(column, row))).mm;
-        ground.box.low = ground.box.low.cwiseMin(p);
-        ground.box.high = ground.box.high.cwiseMax(p);
-      }
-    }
-  };
-  if (const auto played = session.play(add); !played) return played.error();
-  session.rewind();
-  return ground;
-}
-
-/// Nothing for pictures that know their own, or that show none.
-std::optional<SectorOutline> sector_of(std::vector<TrackedFrame> spread) {
-  if (spread.empty() || spread.front().frame.outline) return std::nullopt;
-  const auto sweep = Sweep::create(std::move(spread), "outline");
-  if (!sweep) return std::nullopt;  // Pictures of several sizes.
-  return registration::sector_of(*sweep);
+registration::CtBox box_about(const std::vector<Point<frames::Reference>>& corners,
+                              const Transform<frames::Ct, frames::Reference>& accepted,
+                              double margin_mm) {
+  Eigen::AlignedBox3d box;
+  for (const auto& corner : corners) box.extend((accepted * corner).mm);
+  return {box.min().array() - margin_mm, box.max().array() + margin_mm};
 }
 
 Safety safety_of(const LiveUpdate& update) {
@@ -82,7 +49,7 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-Result<TissueFollower> TissueFollower::create(RecordedSession& session, const Volume& ct,
+Result<TissueFollower> TissueFollower::create(const SweepSurvey& sweep, const Volume& ct,
                                               const CtPlacement& accepted, int threads,
                                               Diagnostics& diagnostics) {
   constexpr int kMostThreads = 64;
@@ -90,26 +57,20 @@ Result<TissueFollower> TissueFollower::create(RecordedSession& session, const Vo
   registration::LiveOptions options;
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   options.threads = std::clamp(threads > 0 ? threads : cores, 1, std::min(cores, kMostThreads));
-  auto ground = look_over(session, accepted.ct_from_reference);
-  if (!ground) return ground.error();
-  ground->box.low.array() -= options.jump_mm;
-  ground->box.high.array() += options.jump_mm;
-  auto channels =
-      registration::make_ct_channels(ct, ground->box, kSigmaPerStep * options.level.sample_step_mm);
+  auto channels = registration::make_ct_channels(
+      ct, box_about(sweep.corners, accepted.ct_from_reference, options.jump_mm),
+      kSigmaPerStep * options.level.sample_step_mm);
   if (!channels) return channels.error();
   auto live = registration::LiveRegistration::create(
       std::make_shared<const registration::CtChannels>(std::move(*channels)),
       accepted.ct_from_reference, options);
   if (!live) return live.error();
-  return TissueFollower(std::move(*live), sector_of(std::move(ground->spread)), accepted,
-                        diagnostics);
+  return TissueFollower(std::move(*live), accepted, diagnostics);
 }
 
-TissueFollower::TissueFollower(registration::LiveRegistration live,
-                               std::optional<SectorOutline> sector, const CtPlacement& accepted,
+TissueFollower::TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
                                Diagnostics& diagnostics)
     : live_(std::move(live)),
-      sector_(std::move(sector)),
       diagnostics_(&diagnostics),
       placement_(accepted),
       text_(
@@ -117,15 +78,9 @@ TissueFollower::TissueFollower(registration::LiveRegistration live,
           "distinctness,"
           "tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
 
-std::string TissueFollower::description() const {
-  return sector_ ? "pictures show a sector" : "no sector to be seen in the pictures";
-}
-
 CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
-  TrackedFrame outlined = picture;
-  if (!outlined.frame.outline) outlined.frame.outline = sector_;
   const auto start = std::chrono::steady_clock::now();
-  const auto update = live_.update(outlined);
+  const auto update = live_.update(picture);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   update_s_.push_back(took.count());
   if (!update) {

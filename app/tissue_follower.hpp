@@ -25,14 +25,11 @@ class TissueFollower {
   /// Limit of an update that the summary counts against, s: a refresh of 20 Hz.
   static constexpr double kUpdateLimit_s = 0.05;
 
-  /// Looks for the sector that a recording shows, and prepares the CT about the sweep. Plays the
-  /// recording once and rewinds it. accepted: of a registration that was accepted.
-  static Result<TissueFollower> create(RecordedSession& session, const Volume& ct,
+  /// Prepares the CT about a sweep, whose pictures should have the outline of their sector.
+  /// accepted: of a registration that was accepted.
+  static Result<TissueFollower> create(const SweepSurvey& sweep, const Volume& ct,
                                        const CtPlacement& accepted, int threads,
                                        Diagnostics& diagnostics);
-
-  /// What it has found of the recording, for the log.
-  [[nodiscard]] std::string description() const;
 
   /// Where the CT lies for this picture. Pictures that cannot be judged (not later than the last,
   /// impossible geometry) leave it as it was, as stale. Never fails for what a picture shows.
@@ -49,13 +46,12 @@ class TissueFollower {
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
-  TissueFollower(registration::LiveRegistration live, std::optional<SectorOutline> sector,
-                 const CtPlacement& accepted, Diagnostics& diagnostics);
+  TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
+                 Diagnostics& diagnostics);
   void note_state(const registration::LiveUpdate& update, const TrackedFrame& picture);
   void log(const registration::LiveUpdate& update, const TrackedFrame& picture);
 
   registration::LiveRegistration live_;
-  std::optional<SectorOutline> sector_;
   Diagnostics* diagnostics_;
   CtPlacement placement_;
   std::map<std::string, int> states_;

@@ -23,6 +23,8 @@ constexpr double kSigmaPerStep = 0.75;
 /// A picture counts with at least so many patches; six unknowns have the filter's prior besides.
 constexpr std::size_t kMinPicturePatches = 10;
 constexpr double kTinyStepMm = 1e-3;
+/// Pictures in a row show nearly the same: one of so many is weighed.
+constexpr int kWeighEvery = 3;
 
 Matrix6d twist_from_scaled() {
   Vector6d diagonal = Vector6d::Ones();
@@ -260,7 +262,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
 
 /// One picture says little about whose CT it is; the mean over many does.
 void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
-  if (++unweighed_ < options_.window) return;
+  if (++unweighed_ < kWeighEvery) return;
   unweighed_ = 0;
   const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
   double least = 1;
@@ -271,8 +273,8 @@ void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
     }
   }
   distinctness_.push_back(least > 0 ? 1 - found.cost / least : 0);
-  const auto count = static_cast<std::size_t>((options_.evidence_pictures + options_.window - 1) /
-                                              options_.window);
+  const auto count =
+      static_cast<std::size_t>((options_.evidence_pictures + kWeighEvery - 1) / kWeighEvery);
   if (distinctness_.size() > count) distinctness_.pop_front();
   if (distinctness_.size() < count) return;
   mean_distinctness_ =

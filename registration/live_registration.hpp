@@ -16,7 +16,7 @@ namespace nav::registration {
 /// How a registration follows a patient who moves.
 struct LiveOptions {
   LevelOptions level{1.6, 11, 300, 1.0};  ///< frame_step_mm is not used.
-  int window = 3;                         ///< Newest pictures that share one pose, [1, 30].
+  int window = 1;                         ///< Newest pictures that share one pose, [1, 30].
   int mask_pictures = 4;   ///< Pictures that say how bright an unshadowed echo is, [1, 30].
   int max_iterations = 5;  ///< Of each update, [1, 50].
   double ridge = 0.01;     ///< As ImageRegistrationOptions::ridge, > 0.
@@ -132,7 +132,7 @@ class LiveRegistration {
   Vector6d mean_twist_ = Vector6d::Zero();  ///< From the accepted pose, low-pass, about its place.
   std::optional<Eigen::Vector3d> mean_centre_ct_;
   int unusable_ = 0;
-  /// Of the newest windows that share no picture, over at most evidence_pictures.
+  /// Of every kWeighEvery-th picture, over at most evidence_pictures.
   std::deque<double> distinctness_;
   double mean_distinctness_ = 0;     ///< NaN before there is enough.
   int unweighed_ = 0;                ///< Usable pictures since the last of them.

@@ -183,6 +183,43 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
 }
 
+TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  for (const char* family : {"abdomen", "tendon"}) {  // A convex and a linear probe.
+    SimulateOptions options = small(folder);
+    options.family = family;
+    options.columns = 200;
+    options.rows = 140;
+    ASSERT_TRUE(run_simulate(options, console));
+    auto session = RecordedSession::open(config_of(options), console);
+    ASSERT_TRUE(test::has_value(session));
+    const auto surveyed = survey(*session, false);
+    ASSERT_TRUE(test::has_value(surveyed));
+    EXPECT_EQ(surveyed->corners.size(), 4 * surveyed->paired);
+    const auto sector = sector_of(*surveyed);
+    ASSERT_EQ(sector.has_value(), std::string(family) == "abdomen");
+    if (!sector) continue;
+    session->set_outline(*sector);
+    int lit = 0, lit_inside = 0, dark_outside = 0;
+    ASSERT_TRUE(session->play([&](const tracking::PairedFrame& paired) {
+      const UltrasoundFrame& frame = paired.tracked->frame;
+      ASSERT_TRUE(frame.outline);
+      for (int row = 0; row < frame.pixels.height(); ++row) {
+        for (int column = 0; column < frame.pixels.width(); ++column) {
+          const bool inside = frame.outline->contains(frame.grid.at(column, row).mm.head<2>());
+          const bool shown = frame.pixels.at(column, row) > 0;
+          lit += shown ? 1 : 0;
+          lit_inside += shown && inside ? 1 : 0;
+          dark_outside += !shown && !inside ? 1 : 0;
+        }
+      }
+    }));
+    EXPECT_GT(lit_inside, 0.99 * lit);  // But for pixels that the edge cuts.
+    EXPECT_GT(dark_outside, 0.1 * lit);
+  }
+}
+
 TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   const test::TemporaryFolder folder;
   Console console(false);
