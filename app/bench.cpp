@@ -247,24 +247,24 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   return {};
 }
 
-}  // namespace
+bool wants(const BenchRenderOptions& options, const std::string& part) {
+  return options.parts.empty() ||
+         std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+}
 
-Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
-  const int width = options.quick ? 200 : options.width;
-  const int height = options.quick ? 150 : options.height;
-  BenchRenderReport report;
-  if (auto ok = measure_comparison(options, width, height, report, console); !ok) return ok;
-
+/// What a live session asks for; returns the agreement of the engines on its scene.
+Result<Json> measure_live(const BenchRenderOptions& options, int width, int height,
+                          BenchRenderReport& report, Console& console) {
   console.begin("a live session");
   const sim::Procedure procedure(sim::ProcedureOptions{});
   auto ct = bench::simulated_ct();
   if (!ct) return ct.error();
   const auto scene = demo_scene(*ct, procedure, width, height);
   if (!scene) return scene.error();
-  if (auto ok = measure_navigation(*scene, options, report); !ok) return ok;
+  if (auto ok = measure_navigation(*scene, options, report); !ok) return ok.error();
   console.end();
   console.begin("a moving camera");
-  if (auto ok = measure_motion(options.quick, report, console); !ok) return ok;
+  if (auto ok = measure_motion(options.quick, report, console); !ok) return ok.error();
   console.end();
   std::cout << live_text(report);
   if (report.costs) {
@@ -273,8 +273,25 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
 
   console.begin("agreement with the reference");
   auto rows = agreement(*scene, console);
-  if (!rows) return rows.error();
   console.end();
+  return rows;
+}
+
+}  // namespace
+
+Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
+  const int width = options.quick ? 200 : options.width;
+  const int height = options.quick ? 150 : options.height;
+  BenchRenderReport report;
+  Json agreements;
+  if (wants(options, "compare")) {
+    if (auto ok = measure_comparison(options, width, height, report, console); !ok) return ok;
+  }
+  if (wants(options, "live")) {
+    auto rows = measure_live(options, width, height, report, console);
+    if (!rows) return rows.error();
+    agreements = std::move(*rows);
+  }
   if (!options.json) return {};
   Json json;
   json["verb"] = "bench render";
@@ -283,7 +300,7 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
   json["width"] = width;
   json["height"] = height;
   json.update(json_of(report));
-  json["agreement"] = std::move(*rows);
+  json["agreement"] = std::move(agreements);
   return write_json(json, *options.json);
 }
 

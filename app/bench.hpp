@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
@@ -12,12 +13,13 @@
 namespace nav::app {
 
 struct BenchRenderOptions {
-  std::filesystem::path ct;  ///< Instead of the scene set; empty: the set.
-  std::string scene;         ///< Only scenes whose name contains it; empty: all.
-  bool quick = false;        ///< A few scenes, small pictures: about two minutes on two cores.
-  bool costs = false;        ///< Also the cost of every element of a picture.
-  int width = 832;           ///< Of the timed pictures, pixels, an odd multiple of 64.
-  int height = 624;          ///< The same multiple of 48.
+  std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.
+  std::string scene;                 ///< Only scenes whose name contains it; empty: all.
+  std::vector<std::string> parts{};  ///< compare, live; empty: both.
+  bool quick = false;  ///< A few scenes, small pictures: about two minutes on two cores.
+  bool costs = false;  ///< Also the cost of every element of a picture.
+  int width = 832;     ///< Of the timed pictures, pixels, an odd multiple of 64.
+  int height = 624;    ///< The same multiple of 48.
   std::optional<std::string> json;
 };
 

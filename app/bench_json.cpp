@@ -68,9 +68,26 @@ Json skip_summary(const BenchRenderReport& report) {
           {"scenes", std::move(scenes)}};
 }
 
+Json json_of(const bench::CutawayCost& cutaway) {
+  return {{"fraction", json_number(cutaway.own_fraction())},
+          {"net_fraction", json_number(cutaway.net_fraction())},
+          {"ct_ms", cutaway.ct_ms},
+          {"plane_ms", cutaway.plane_ms},
+          {"cutaway_ms", cutaway.cutaway_ms},
+          {"samples_ct", cutaway.ct_samples},
+          {"samples_without_cutaway", cutaway.plane_samples},
+          {"samples_with_cutaway", cutaway.cutaway_samples}};
+}
+
+Json json_of(const bench::ImageUpdate& update) {
+  return {{"cpu_ms", update.cpu_ms},
+          {"wall_ms", update.wall_ms},
+          {"volume_samples", update.samples},
+          {"bit_identical", update.identical}};
+}
+
 Json ratios_of(const BenchRenderReport& report) {
   const bench::RenderBenchReport& comparison = report.comparison;
-  const bench::CutawayCost& cutaway = report.cutaway;
   Json json;
   json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
   json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
@@ -83,18 +100,8 @@ Json ratios_of(const BenchRenderReport& report) {
   json["gl_dense_vs_vtk_gpu"] = summary(comparison, "gl_dense_vs_vtk_gpu", {});
   json["cpu_vs_vtk_fixedpoint"] = fixed_point_summary(comparison);
   json["samples_skip_off_over_on"] = skip_summary(report);
-  json["cutaway_plane_fraction"] = {{"fraction", json_number(cutaway.own_fraction())},
-                                    {"net_fraction", json_number(cutaway.net_fraction())},
-                                    {"ct_ms", cutaway.ct_ms},
-                                    {"plane_ms", cutaway.plane_ms},
-                                    {"cutaway_ms", cutaway.cutaway_ms},
-                                    {"samples_ct", cutaway.ct_samples},
-                                    {"samples_without_cutaway", cutaway.plane_samples},
-                                    {"samples_with_cutaway", cutaway.cutaway_samples}};
-  json["image_update_ms"] = {{"cpu_ms", report.update.cpu_ms},
-                             {"wall_ms", report.update.wall_ms},
-                             {"volume_samples", report.update.samples},
-                             {"bit_identical", report.update.identical}};
+  json["cutaway_plane_fraction"] = report.cutaway ? json_of(*report.cutaway) : Json();
+  json["image_update_ms"] = report.update ? json_of(*report.update) : Json();
   return json;
 }
 
@@ -254,14 +261,14 @@ std::string live_text(const BenchRenderReport& report) {
       << " of " << report.skipping.size() << " scenes, vessels only "
       << median_skip_vessels(report.skipping) << "; a volume that is nowhere empty takes "
       << 100 * report.full_volume_overhead << " % longer.\n"
-      << "Plane and cutaway: " << 100 * report.cutaway.own_fraction()
-      << " % of a frame for their own work, " << 100 * report.cutaway.net_fraction()
-      << " % with the samples they save; samples " << report.cutaway.ct_samples << " (CT), "
-      << report.cutaway.plane_samples << " (and plane), " << report.cutaway.cutaway_samples
+      << "Plane and cutaway: " << 100 * report.cutaway->own_fraction()
+      << " % of a frame for their own work, " << 100 * report.cutaway->net_fraction()
+      << " % with the samples they save; samples " << report.cutaway->ct_samples << " (CT), "
+      << report.cutaway->plane_samples << " (and plane), " << report.cutaway->cutaway_samples
       << " (and cutaway).\n"
-      << "New ultrasound image, same pose: " << std::setprecision(2) << report.update.wall_ms
-      << " ms wall, " << report.update.cpu_ms << " ms process, " << report.update.samples
-      << " volume samples, " << (report.update.identical ? "identical" : "NOT identical")
+      << "New ultrasound image, same pose: " << std::setprecision(2) << report.update->wall_ms
+      << " ms wall, " << report.update->cpu_ms << " ms process, " << report.update->samples
+      << " volume samples, " << (report.update->identical ? "identical" : "NOT identical")
       << " to a full picture.\n";
   if (report.edit) {
     out << "Transfer function edited at " << report.edit->side << "^3: " << report.edit->prepare_ms

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -14,13 +15,13 @@
 
 namespace nav::app {
 
-/// Everything that 'sonde bench render' measured.
+/// What 'sonde bench render' measured; absent, empty or NaN: not asked for.
 struct BenchRenderReport {
   bench::RenderBenchReport comparison;
   std::vector<bench::SkipRatio> skipping;
-  double full_volume_overhead = 0;
-  bench::CutawayCost cutaway;
-  bench::ImageUpdate update;
+  double full_volume_overhead = std::numeric_limits<double>::quiet_NaN();
+  std::optional<bench::CutawayCost> cutaway;
+  std::optional<bench::ImageUpdate> update;
   std::vector<bench::Interaction> interaction;
   std::optional<bench::EditCost> edit;
   std::optional<bench::CostTable> costs;
@@ -32,6 +33,7 @@ Json json_of(const BenchRenderReport& report);
 Json json_of(const std::vector<bench::ScalingPoint>& points);
 
 /// The numbers beside the comparison as text: skipping, cutaway, update, interaction, edit.
+/// Precondition: they were measured.
 std::string live_text(const BenchRenderReport& report);
 
 }  // namespace nav::app

@@ -144,7 +144,8 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   const Epoch& epoch = context.epoch;
   canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
   const int base = y + height / 2 + 6;
-  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.plane);
+  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.ultrasound);
+  x = draw_lamp(canvas, x, base, "CT", epoch.placement);
   const bool has_needle = context.plan.has_value();
   if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
   const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);

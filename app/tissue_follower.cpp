@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <thread>
 
 #include "app/pose_log.hpp"
 #include "app/report.hpp"
+#include "bench/measure.hpp"
 
 namespace nav::app {
 namespace {
@@ -37,14 +37,7 @@ Safety safety_of(const LiveUpdate& update) {
     case LiveState::kLost:
       break;
   }
-  return {SafetyState::kLost, "the CT is withdrawn, register anew: " + update.cause};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return {SafetyState::kLost, update.cause};
 }
 
 }  // namespace
@@ -132,8 +125,8 @@ Json TissueFollower::summary() const {
         {{"session_s", alarm.session_s}, {"state", alarm.state}, {"cause", alarm.cause}});
   }
   json["largest_displacement_mm"] = largest_displacement_mm_;
-  json["cost_median"] = json_number(median(costs_));
-  json["update_ms_median"] = json_number(1e3 * median(update_s_));
+  json["cost_median"] = json_number(bench::median(costs_));
+  json["update_ms_median"] = json_number(1e3 * bench::median(update_s_));
   json["updates_over_limit"] = std::count_if(update_s_.begin(), update_s_.end(),
                                              [](double s) { return s > kUpdateLimit_s; });
   return json;
@@ -147,7 +140,7 @@ std::vector<std::pair<std::string, std::string>> TissueFollower::summary_rows() 
   }
   rows.emplace_back("largest displacement from the registration",
                     quantity(largest_displacement_mm_, 1, "mm"));
-  rows.emplace_back("time of an update, median", quantity(1e3 * median(update_s_), 1, "ms"));
+  rows.emplace_back("time of an update, median", quantity(1e3 * bench::median(update_s_), 1, "ms"));
   return rows;
 }
 

@@ -291,13 +291,14 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   text.precision(3);
   if (withdrawn_) {
     update.state = LiveState::kLost;
-    text << "expected " << options_.evidence_pictures << " pictures to match at least "
-         << 100 * options_.min_distinctness << " % better where the CT lies than "
-         << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_
-         << " %: the CT may be another patient's";
+    text << "the CT may be another patient's, register anew: expected "
+         << options_.evidence_pictures << " pictures to match at least "
+         << 100 * options_.min_distinctness << " % better where it lies than "
+         << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_ << " %";
   } else if (unusable_ >= options_.lost_after) {
     update.state = LiveState::kLost;
-    text << "expected a usable picture in the last " << options_.lost_after << ", found none";
+    text << "no picture matches the CT: expected a usable one in the last " << options_.lost_after
+         << ", found none";
   } else if (update.displacement_mm > options_.jump_mm) {
     update.state = LiveState::kDrifted;
     text << "expected the tissue within " << options_.jump_mm

@@ -7,8 +7,8 @@
 
 What was measured is kept in build/figures/, one JSON file for each part, with its date and the
 load of the machine before it: --only measures some parts and takes the others from there, or as
-they stand on the page. On two quiet cores render takes fifty minutes, scaling two, registration (the
-whole cohort, twice) an hour; --quick takes six minutes in all and shows fewer scenes and trials.
+they stand on the page. On two quiet cores render takes forty minutes, live ten, scaling two,
+registration (the whole cohort, twice) an hour; --quick takes six minutes in all and shows fewer scenes and trials.
 Volumes other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by
 hand.
 """
@@ -205,15 +205,12 @@ The last column is VTK's default beside Sonde's fastest picture of at most 0.002
 """
 
 
-def live_tables(report: dict) -> str:
+def live_section(kept: dict) -> str:
+    report = kept["result"]
     ratios = report["ratios"]
     skip, cut, update = (ratios["samples_skip_off_over_on"], ratios["cutaway_plane_fraction"],
                          ratios["image_update_ms"])
-    rows = [["volume samples, skipping off / on, median of scenes", number(skip["median"])],
-            ["the same, vessels only", number(skip["vessels_only"])],
-            ["pictures with and without skipping are the same bytes",
-             "yes" if skip["bit_identical"] else "NO"],
-            ["time that skipping adds where nothing is empty",
+    rows = [["time that skipping adds where nothing is empty",
              f"{100 * skip['full_volume_overhead']:.1f} %"],
             ["plane and cutaway, their own work, share of a frame", f"{100 * cut['fraction']:.1f} %"],
             ["the same with the samples that they save", f"{100 * cut['net_fraction']:.1f} %"],
@@ -232,9 +229,14 @@ def live_tables(report: dict) -> str:
                f"{m['progressive_fps']:.1f}", number(m.get("refined_ms"), 0),
                f"{m['dense_fps']:.1f}"]
               for m in report["interaction"]]
+    agreement = [[a["engine"], f"{100 * a['share_within_2_of_255']:.4f} %",
+                  str(a["max_of_255"]), f"{a['rms_of_255']:.3f}"] for a in report["agreement"]]
     text = f"""## Rendering: a live session
 
-CPU engine; the demo's scene with plane, needle, target, path and cutaway.
+{when(kept)}
+
+`sonde bench render --part live --costs --json FILE`, CPU engine; the demo's scene with plane, needle,
+target, path and cutaway.
 
 {table(["what", "found"], rows)}
 
@@ -247,14 +249,25 @@ most 0.01 with a ray for every pixel. The cores are shared, so wall times are up
         "whole after, ms", "fps, all rays"], motion)}
 """
     costs = report.get("costs")
-    if not costs:
-        return text
+    if costs:
+        text += cost_tables(costs)
+    return text + f"""
+## Agreement of the engines
+
+The same command, on the demo's scene (CT, live plane, needle, target, path, cutaway), against the
+double-precision reference at the same step:
+
+{table(["engine", "pixels within 2/255", "max /255", "rms /255"], agreement)}
+"""
+
+
+def cost_tables(costs: dict) -> str:
     elements = [[c["element"].strip(), f"{c['ms']:.2f}", str(c["samples"]), str(c["gradients"]),
                  number(c.get("idle_ms"), 2), str(c.get("idle_samples", "–")),
                  str(c.get("idle_gradients", "–"))] for c in costs["elements"]]
     changes = [[c["change"], f"{c['ms']:.2f}", f"{c['wall_ms']:.2f}", f"{c['prepare_ms']:.2f}",
                 str(c["samples"]), str(c["gradients"])] for c in costs["changes"]]
-    return text + f"""
+    return f"""
 What every element costs in this scene (`sonde bench render --costs`): the picture with it less the
 picture without it, process ms. Idle: it is in the scene but has nothing to do there. Differences of
 a few tenths of a millisecond are noise of the machine; counts are exact. Whole picture:
@@ -306,13 +319,12 @@ def render_section(kept: dict, docs: pathlib.Path) -> str:
         old.unlink()
     links = error_sheets(report, docs)
     converged = max(report["self_convergence"].values())
-    agreement = [[a["engine"], f"{100 * a['share_within_2_of_255']:.4f} %",
-                  str(a["max_of_255"]), f"{a['rms_of_255']:.3f}"] for a in report["agreement"]]
+    skip = report["ratios"]["samples_skip_off_over_on"]
     return f"""## Rendering: run time against error, beside VTK
 
 {when(kept)}
 
-`sonde bench render --costs --json FILE` at {report['width']} × {report['height']} pixels: every
+`sonde bench render --part compare --json FILE` at {report['width']} × {report['height']} pixels: every
 engine in turn in one process, same camera, step, transfer function and shading; VTK without
 automatic sampling distances and without jitter. Errors are those of
 {report['reference']['width']} × {report['reference']['height']} pixels of the 8-bit pictures, evenly
@@ -323,13 +335,12 @@ that step, so that its other lights are forgiven. GL device: {report['gl_device'
 {chr(10).join(links)}
 
 {ratio_tables(report)}
-{live_tables(report)}
-## Agreement of the engines
 
-The same command, on the demo's scene (CT, live plane, needle, target, path, cutaway), against the
-double-precision reference at the same step:
-
-{table(["engine", "pixels within 2/255", "max /255", "rms /255"], agreement)}
+{table(["what the CPU engine skips", "found"],
+       [["volume samples, skipping off / on, median of scenes", number(skip["median"])],
+        ["the same, vessels only", number(skip["vessels_only"])],
+        ["pictures with and without skipping are the same bytes",
+         "yes" if skip["bit_identical"] else "NO"]])}
 """
 
 
@@ -427,7 +438,7 @@ x0.1: a tenth of the patches; 1/4: every fourth picture.
 """
 
 
-PARTS = ["demo", "registration", "render", "scaling", "poses"]
+PARTS = ["demo", "registration", "render", "live", "scaling", "poses"]
 
 
 def pose_lines(build: pathlib.Path) -> str:
@@ -473,7 +484,8 @@ def main() -> None:
     measures = {
         "demo": lambda: demo_rows(sonde, options.seeds),
         "registration": lambda: measured(sonde, "bench", "registration", *quick),
-        "render": lambda: measured(sonde, "bench", "render", "--costs", *quick),
+        "render": lambda: measured(sonde, "bench", "render", "--part", "compare", *quick),
+        "live": lambda: measured(sonde, "bench", "render", "--part", "live", "--costs", *quick),
         "scaling": lambda: measured(sonde, "bench", "scaling", "--largest",
                                     384 if options.quick else 768),
         "poses": lambda: pose_lines(options.build)}
@@ -483,8 +495,9 @@ def main() -> None:
     sections = [("Demo:", "Registration:", "demo", demo_section),
                 ("Registration:", "Rendering: run time", "registration",
                  lambda part: registration_section(part, docs)),
-                ("Rendering: run time", "Rendering: scaling", "render",
+                ("Rendering: run time", "Rendering: a live session", "render",
                  lambda part: render_section(part, docs)),
+                ("Rendering: a live session", "Rendering: scaling", "live", live_section),
                 ("Rendering: scaling", "Poses between", "scaling",
                  lambda part: scaling_section(part, docs)),
                 ("Poses between", None, "poses", poses_section)]
