@@ -61,6 +61,7 @@ class RecordedSession {
   void set_placement(const CtPlacement& placement);
   /// Of the pictures from now on that say none themselves.
   void set_outline(const SectorOutline& outline) { outline_ = outline; }
+  [[nodiscard]] const std::optional<SectorOutline>& outline() const { return outline_; }
 
   [[nodiscard]] std::int64_t total_frames() const { return replay_.total_frames(); }
   /// Frames that went in so far.

@@ -31,6 +31,15 @@ std::string banner_of(const Placement& placement, bool follows) {
   return follows ? "recording, CT follows the tissue" : "recording";
 }
 
+/// Null: pictures are drawn whole.
+Json sector_json(const std::optional<SectorOutline>& sector) {
+  if (!sector) return nullptr;
+  return {{"apex_mm", {sector->apex_mm.x(), sector->apex_mm.y()}},
+          {"radius_min_mm", sector->radius_min_mm},
+          {"radius_max_mm", sector->radius_max_mm},
+          {"half_angle_rad", sector->half_angle_rad}};
+}
+
 /// A centre outside of the CT is most likely a volume in another frame.
 Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
                                 Console& console) {
@@ -184,6 +193,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["following"] = follower_ ? follower_->summary() : Json();
   json["reference"] = session_.reference_statement();
   json["transforms"] = session_.description();
+  json["sector"] = sector_json(session_.outline());
   json["ledger"] = json_of(ledger);
   json["rejected_poses"] = session_.navigator().rejected_poses();
   json["views_cast"] = presenter_.views_cast();

@@ -185,10 +185,10 @@ Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& 
   double least_s = std::numeric_limits<double>::infinity();
   found.rms = least_s;
   bool dense_found = false;
-  for (const double step : {2.0, 1.5, 1.0, 0.75, 0.5, 0.25}) {
+  for (const double step : {2.0, 1.75, 1.5, 1.25, 1.0, 0.75, 0.5, 0.25}) {
     // Finer steps than the one after the first that is enough are never faster.
     if (dense_found && step < 0.6 * found.dense_step) break;
-    for (const double pixel_error : {0.0, 0.05, 0.1, 0.15, 0.2, 0.3}) {
+    for (const double pixel_error : {0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3}) {
       scene.quality.step_voxels = step;
       scene.quality.pixel_error = pixel_error;
       const auto image = engine->render(scene);
