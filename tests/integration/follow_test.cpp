@@ -9,6 +9,7 @@
 #include "app/replay.hpp"
 #include "app/simulate.hpp"
 #include "io/ct.hpp"
+#include "io/picture.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -17,6 +18,8 @@ namespace nav::app {
 namespace {
 
 using Pose = Transform<frames::Ct, frames::Reference>;
+
+constexpr int kViewPixels = 96;
 
 Json read_json(const std::filesystem::path& path) {
   std::ifstream in(path);
@@ -51,12 +54,12 @@ struct Patient {
 
 /// As 'sonde register' writes it: an accepted registration of a CT at a pose, with the breath.
 std::filesystem::path registration_of(const std::filesystem::path& ct, const Json& pose,
-                                      const test::TemporaryFolder& folder) {
+                                      const test::TemporaryFolder& folder, bool breath = true) {
   CollectingDiagnostics unheard;
   Json json;
   json["ct_sha256"] = ct_digest(*io::read_ct(ct, unheard, {}));
   json["registration"] = {{"accepted", true}, {"ct_from_reference_mm", pose}};
-  json["breath"] = {{"accepted", true}};
+  json["breath"] = {{"accepted", breath}};
   const auto path = folder / "registration.json";
   std::ofstream(path) << json.dump();
   return path;
@@ -71,9 +74,23 @@ SessionConfig following(const Patient& patient, const std::filesystem::path& ct,
       registration_of(ct, patient.truth.at("ct_from_reference_mm"), folder);
   config.placement.follow = true;
   config.output.folder = folder / "out";
-  config.output.width = config.output.height = 48;
+  config.output.width = config.output.height = kViewPixels;
   config.output.frames = 2;
   return config;
+}
+
+/// The 3D view of the last picture of a replay, without the words beside and below it.
+std::vector<int> last_view(const std::filesystem::path& out) {
+  const auto picture = io::read_png(out / "replay_00001.png");
+  EXPECT_TRUE(test::has_value(picture));
+  std::vector<int> view;
+  for (int row = 0; row < kViewPixels; ++row) {
+    for (int column = 0; column < kViewPixels; ++column) {
+      const Rgba8 p = picture->at(column, row);
+      view.insert(view.end(), {p.r, p.g, p.b});
+    }
+  }
+  return view;
 }
 
 struct Line {
@@ -152,6 +169,15 @@ TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
   EXPECT_EQ(summary.at("states").at("following"), lines.size());
   EXPECT_TRUE(summary.at("alarms").empty());
   EXPECT_GT(summary.at("largest_displacement_mm"), 5);
+
+  // What is drawn is where the pose that follows puts it, not where the registration was.
+  const auto drawn = last_view(folder / "out");
+  SessionConfig held = following(patient, patient.options.ct, folder);
+  held.placement.follow = false;
+  held.placement.registration =
+      registration_of(patient.options.ct, patient.truth.at("ct_from_reference_mm"), folder, false);
+  ASSERT_TRUE(test::has_value(run_replay(held, json.string(), console)));
+  EXPECT_NE(last_view(folder / "out"), drawn);
 }
 
 TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
