@@ -216,6 +216,19 @@ TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
   EXPECT_EQ(caster().uploads().transfers, 0) << "nothing reads the transfer function";
 }
 
+TEST_F(GlPredicatesTest, FeaturesThatAreSentInSeveralSlabsAgreeWithTheReference) {
+  std::mt19937 random(4);
+  const auto ct = test::small_ultrasound(test::centred_grid({100, 90, 80}, {0.4, 0.4, 0.4}), 3);
+  Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 3));
+  // Seen along the slices' normal and from the side.
+  for (int view = 0; view < 2; ++view) {
+    EXPECT_LT(share_beyond(scene, kAgreement255), 0.02) << view;
+    const Eigen::Vector3d from = scene.camera.eye_ct.mm - scene.camera.look_at_ct.mm;
+    scene.camera.eye_ct.mm =
+        scene.camera.look_at_ct.mm + Eigen::Vector3d(from.y(), from.z(), from.x());
+  }
+}
+
 TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
   std::mt19937 random(6);
   Scene scene = scene_with(test::random_model(random));
