@@ -247,11 +247,6 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   return {};
 }
 
-bool wants(const BenchRenderOptions& options, const std::string& part) {
-  return options.parts.empty() ||
-         std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
-}
-
 /// What a live session asks for; returns the agreement of the engines on its scene.
 Result<Json> measure_live(const BenchRenderOptions& options, int width, int height,
                           BenchRenderReport& report, Console& console) {
@@ -279,15 +274,19 @@ Result<Json> measure_live(const BenchRenderOptions& options, int width, int heig
 
 }  // namespace
 
+bool asks_for(const std::vector<std::string>& parts, const std::string& part) {
+  return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
+}
+
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
   const int width = options.quick ? 200 : options.width;
   const int height = options.quick ? 150 : options.height;
   BenchRenderReport report;
   Json agreements;
-  if (wants(options, "compare")) {
+  if (asks_for(options.parts, "compare")) {
     if (auto ok = measure_comparison(options, width, height, report, console); !ok) return ok;
   }
-  if (wants(options, "live")) {
+  if (asks_for(options.parts, "live")) {
     auto rows = measure_live(options, width, height, report, console);
     if (!rows) return rows.error();
     agreements = std::move(*rows);

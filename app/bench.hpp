@@ -12,6 +12,9 @@
 
 namespace nav::app {
 
+/// Whether a part of a bench is asked for; none named: all are.
+bool asks_for(const std::vector<std::string>& parts, const std::string& part);
+
 struct BenchRenderOptions {
   std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.
   std::string scene;                 ///< Only scenes whose name contains it; empty: all.

@@ -9,6 +9,7 @@
 #include <memory>
 #include <unistd.h>
 
+#include "app/bench.hpp"
 #include "app/bench_registration_json.hpp"
 
 namespace nav::app {
@@ -31,10 +32,7 @@ class RegistrationBench {
   Result<void> run();
 
  private:
-  [[nodiscard]] bool wants(const std::string& part) const {
-    return options_.parts.empty() ||
-           std::find(options_.parts.begin(), options_.parts.end(), part) != options_.parts.end();
-  }
+  [[nodiscard]] bool wants(const std::string& part) const { return asks_for(options_.parts, part); }
   [[nodiscard]] bench::CohortOptions cohort(std::uint64_t first_seed) const;
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
   void measure_effort();

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <thread>
 
+#include "app/engines.hpp"
 #include "app/pose_log.hpp"
 #include "app/report.hpp"
 #include "bench/measure.hpp"
+#include "registration/prepared.hpp"
 
 namespace nav::app {
 namespace {
@@ -45,14 +46,12 @@ Safety safety_of(const LiveUpdate& update) {
 Result<TissueFollower> TissueFollower::create(const SweepSurvey& sweep, const Volume& ct,
                                               const CtPlacement& accepted, int threads,
                                               Diagnostics& diagnostics) {
-  constexpr int kMostThreads = 64;
-  constexpr double kSigmaPerStep = 0.75;  // As LiveRegistration asks for.
   registration::LiveOptions options;
-  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  options.threads = std::clamp(threads > 0 ? threads : cores, 1, std::min(cores, kMostThreads));
+  constexpr int kMostThreads = 64;  // Of LiveOptions.
+  options.threads = usable_threads(threads > 0 ? std::min(threads, kMostThreads) : kMostThreads);
   auto channels = registration::make_ct_channels(
       ct, box_about(sweep.corners, accepted.ct_from_reference, options.jump_mm),
-      kSigmaPerStep * options.level.sample_step_mm);
+      registration::sigma_of(options.level.sample_step_mm));
   if (!channels) return channels.error();
   auto live = registration::LiveRegistration::create(
       std::make_shared<const registration::CtChannels>(std::move(*channels)),

@@ -6,13 +6,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <thread>
 
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
-#include "nav/time.hpp"
+#include "bench/until_whole.hpp"
 #include "render/gl_raycaster.hpp"
-#include "render/progressive.hpp"
 
 namespace nav::bench {
 namespace {
@@ -116,18 +114,6 @@ Result<double> time_frame(Engine& engine, const Scene& scene, bool software) {
   return 1e3 * (software ? process_time_s() - process_s : wall.count());
 }
 
-/// Pictures of a scene until one is whole, as a viewer asks for them.
-Result<void> draw_until_whole(render::ProgressiveRenderer& renderer, const Scene& scene,
-                              const Clock& clock) {
-  constexpr auto kRefresh = std::chrono::milliseconds(5);
-  while (true) {
-    const auto picture = renderer.draw(scene, clock.now());
-    if (!picture) return picture.error();
-    if (!renderer.wants_refinement()) return {};
-    std::this_thread::sleep_for(kRefresh);
-  }
-}
-
 /// set_edit_wall_ms and set_edit_whole_ms: a user has looked at the other set from several sides.
 Result<void> time_progressive_edit(const Scene& scene, const Scene& other_set,
                                    GlPredicateRow& row) {
@@ -196,6 +182,12 @@ double median_of(const std::vector<GlPredicateRow>& rows,
   return median(all);
 }
 
+double most_of(const std::vector<GlPredicateRow>& rows, double GlPredicateRow::*value) {
+  double most = 0;
+  for (const auto& row : rows) most = std::max(most, row.*value);
+  return most;
+}
+
 }  // namespace
 
 double GlPredicateReport::predicate_over_standard() const {
@@ -206,22 +198,14 @@ double GlPredicateReport::vs_paper_shader() const {
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
 }
 
-double GlPredicateReport::max_error() const {
-  double most = 0;
-  for (const auto& row : rows) most = std::max(most, row.max_error);
-  return most;
-}
+double GlPredicateReport::max_error() const { return most_of(rows, &GlPredicateRow::max_error); }
 
 double GlPredicateReport::worst_set_edit_ms() const {
-  double most = 0;
-  for (const auto& row : rows) most = std::max(most, row.set_edit_ms);
-  return most;
+  return most_of(rows, &GlPredicateRow::set_edit_ms);
 }
 
 double GlPredicateReport::worst_set_edit_wall_ms() const {
-  double most = 0;
-  for (const auto& row : rows) most = std::max(most, row.set_edit_wall_ms);
-  return most;
+  return most_of(rows, &GlPredicateRow::set_edit_wall_ms);
 }
 
 Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,

@@ -6,12 +6,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <thread>
 
 #include "bench/moving_camera.hpp"
+#include "bench/until_whole.hpp"
 #include "nav/time.hpp"
 #include "render/engine.hpp"
-#include "render/progressive.hpp"
 
 namespace nav::bench {
 namespace {
@@ -149,7 +148,6 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
 Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
   constexpr int kLearning = 3;  // The first pictures are whole, or tell what coarse ones cost.
   constexpr int kPictures = 23;
-  constexpr auto kRefresh = std::chrono::milliseconds(5);
   const auto engine = render::make_cpu_engine();
   render::ProgressiveRenderer renderer(*engine);
   const MonotonicClock clock;
@@ -162,10 +160,7 @@ Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
     if (const auto picture = renderer.draw(now, moved); !picture) return picture.error();
     if (i >= kLearning) wall_ms.push_back(1e3 * to_seconds(clock.now() - moved));
   }
-  while (renderer.wants_refinement()) {
-    std::this_thread::sleep_for(kRefresh);
-    if (const auto picture = renderer.draw(now, clock.now()); !picture) return picture.error();
-  }
+  if (auto ok = draw_until_whole(renderer, now, clock); !ok) return ok;
   found.progressive_wall_ms = median(wall_ms);
   found.refined_ms = 1e3 * to_seconds(clock.now() - moved);
   return {};

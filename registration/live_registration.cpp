@@ -12,14 +12,13 @@
 #include "nav/matrices.hpp"
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
+#include "registration/prepared.hpp"
 
 namespace nav::registration {
 namespace {
 
 using Vec = Eigen::Vector3d;
 
-// As the preparation of a whole sweep has it.
-constexpr double kSigmaPerStep = 0.75;
 /// A picture counts with at least so many patches; six unknowns have the filter's prior besides.
 constexpr std::size_t kMinPicturePatches = 10;
 constexpr double kTinyStepMm = 1e-3;
@@ -174,7 +173,7 @@ Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& picture) const
   const auto one = Sweep::create({picture}, "live");
   if (!one) return one.error();
   PatchSet patches = make_patches(*one, {std::move(masks->back())}, options_.level,
-                                  kSigmaPerStep * options_.level.sample_step_mm);
+                                  sigma_of(options_.level.sample_step_mm));
   for (Patch& patch : patches.patches) {
     patch.weight = std::pow(patch.weight, options_.contrast_power / kPatchWeightPower);
   }
@@ -328,7 +327,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   const auto own = static_cast<int>(patches->patches.size());
   const bool enough = patches->patches.size() >= kMinPicturePatches;
   predict(now, picture_points(picture, pose_)[4]);
-  LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, mean_distinctness_, own, 0};
+  LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, 0, own, 0};
   bool usable = false;
   if (enough) {
     window_.push_back({picture, std::move(*patches)});
@@ -340,7 +339,6 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
     out.cost = found.cost;
     out.iterations = found.iterations;
     if (found.finite) weigh(patches_now, found);
-    out.distinctness = mean_distinctness_;
     usable = found.finite && found.cost <= options_.max_cost;
     if (usable) {
       pose_ = found.pose;
@@ -360,6 +358,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   }
   newest_ = now;
   out.ct_from_reference = pose_;
+  out.distinctness = mean_distinctness_;
   out.predicted_rms_mm = std::sqrt(covariance_.bottomRightCorner<3, 3>().trace());
   judge(out, picture);
   return out;

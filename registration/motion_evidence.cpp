@@ -3,13 +3,13 @@
 #include "registration/motion_evidence.hpp"
 
 #include "registration/ct_structure.hpp"
+#include "registration/prepared.hpp"
 #include "registration/shadow_mask.hpp"
 #include "registration/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {
 
-constexpr double kSigmaPerStep = 0.75;
 constexpr double kReachMm = 20;
 // As ImageRegistrationOptions::min_ct_contrast_hu.
 constexpr double kMinCtContrastHu = 5;
@@ -25,7 +25,7 @@ Result<std::vector<MotionEvidence>> motion_evidence(
   const CtBox box = box_around(points, {pose}, kReachMm);
   std::vector<MotionEvidence> out;
   for (const LevelOptions& level : levels) {
-    const double sigma_mm = kSigmaPerStep * level.sample_step_mm;
+    const double sigma_mm = sigma_of(level.sample_step_mm);
     auto channels = make_ct_channels(ct, box, sigma_mm);
     if (!channels) return channels.error();
     PatchSet patches = make_patches(sweep, *masks, level, sigma_mm);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/registration/live_curve.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <memory>
@@ -11,9 +10,11 @@
 
 #include "bench/measure.hpp"
 #include "bench/registration/session_case.hpp"
+#include "bench/registration/summary.hpp"
 #include "bench/registration/thread_time.hpp"
 #include "registration/live_registration.hpp"
 #include "registration/picture_outline.hpp"
+#include "registration/prepared.hpp"
 
 namespace nav::bench {
 namespace {
@@ -31,7 +32,6 @@ struct LiveCase {
 
 Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind kind,
                            std::uint64_t seed) {
-  constexpr double kSigmaPerStep = 0.75;  // As LiveRegistration asks for.
   sim::SimulatedSessionOptions session;
   session.seed = seed;
   session.probe.model = options.model;
@@ -43,7 +43,7 @@ Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind k
   if (!made) return made.error();
   const auto channels =
       registration::make_ct_channels(made->ct, registration::box_of(made->ct.grid()),
-                                     kSigmaPerStep * LiveOptions().level.sample_step_mm);
+                                     registration::sigma_of(LiveOptions().level.sample_step_mm));
   if (!channels) return channels.error();
   Sweep sweep = registration::with_outline(made->sweep);
   return LiveCase{std::move(*made), std::move(sweep),
@@ -119,11 +119,6 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
     predicted.insert(predicted.end(), trial->predicted.begin(), trial->predicted.end());
     cpu_ms.insert(cpu_ms.end(), trial->cpu_ms.begin(), trial->cpu_ms.end());
   }
-  std::sort(all.begin(), all.end());
-  constexpr double kMost = 0.95;
-  const double p95 =
-      all.empty() ? std::nan("")
-                  : all[static_cast<std::size_t>(kMost * static_cast<double>(all.size() - 1))];
   return LivePoint{kind,
                    window,
                    patches,
@@ -131,7 +126,7 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
                    static_cast<double>(all.size()) / pictures,
                    median(still),
                    median(following),
-                   p95,
+                   quantile(all, 0.95),
                    median(predicted),
                    median(cpu_ms)};
 }

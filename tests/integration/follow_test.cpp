@@ -10,6 +10,7 @@
 #include "app/simulate.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
+#include "tests/integration/truth_file.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -20,17 +21,6 @@ namespace {
 using Pose = Transform<frames::Ct, frames::Reference>;
 
 constexpr int kViewPixels = 96;
-
-Json read_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return Json::parse(in);
-}
-
-Eigen::Matrix4d matrix_of(const Json& numbers) {
-  Eigen::Matrix4d m;
-  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
-  return m;
-}
 
 /// A recorded patient of the abdomen, breathing 10 mm, with CT and truth.
 struct Patient {

@@ -12,23 +12,13 @@
 #include "app/replay.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/needle_bending.hpp"
+#include "tests/integration/truth_file.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
 /// What 'sonde simulate' writes, read back by what 'sonde replay' and 'sonde register' are made of.
 namespace nav::app {
 namespace {
-
-Json read_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return Json::parse(in);
-}
-
-Eigen::Matrix4d matrix_of(const Json& numbers) {
-  Eigen::Matrix4d m;
-  for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
-  return m;
-}
 
 template <class To, class From>
 Transform<To, From> transform_of(const Json& numbers) {

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <thread>
+
+#include "nav/time.hpp"
+#include "render/progressive.hpp"
+
+namespace nav::bench {
+
+/// Pictures of a scene until one is whole, as a viewer asks for them.
+inline Result<void> draw_until_whole(render::ProgressiveRenderer& renderer,
+                                     const render::Scene& scene, const Clock& clock) {
+  constexpr auto kRefresh = std::chrono::milliseconds(5);
+  while (true) {
+    const auto picture = renderer.draw(scene, clock.now());
+    if (!picture) return picture.error();
+    if (!renderer.wants_refinement()) return {};
+    std::this_thread::sleep_for(kRefresh);
+  }
+}
+
+}  // namespace nav::bench
