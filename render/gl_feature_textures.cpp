@@ -6,7 +6,6 @@
 
 #include "render/gl_feature_textures.hpp"
 #include "render/gl_upload.hpp"
-#include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
@@ -17,42 +16,60 @@ std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 /// as_they_are: of the first one, which is no feature.
 void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool as_they_are, int k,
                 std::int16_t* to) {
-  constexpr std::size_t kWidth = GlFeatureTextures::kChannels;
+  static_assert(GlFeatureTextures::kChannels == 4);
   const auto& size = members[0]->grid().size;
-  const std::size_t slice = size_of(size[0]) * size_of(size[1]);
-  if (members.size() < kWidth) std::fill_n(to, kWidth * slice, std::int16_t{0});
-  for (std::size_t c = 0; c < members.size(); ++c) {
-    const std::int16_t* from = members[c]->hu().data() + size_of(k) * slice;
-    const bool raw = as_they_are && c == 0;
-    for (std::size_t i = 0; i < slice; ++i) {
-      const bool undefined = !raw && from[i] == FeatureVolume::kUndefined;
-      to[kWidth * i + c] = undefined ? std::int16_t{0} : from[i];
+  const std::size_t row = size_of(size[0]);
+  const std::vector<std::int16_t> missing(row);
+  const int keep_first = as_they_are ? -1 : 0;
+  const auto defined = [](std::int16_t v) -> int { return v == FeatureVolume::kUndefined ? 0 : v; };
+  for (int j = 0; j < size[1]; ++j) {
+    const std::size_t first = (size_of(k) * size_of(size[1]) + size_of(j)) * row;
+    std::array<const std::int16_t*, 4> from{};
+    for (std::size_t c = 0; c < from.size(); ++c) {
+      from[c] = c < members.size() ? members[c]->hu().data() + first : missing.data();
+    }
+    for (std::size_t i = 0; i < row; ++i, to += 4) {
+      const int kept = from[0][i] & keep_first;
+      to[0] = static_cast<std::int16_t>(kept | defined(from[0][i]));
+      to[1] = static_cast<std::int16_t>(defined(from[1][i]));
+      to[2] = static_cast<std::int16_t>(defined(from[2][i]));
+      to[3] = static_cast<std::int16_t>(defined(from[3][i]));
     }
   }
 }
 
-/// Sets a bit in every cell with an undefined voxel at a corner.
-void mark_undefined(const Volume& codes, std::uint16_t bit, std::vector<std::uint16_t>& cells) {
-  const auto& n = codes.grid().size;
-  const std::int16_t* voxels = codes.hu().data();
+/// A volume with voxels without a value, and its bit.
+struct Holes {
+  const Volume* codes;
+  std::uint16_t bit;
+};
+
+/// The cells of a slice: bits of the volumes that have no value at one of the corners.
+void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells) {
+  const auto& n = holes[0].codes->grid().size;
   const auto row = size_of(n[0]);
   const auto slice = row * size_of(n[1]);
-  for_each_index(n[2], 0, [&](int k) {
+  std::fill_n(cells, slice, std::uint16_t{0});
+  std::vector<std::uint8_t> here(row + 1);  // Some of the four rows; beyond the last voxel none.
+  for (const Holes& of : holes) {
+    const std::int16_t* voxels = of.codes->hu().data();
     for (int j = 0; j < n[1]; ++j) {
       const std::size_t first = size_of(k) * slice + size_of(j) * row;
       const std::size_t up = j + 1 < n[1] ? row : 0;
       const std::size_t behind = k + 1 < n[2] ? slice : 0;
-      const std::size_t starts[4] = {first, first + up, first + behind, first + up + behind};
-      bool left = false;
-      for (std::size_t i = row; i-- > 0;) {
-        const bool here = std::any_of(std::begin(starts), std::end(starts), [&](std::size_t s) {
-          return voxels[s + i] == FeatureVolume::kUndefined;
-        });
-        if (here || left) cells[first + i] = static_cast<std::uint16_t>(cells[first + i] | bit);
-        left = here;
+      const std::int16_t* const rows[4] = {voxels + first, voxels + first + up,
+                                           voxels + first + behind, voxels + first + up + behind};
+      for (std::size_t i = 0; i < row; ++i) {
+        const auto empty = [&](int r) { return rows[r][i] == FeatureVolume::kUndefined ? 1 : 0; };
+        here[i] = static_cast<std::uint8_t>(empty(0) | empty(1) | empty(2) | empty(3));
+      }
+      std::uint16_t* to = cells + size_of(j) * row;
+      for (std::size_t i = 0; i < row; ++i) {
+        const int open = here[i] | here[i + 1];
+        to[i] = static_cast<std::uint16_t>(to[i] | (open * of.bit));
       }
     }
-  });
+  }
 }
 
 Result<void> accepted(const std::string& what) {
@@ -149,18 +166,17 @@ Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set) {
     return std::find(undefined_of_.begin(), undefined_of_.end(), codes) != undefined_of_.end();
   });
   if (!has_undefined_ || known) return {};
-  const auto& size = set.channels()[0].codes->grid().size;
-  std::vector<std::uint16_t> cells(set.channels()[0].codes->grid().voxel_count());
+  std::vector<Holes> marked;
   for (const Volume* codes : holes) {
     const Place place = *find(codes);
-    mark_undefined(*codes,
-                   static_cast<std::uint16_t>(1U << (place.group * kChannels + place.component)),
-                   cells);
+    marked.push_back(
+        {codes, static_cast<std::uint16_t>(1U << (place.group * kChannels + place.component))});
   }
   glBindTexture(GL_TEXTURE_3D, undefined_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16UI, size[0], size[1], size[2], 0, GL_RED_INTEGER,
-               GL_UNSIGNED_SHORT, cells.data());
+  gl::send_slices<std::uint16_t>(GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                                 set.channels()[0].codes->grid().size, 1,
+                                 [&](int k, std::uint16_t* to) { mark_undefined(marked, k, to); });
   ++uploads_;
   if (auto ok = accepted("undefined voxels of predicates"); !ok) return ok;
   undefined_of_ = std::move(holes);

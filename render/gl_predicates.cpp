@@ -66,6 +66,12 @@ void send_bits(std::span<const std::uint32_t> bits, std::uint32_t kept,
   const std::size_t slice = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
   gl::send_slices<T>(internal, GL_RED_INTEGER, type, size, 1, [&](int k, T* to) {
     const auto from = bits.subspan(static_cast<std::size_t>(k) * slice, slice);
+    // The lowest bits, as a rule: nothing moves.
+    if ((kept & (kept + 1)) == 0) {
+      std::transform(from.begin(), from.end(), to,
+                     [&](std::uint32_t b) { return static_cast<T>(b & kept); });
+      return;
+    }
     std::transform(from.begin(), from.end(), to,
                    [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
   });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <unordered_map>
 
@@ -18,27 +19,56 @@ std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 constexpr double kCodeSlack = 0.05;
 constexpr double kIndexSlack = 0.01;
 
-/// Calls visit(brick, first voxel of a row, voxels of the row) for every row of every brick.
-template <class Visit>
-void for_each_row(const std::array<int, 3>& size, int bz, const Visit& visit) {
+/// For every row of bricks of a layer: rows.begin(), rows.add(first voxel) for each row of voxels
+/// in it, rows.end(first brick).
+template <class Rows>
+void for_each_brick_row(const std::array<int, 3>& size, int bz, Rows&& rows) {
   const auto bricks = [&](int axis) { return (size[size_of(axis)] - 1) / kBrickVoxels + 1; };
   const auto end = [&](int b, int axis) {
     return std::min((b + 1) * kBrickVoxels + 1, size[size_of(axis)]);
   };
-  for (int k = bz * kBrickVoxels; k < end(bz, 2); ++k) {
-    for (int by = 0; by < bricks(1); ++by) {
+  for (int by = 0; by < bricks(1); ++by) {
+    rows.begin();
+    for (int k = bz * kBrickVoxels; k < end(bz, 2); ++k) {
       for (int j = by * kBrickVoxels; j < end(by, 1); ++j) {
-        for (int bx = 0; bx < bricks(0); ++bx) {
-          const std::size_t first =
-              (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]) +
-              size_of(bx * kBrickVoxels);
-          visit(size_of((bz * bricks(1) + by) * bricks(0) + bx), first,
-                size_of(end(bx, 0) - bx * kBrickVoxels));
-        }
+        rows.add((size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]));
       }
     }
+    rows.end(size_of((bz * bricks(1) + by) * bricks(0)));
   }
 }
+
+/// Of each column of voxels through a row of bricks a running value, of each brick that of its
+/// columns. Column by column first: the compiler turns long rows into vector instructions.
+template <class T, class Join>
+class BrickFold {
+ public:
+  BrickFold(int voxels, T neutral, Join join, std::vector<T>& bricks)
+      : neutral_(neutral), join_(join), columns_(size_of(voxels)), bricks_(bricks) {}
+
+  void begin() { std::fill(columns_.begin(), columns_.end(), neutral_); }
+  template <class Get>
+  void add(const Get& get) {
+    T* columns = columns_.data();
+    for (std::size_t i = 0; i < columns_.size(); ++i) columns[i] = join_(columns[i], get(i));
+  }
+  void end(std::size_t brick) {
+    for (std::size_t first = 0; first < columns_.size(); first += kBrickVoxels) {
+      const std::size_t last = std::min(first + kBrickVoxels + 1, columns_.size());
+      T joined = neutral_;
+      for (std::size_t i = first; i < last; ++i) joined = join_(joined, columns_[i]);
+      bricks_[brick++] = joined;
+    }
+  }
+
+ private:
+  T neutral_;
+  Join join_;
+  std::vector<T> columns_;
+  std::vector<T>& bricks_;
+};
+
+constexpr auto kLeast = [](auto a, auto b) { return std::min(a, b); };
 
 std::size_t brick_count(const std::array<int, 3>& size) {
   std::size_t count = 1;
@@ -102,21 +132,27 @@ ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) 
   ChannelBricks out{make_brick_grid(*channel.codes, threads), {}};
   if (!channel.has_undefined) return out;
   const auto& size = channel.codes->grid().size;
-  const std::span<const std::int16_t> codes = channel.codes->hu();
-  std::fill(out.range.low.begin(), out.range.low.end(), std::numeric_limits<std::int16_t>::max());
-  std::fill(out.range.high.begin(), out.range.high.end(), FeatureVolume::kUndefined);
+  const std::int16_t* codes = channel.codes->hu().data();
+  constexpr std::int16_t kUndefined = FeatureVolume::kUndefined;
+  constexpr std::int16_t kMost = std::numeric_limits<std::int16_t>::max();
+  // No code is less than an undefined one: the least says where there are some, the greatest is as
+  // it was.
+  static_assert(kUndefined == std::numeric_limits<std::int16_t>::min());
   out.undefined.resize(out.range.low.size());
+  std::transform(out.range.low.begin(), out.range.low.end(), out.undefined.begin(),
+                 [](std::int16_t low) { return static_cast<std::uint8_t>(low == kUndefined); });
+  struct Rows {
+    const std::int16_t* codes;
+    BrickFold<std::int16_t, decltype(kLeast)> low;
+    void begin() { low.begin(); }
+    void add(std::size_t first) {
+      const std::int16_t* row = codes + first;
+      low.add([row](std::size_t i) { return row[i] == kUndefined ? kMost : row[i]; });
+    }
+    void end(std::size_t brick) { low.end(brick); }
+  };
   for_each_index(out.range.count.z(), threads, [&](int bz) {
-    for_each_row(size, bz, [&](std::size_t b, std::size_t first, std::size_t n) {
-      for (const std::int16_t code : codes.subspan(first, n)) {
-        if (code == FeatureVolume::kUndefined) {
-          out.undefined[b] = 1;
-        } else {
-          out.range.low[b] = std::min(out.range.low[b], code);
-          out.range.high[b] = std::max(out.range.high[b], code);
-        }
-      }
-    });
+    for_each_brick_row(size, bz, Rows{codes, {size[0], kMost, kLeast, out.range.low}});
   });
   return out;
 }
@@ -124,14 +160,31 @@ ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) 
 LabelBricks label_bricks(const LabelVolume& labels, int threads) {
   const auto& size = labels.grid().size;
   const std::size_t count = brick_count(size);
-  LabelBricks out{std::vector<std::uint32_t>(count), std::vector<std::uint32_t>(count, ~0U)};
+  LabelBricks out{std::vector<std::uint32_t>(count), std::vector<std::uint32_t>(count)};
+  using Any = std::bit_or<std::uint32_t>;
+  using All = std::bit_and<std::uint32_t>;
+  struct Rows {
+    const std::uint32_t* bits;
+    BrickFold<std::uint32_t, Any> any;
+    BrickFold<std::uint32_t, All> all;
+    void begin() {
+      any.begin();
+      all.begin();
+    }
+    void add(std::size_t first) {
+      const std::uint32_t* row = bits + first;
+      any.add([row](std::size_t i) { return row[i]; });
+      all.add([row](std::size_t i) { return row[i]; });
+    }
+    void end(std::size_t brick) {
+      any.end(brick);
+      all.end(brick);
+    }
+  };
   for_each_index((size[2] - 1) / kBrickVoxels + 1, threads, [&](int bz) {
-    for_each_row(size, bz, [&](std::size_t b, std::size_t first, std::size_t n) {
-      for (const std::uint32_t bits : labels.bits().subspan(first, n)) {
-        out.any[b] |= bits;
-        out.all[b] &= bits;
-      }
-    });
+    for_each_brick_row(
+        size, bz,
+        Rows{labels.bits().data(), {size[0], 0U, Any{}, out.any}, {size[0], ~0U, All{}, out.all}});
   });
   return out;
 }
