@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <future>
 
 #include "render/gl_predicates.hpp"
 #include "render/gl_uniforms.hpp"
@@ -86,6 +87,12 @@ Result<void> GlPredicates::update(const Scene& scene) {
   const bool other_looks = !set_ || !same_weights(*set_, *made) || !same_programs(*set_, *made) ||
                            set_->leaves().size() != made->leaves().size();
   set_ = *std::move(made);
+  // Beside what is sent: for a new texture that is mostly pages of memory, one after the other.
+  std::future<bool> other_leaves;
+  if (!known_.knows(*set_)) {
+    other_leaves =
+        std::async(std::launch::async, [this, set = *set_] { return known_.update(set, 0); });
+  }
   const auto fail = [&](const Error& error) {
     set_.reset();
     return error;
@@ -109,10 +116,10 @@ Result<void> GlPredicates::update(const Scene& scene) {
   std::vector<std::uint32_t> undefined;
   for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
   rows_ = predicate_rows(*set_, features_, undefined, label_bits_);
-  const bool other_leaves = known_.update(*set_, 0);
-  unchanged_ = !other_looks && !other_leaves;
+  const bool leaves_changed = other_leaves.valid() && other_leaves.get();
+  unchanged_ = !other_looks && !leaves_changed;
   if (other_looks) form_.look_table ? send_looks() : send_weights();
-  if (other_looks || other_leaves) send_bricks();
+  if (other_looks || leaves_changed) send_bricks();
   if (opacity_length_mm_ != scene.predicates->opacity_length_mm)
     send_opacity(scene.predicates->opacity_length_mm);
   return {};

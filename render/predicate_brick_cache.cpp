@@ -31,8 +31,12 @@ bool same_leaves(const PredicateSet& a, const PredicateSet& b) {
 
 }  // namespace
 
+bool PredicateBrickCache::knows(const PredicateSet& set) const {
+  return set_ && same_leaves(*set_, set);
+}
+
 bool PredicateBrickCache::update(const PredicateSet& set, int threads) {
-  if (set_ && same_leaves(*set_, set)) return false;
+  if (knows(set)) return false;
   set_.reset();
   take_channels(set, threads);
   take_labels(set, threads);

@@ -14,6 +14,8 @@ namespace nav::render {
 /// stay while they are asked for; leaves are classified anew when one of them is another.
 class PredicateBrickCache {
  public:
+  /// Whether leaves are classified for that set already.
+  [[nodiscard]] bool knows(const PredicateSet& set) const;
   /// True: leaves were classified anew. threads: 0: all cores.
   bool update(const PredicateSet& set, int threads);
 
