@@ -69,7 +69,7 @@ struct ImageRegistrationOptions {
   /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
   /// fit into the pictures is left out and reported; the last must fit.
   std::vector<LevelOptions> levels = {
-      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.2, 9, 5000, 1.5, PatchChoice::kEven}};
+      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.2, 9, 7500, 1.0, PatchChoice::kEven}};
   ShadowMaskOptions mask;
   /// The limits of acceptance are those of LC²; what the others cost is not comparable.
   Similarity similarity = Similarity::kLc2;
