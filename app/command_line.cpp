@@ -429,7 +429,16 @@ void CommandLine::add_simulate() {
   verb->add_option("--truth", o.truth, "truth to write (JSON); none: beside the recording");
   verb->add_option("--ct", o.ct, "CT of the patient to write, .mha");
   verb->add_option("--ct-spacing-mm", o.ct_spacing_mm)->capture_default_str();
-  verb->add_option("--family", o.family, "of patients")->capture_default_str();
+  auto* family = verb->add_option("--family", o.family, "of patients")->capture_default_str();
+  auto* contrast =
+      verb->add_option("--contrast", o.contrast,
+                       "of the CT: native, arterial, portal, or mr: grey values like those of MR")
+          ->capture_default_str();
+  auto* patient_ct = verb->add_option("--patient-ct", o.patient_ct,
+                                      "a recorded CT, file or folder: the patient is made of it")
+                         ->excludes(family)
+                         ->excludes(contrast);
+  verb->add_option("--look-at", o.look_at_mm, "point of that CT, LPS mm")->needs(patient_ct);
   verb->add_option("--seed", o.seed, "which patient, room, hand and breath")->capture_default_str();
   verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
   verb->add_option("--length-mm", o.length_mm, "of the slide; 0: 60 convex, 40 linear, 16 sector")

@@ -9,6 +9,7 @@
 #include "io/ct.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ct_scanner.hpp"
+#include "sim/session/patient_of_ct.hpp"
 
 namespace nav::app {
 namespace {
@@ -94,7 +95,8 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   if (!tracker) return tracker.error();
   const auto breathing = breathing_of(options);
   if (!breathing) return breathing.error();
-  out.family = options.family;
+  out.family = patient.family;
+  out.contrast = *sim::contrast_from(options.contrast);
   out.seed = options.seed;
   out.path.kind = *path;
   out.path.length_mm = options.length_mm > 0 ? options.length_mm : usual_length_mm(probe->kind);
@@ -119,6 +121,21 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   return out;
 }
 
+Result<sim::Patient> patient_of(const SimulateOptions& options, Console& console) {
+  const auto contrast = sim::contrast_from(options.contrast);
+  if (!contrast) return Error{contrast.error().code, "--" + contrast.error().message};
+  if (options.patient_ct.empty())
+    return sim::make_patient(options.family, {options.seed, *contrast});
+  const auto ct = io::read_ct(options.patient_ct, console);
+  if (!ct) return ct.error();
+  sim::CtPatientOptions made;
+  made.seed = options.seed;
+  if (options.look_at_mm) {
+    made.about = Point<frames::Ct>{Eigen::Vector3d(options.look_at_mm->data())};
+  }
+  return sim::make_patient_of_ct(*ct, made);
+}
+
 Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOptions& options) {
   sim::CtOptions ct;
   ct.seed = options.seed;
@@ -132,7 +149,7 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
 
 Result<void> run_simulate(const SimulateOptions& options, Console& console) {
   console.begin("simulated patient");
-  const auto patient = sim::make_patient(options.family, {options.seed, sim::Contrast::kPortal});
+  const auto patient = patient_of(options, console);
   if (!patient) return patient.error();
   const auto session_settings = session_options(options, *patient);
   if (!session_settings) return session_settings.error();

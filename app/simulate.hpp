@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,6 +17,10 @@ struct SimulateOptions {
   std::filesystem::path truth;  ///< JSON; empty: the sequence's name with .truth.json.
   std::filesystem::path ct;     ///< .mha; empty: no CT is written.
   std::string family = "abdomen";
+  std::string contrast = "portal";   ///< Of the CT: native, arterial, portal; mr: grey values.
+  std::filesystem::path patient_ct;  ///< A recorded CT as the patient; empty: one of the family.
+  /// What the probe looks at in that CT, LPS mm; absent: the middle of its soft tissue.
+  std::optional<std::array<double, 3>> look_at_mm;
   std::uint64_t seed = 1;
   std::string path = "sweep";  ///< sweep, fan, rock or tilt.
   double length_mm = 0;        ///< Of a slide; 0: what the probe is usually led over.

@@ -77,6 +77,29 @@ const Properties& properties(Tissue tissue) {
 
 const char* to_string(Tissue tissue) { return properties(tissue).name; }
 
+const char* to_string(Contrast contrast) {
+  switch (contrast) {
+    case Contrast::kNative:
+      return "native";
+    case Contrast::kArterial:
+      return "arterial";
+    case Contrast::kPortal:
+      return "portal";
+    case Contrast::kMr:
+      return "mr";
+  }
+  return "unknown";
+}
+
+Result<Contrast> contrast_from(std::string_view name) {
+  for (const auto contrast :
+       {Contrast::kNative, Contrast::kArterial, Contrast::kPortal, Contrast::kMr}) {
+    if (name == to_string(contrast)) return contrast;
+  }
+  return Error{ErrorCode::kUsage,
+               "contrast: expected native, arterial, portal or mr, found " + std::string(name)};
+}
+
 double tissue_hu(Tissue tissue, Contrast contrast) {
   const Properties& p = properties(tissue);
   if (contrast == Contrast::kNative) return p.hu_native;

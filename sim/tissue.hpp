@@ -4,6 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
+
+#include "nav/result.hpp"
 
 namespace nav::sim {
 
@@ -66,6 +69,10 @@ enum class Contrast {
   kPortal,
   kMr  ///< Not a CT: T1-weighted-like grey values, 0 to 1000, of no unit.
 };
+
+/// Stable lower-case name ("portal"), and back; kUsage for a name that is none.
+const char* to_string(Contrast contrast);
+Result<Contrast> contrast_from(std::string_view name);
 
 /// Mean CT value of a tissue in a contrast phase, HU (kMr: grey value). Typical textbook values.
 double tissue_hu(Tissue tissue, Contrast contrast);

@@ -188,6 +188,7 @@ void CtPatient::place_points() {
       for (int i = step / 2; i < size[0]; i += step) {
         const auto p = ct_.grid().at(Vec3d(i, j, k));
         const int hu = ct_.at(i, j, k);
+        if (options_.about && (p - *options_.about).v.norm() > kAboutMm) continue;
         if (hu > -200 && hu < 250 && skin_distance_mm(p) < -kDepthMm) targets_.push_back(p);
       }
     }
@@ -221,8 +222,15 @@ Result<std::shared_ptr<const Anatomy>> make_ct_patient(const Volume& ct,
   for (std::size_t a = 0; a < 3; ++a) {
     blur_axis(smooth, ct.grid(), a, o.smooth_mm / ct.grid().spacing_mm[static_cast<int>(a)]);
   }
-  return std::shared_ptr<const Anatomy>(
-      std::make_shared<const CtPatient>(ct, o, std::move(smooth), *skin));
+  auto patient = std::make_shared<const CtPatient>(ct, o, std::move(smooth), *skin);
+  if (o.about && patient->targets().empty()) {
+    std::ostringstream text;
+    text << "patient of a CT: expected soft tissue within " << kAboutMm << " mm of ("
+         << o.about->mm.x() << ", " << o.about->mm.y() << ", " << o.about->mm.z()
+         << ") mm, found none";
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return std::shared_ptr<const Anatomy>(std::move(patient));
 }
 
 }  // namespace nav::sim

@@ -61,6 +61,8 @@ double lean_rad(const Anatomy& patient, const Vec& skin, const Vec& into) {
 
 }  // namespace
 
+double press_mm(ProbeKind probe) { return probe == ProbeKind::kConvex ? 8 : 2; }
+
 std::optional<Transform<frames::Ct, frames::Image>> settled(
     const Anatomy& patient, const Transform<frames::Ct, frames::Image>& view, double press_mm) {
   constexpr double kBackMm = 20;

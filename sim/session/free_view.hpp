@@ -7,11 +7,15 @@
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
 #include "sim/anatomy/anatomy.hpp"
+#include "sim/probe_model.hpp"
 
 namespace nav::sim {
 
 /// A face that leans more off the skin loses contact at one side.
 inline constexpr double kMostLeanRad = 0.35;
+
+/// How far a face is pushed into the skin, mm: a curved one deeper.
+double press_mm(ProbeKind probe);
 
 /// A view with its face pressed press_mm into the skin along the beam; nothing where it leans more
 /// than kMostLeanRad off the skin, or lies nowhere near it.

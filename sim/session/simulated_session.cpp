@@ -125,9 +125,6 @@ Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionO
   return std::shared_ptr<const SmoothWarp>(std::make_shared<SmoothWarp>(std::move(*warp)));
 }
 
-/// A curved face is pushed into the soft skin.
-double press_of(const ProbeModel& probe) { return probe.kind == ProbeKind::kConvex ? 8 : 2; }
-
 /// Pictures of a session on the virtual clock.
 class SessionFrames final : public FrameSource {
  public:
@@ -224,10 +221,10 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
   if (const auto ok = validate(options); !ok) return ok.error();
   if (options.standard_view) {
     const auto& standard = patient.views.front().ct_from_image;
-    const auto view = settled(*patient.anatomy, standard, press_of(options.probe));
+    const auto view = settled(*patient.anatomy, standard, press_mm(options.probe.kind));
     if (view) return about(options, patient.anatomy, *view);
   }
-  const auto middle = free_view(*patient.anatomy, press_of(options.probe));
+  const auto middle = free_view(*patient.anatomy, press_mm(options.probe.kind));
   if (!middle) return middle.error();
   return about(options, patient.anatomy, *middle);
 }

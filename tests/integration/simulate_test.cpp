@@ -4,12 +4,15 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <map>
 #include <sstream>
 
 #include "app/command_line.hpp"
 #include "app/json_member.hpp"
 #include "app/recorded_session.hpp"
 #include "app/replay.hpp"
+#include "io/ct.hpp"
+#include "sim/anatomy/ct_patient.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/needle_bending.hpp"
 #include "tests/integration/truth_file.hpp"
@@ -323,7 +326,7 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   for (std::string SimulateOptions::*option :
        {&SimulateOptions::family, &SimulateOptions::path, &SimulateOptions::probe,
         &SimulateOptions::tracker, &SimulateOptions::breathing, &SimulateOptions::model,
-        &SimulateOptions::faults, &SimulateOptions::needle}) {
+        &SimulateOptions::faults, &SimulateOptions::needle, &SimulateOptions::contrast}) {
     SimulateOptions options = small(folder);
     options.*option = "nonsense";
     const auto refused = run_simulate(options, console);
@@ -334,6 +337,97 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   SimulateOptions options = small(folder);
   options.faults = "2";
   EXPECT_FALSE(run_simulate(options, console));
+}
+
+/// Mean HU of the patient's targets, in the liver, in the CT that is written.
+double mean_at_targets(const SimulateOptions& options, Console& console) {
+  const auto written = run_simulate(options, console);
+  EXPECT_TRUE(written) << written.error().message;
+  const auto ct = io::read_ct(options.ct, console);
+  EXPECT_TRUE(test::has_value(ct));
+  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  EXPECT_EQ(truth.at("contrast"), options.contrast);
+  double sum = 0;
+  for (const Json& p : truth.at("targets_ct_mm")) {
+    sum += ct->sample({Eigen::Vector3d(p.at(0), p.at(1), p.at(2))}).value_or(-1000);
+  }
+  return sum / static_cast<double>(truth.at("targets_ct_mm").size());
+}
+
+TEST(SimulateTest, TheCtIsOfThePhaseThatWasAskedFor) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options = small(folder);
+  options.duration_s = 0.25;
+  options.ct = folder / "ct.mha";
+  options.ct_spacing_mm = 4;
+  std::map<std::string, double> mean;
+  for (const char* contrast : {"native", "arterial", "portal", "mr"}) {
+    options.contrast = contrast;
+    mean[contrast] = mean_at_targets(options, console);
+  }
+  // Liver in textbooks: 58, 68, 112 HU; 480 as a grey value. Some targets lie in vessels.
+  EXPECT_NEAR(mean["native"], 58, 8);
+  EXPECT_NEAR(mean["arterial"], 68, 10);
+  EXPECT_NEAR(mean["portal"], 115, 12);
+  EXPECT_NEAR(mean["mr"], 470, 50);
+}
+
+TEST(SimulateTest, ARecordedCtIsThePatient) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions first = small(folder);
+  first.duration_s = 0.25;
+  first.ct = folder / "ct.mha";
+  first.ct_spacing_mm = 2;
+  ASSERT_TRUE(run_simulate(first, console));
+  SimulateOptions options = small(folder);
+  options.patient_ct = first.ct;
+  options.look_at_mm = {-40, -10, 5};
+  const auto written = run_simulate(options, console);
+  ASSERT_TRUE(written) << written.error().message;
+  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  EXPECT_EQ(truth.at("family"), "ct");
+  ASSERT_GT(truth.at("targets_ct_mm").size(), 20u);
+  const Eigen::Vector3d aim(options.look_at_mm->data());
+  const Eigen::Matrix4d image_from_pixels = matrix_of(truth.at("image_from_pixels_mm"));
+  for (const Json& p : truth.at("targets_ct_mm")) {
+    EXPECT_LE((Eigen::Vector3d(p.at(0), p.at(1), p.at(2)) - aim).norm(), sim::kAboutMm);
+  }
+  // The picture in the middle shows what was to be looked at: the plane runs near it.
+  const Json& middle = truth.at("frames").at(truth.at("frames").size() / 2);
+  const Eigen::Matrix4d ct_from_image = matrix_of(middle.at("ct_from_image_mm"));
+  const Eigen::Vector3d local =
+      (image_from_pixels.inverse() * ct_from_image.inverse() * aim.homogeneous()).head<3>();
+  EXPECT_LT(std::abs(local.z()), 12);
+  EXPECT_GT(local.x(), 0);
+  EXPECT_LT(local.x(), options.columns);
+  EXPECT_GT(local.y(), 0);
+  EXPECT_LT(local.y(), options.rows);
+  const auto frames = replayed(options, console);
+  ASSERT_EQ(frames.size(), 13u);
+  double sum = 0;
+  for (const std::uint8_t v : frames[6].frame.pixels.pixels()) sum += v;
+  EXPECT_GT(sum / static_cast<double>(frames[6].frame.pixels.pixels().size()), 10);
+}
+
+TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options = small(folder);
+  options.patient_ct = folder / "missing.mha";
+  EXPECT_TRUE(test::refuses(run_simulate(options, console), ErrorCode::kNotFound, {"missing.mha"}));
+  SimulateOptions first = small(folder);
+  first.duration_s = 0.25;
+  first.ct = folder / "ct.mha";
+  first.ct_spacing_mm = 4;
+  ASSERT_TRUE(run_simulate(first, console));
+  std::filesystem::remove(options.out);
+  options.patient_ct = first.ct;
+  options.look_at_mm = {1000, 0, 0};
+  EXPECT_TRUE(test::refuses(run_simulate(options, console), ErrorCode::kUsage,
+                            {"soft tissue", "50 mm", "1000"}));
+  EXPECT_FALSE(std::filesystem::exists(options.out));
 }
 
 /// 'sonde register' of three breaths, 8 mm deep, from 5 mm beside the truth. Errors are those of
