@@ -101,10 +101,13 @@ struct Recorded {
   using Pose = Transform<frames::Ct, frames::Reference>;
   SimulateOptions options;
   Json truth;
-  Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path) {
+  /// patient_ct: a recorded CT; empty: a patient whose CT is written.
+  Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
+           const std::filesystem::path& patient_ct = {}) {
     const std::string name = std::to_string(seed);
     options.out = folder / (name + ".igs.mha");
-    options.ct = folder / (name + ".ct.mha");
+    options.patient_ct = patient_ct;
+    if (patient_ct.empty()) options.ct = folder / (name + ".ct.mha");
     options.seed = seed;
     options.path = path;
     options.duration_s = 3;
@@ -409,6 +412,17 @@ TEST(SimulateTest, ARecordedCtIsThePatient) {
   double sum = 0;
   for (const std::uint8_t v : frames[6].frame.pixels.pixels()) sum += v;
   EXPECT_GT(sum / static_cast<double>(frames[6].frame.pixels.pixels().size()), 10);
+}
+
+// Real anatomy, noise and voxels; what is heard of them is simulated.
+TEST(SimulateTest, PicturesInsideARealCtAreFoundThereAgain) {
+  SONDE_REQUIRE_DATA(file, "ct-abdomen-totalseg/example_ct.nii.gz");
+  const test::TemporaryFolder folder;
+  const Recorded sweep(folder, 2, "tilt", file);
+  const Recorded::Pose truth = sweep.ct_from_reference();
+  const Recorded::Pose start(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(4, -2, 2));
+  const Json found = registered(sweep, file, start, folder / "report.json");
+  EXPECT_LT(target_error_mm(sweep, found), 0.6);
 }
 
 TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
