@@ -224,10 +224,12 @@ Result<std::shared_ptr<const Anatomy>> make_ct_patient(const Volume& ct,
   }
   auto patient = std::make_shared<const CtPatient>(ct, o, std::move(smooth), *skin);
   if (o.about && patient->targets().empty()) {
+    const Eigen::AlignedBox3d box = patient->region_mm();
+    const Eigen::IOFormat row(4, Eigen::DontAlignCols, ", ", ", ", "", "", "(", ")");
     std::ostringstream text;
-    text << "patient of a CT: expected soft tissue within " << kAboutMm << " mm of ("
-         << o.about->mm.x() << ", " << o.about->mm.y() << ", " << o.about->mm.z()
-         << ") mm, found none";
+    text << "patient of a CT: expected soft tissue within " << kAboutMm
+         << " mm of a point in the CT, from " << box.min().format(row) << " to "
+         << box.max().format(row) << " mm, found none about " << o.about->mm.format(row);
     return Error{ErrorCode::kUsage, text.str()};
   }
   return std::shared_ptr<const Anatomy>(std::move(patient));
