@@ -119,9 +119,11 @@ struct ImageRegistrationResult {
   std::string message;  ///< Why the solve stopped, in the solver's words.
   int iterations;       ///< Of the chosen candidate, all levels.
   double initial_cost;  ///< Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match.
-  double final_cost;    ///< Finest-level cost at the result, [0, 1].
-  double overlap;       ///< Fraction of the usable ultrasound inside the CT, [0, 1].
-  int patches;          ///< On the finest level.
+  /// Finest-level cost at the result, [0, 1]: of the patches of most contrast, without the loss. Of
+  /// pictures so small that only the finest level fits: of all patches, with it, which is more.
+  double final_cost;
+  double overlap;  ///< Fraction of the usable ultrasound inside the CT, [0, 1].
+  int patches;     ///< On the finest level.
 
   PoseUncertainty uncertainty;   ///< About the sweep's centroid; meaningless unless valid.
   bool covariance_valid;         ///< False: a direction is not determined by the sweep.
