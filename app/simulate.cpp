@@ -96,7 +96,7 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   const auto breathing = breathing_of(options);
   if (!breathing) return breathing.error();
   out.family = patient.family;
-  out.contrast = *sim::contrast_from(options.contrast);
+  out.contrast = patient.contrast;
   out.seed = options.seed;
   out.path.kind = *path;
   out.path.length_mm = options.length_mm > 0 ? options.length_mm : usual_length_mm(probe->kind);

@@ -112,8 +112,7 @@ Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& re
   json["simulated"] = true;
   json["version"] = SONDE_VERSION;
   json["family"] = o.family;
-  // A recorded CT has its own.
-  json["contrast"] = o.family == "ct" ? Json(nullptr) : Json(sim::to_string(o.contrast));
+  json["contrast"] = o.contrast ? Json(sim::to_string(*o.contrast)) : Json(nullptr);
   json["seed"] = o.seed;
   json["path"] = {{"kind", to_string(o.path.kind)},
                   {"length_mm", o.path.length_mm},

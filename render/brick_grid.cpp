@@ -10,28 +10,13 @@
 #include <limits>
 #include <utility>
 
+#include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
 
 std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
-
-/// Widens the ranges of a row of bricks, from first on, by a row of voxels.
-void add_row(const std::int16_t* row, int voxels, int edge, std::size_t first, BrickGrid& grid) {
-  for (int bx = 0; bx < grid.count.x(); ++bx) {
-    std::int16_t low = grid.low[first + size_of(bx)];
-    std::int16_t high = grid.high[first + size_of(bx)];
-    // Plain minima, which the compiler turns into vector instructions; minmax_element branches.
-    const int end = std::min((bx + 1) * edge + 1, voxels);
-    for (int i = bx * edge; i < end; ++i) {
-      low = std::min(low, row[i]);
-      high = std::max(high, row[i]);
-    }
-    grid.low[first + size_of(bx)] = low;
-    grid.high[first + size_of(bx)] = high;
-  }
-}
 
 /// The entries of a table that a range of whole HU touches, as TransferTable::visible() widens it.
 class Entries {
@@ -163,27 +148,12 @@ void chebyshev(const Eigen::Vector3i& n, std::vector<std::uint8_t>& d) {
 
 /// Ranges of cubes of so many voxels along an edge.
 BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
+  using Limits = std::numeric_limits<std::int16_t>;
   const auto& size = volume.grid().size;
   BrickGrid grid;
-  for (int axis = 0; axis < 3; ++axis) {
-    grid.count(axis) = (size[size_of(axis)] - 1) / edge + 1;
-  }
-  const std::size_t total = size_of(grid.count.prod());
-  grid.low.assign(total, std::numeric_limits<std::int16_t>::max());
-  grid.high.assign(total, std::numeric_limits<std::int16_t>::min());
-  for_each_index(grid.count.z(), threads, [&](int bz) {
-    const int k_end = std::min((bz + 1) * edge + 1, size[2]);
-    for (int k = bz * edge; k < k_end; ++k) {
-      for (int by = 0; by < grid.count.y(); ++by) {
-        const std::size_t first = size_of((bz * grid.count.y() + by) * grid.count.x());
-        const int j_end = std::min((by + 1) * edge + 1, size[1]);
-        for (int j = by * edge; j < j_end; ++j) {
-          const std::size_t row = size_of(k) * size_of(size[1]) + size_of(j);
-          add_row(volume.hu().data() + row * size_of(size[0]), size[0], edge, first, grid);
-        }
-      }
-    }
-  });
+  grid.count = fold_bricks(volume.hu().data(), size, edge, threads,
+                           BrickFold{Limits::max(), kLeast, grid.low},
+                           BrickFold{Limits::min(), kGreatest, grid.high});
   return grid;
 }
 

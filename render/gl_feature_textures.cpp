@@ -20,7 +20,6 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
   const auto& size = members[0]->grid().size;
   const std::size_t row = size_of(size[0]);
   const std::vector<std::int16_t> missing(row);
-  const int keep_first = as_they_are ? -1 : 0;
   const auto defined = [](std::int16_t v) -> int { return v == FeatureVolume::kUndefined ? 0 : v; };
   for (int j = 0; j < size[1]; ++j) {
     const std::size_t first = (size_of(k) * size_of(size[1]) + size_of(j)) * row;
@@ -29,8 +28,7 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
       from[c] = c < members.size() ? members[c]->hu().data() + first : missing.data();
     }
     for (std::size_t i = 0; i < row; ++i, to += 4) {
-      const int kept = from[0][i] & keep_first;
-      to[0] = static_cast<std::int16_t>(kept | defined(from[0][i]));
+      to[0] = static_cast<std::int16_t>(as_they_are ? from[0][i] : defined(from[0][i]));
       to[1] = static_cast<std::int16_t>(defined(from[1][i]));
       to[2] = static_cast<std::int16_t>(defined(from[2][i]));
       to[3] = static_cast<std::int16_t>(defined(from[3][i]));

@@ -8,6 +8,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
@@ -18,63 +19,6 @@ std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 /// More than single precision takes from an interpolated code, an index and what follows of them.
 constexpr double kCodeSlack = 0.05;
 constexpr double kIndexSlack = 0.01;
-
-/// For every row of bricks of a layer: rows.begin(), rows.add(first voxel) for each row of voxels
-/// in it, rows.end(first brick).
-template <class Rows>
-void for_each_brick_row(const std::array<int, 3>& size, int bz, Rows&& rows) {
-  const auto bricks = [&](int axis) { return (size[size_of(axis)] - 1) / kBrickVoxels + 1; };
-  const auto end = [&](int b, int axis) {
-    return std::min((b + 1) * kBrickVoxels + 1, size[size_of(axis)]);
-  };
-  for (int by = 0; by < bricks(1); ++by) {
-    rows.begin();
-    for (int k = bz * kBrickVoxels; k < end(bz, 2); ++k) {
-      for (int j = by * kBrickVoxels; j < end(by, 1); ++j) {
-        rows.add((size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]));
-      }
-    }
-    rows.end(size_of((bz * bricks(1) + by) * bricks(0)));
-  }
-}
-
-/// Of each column of voxels through a row of bricks a running value, of each brick that of its
-/// columns. Column by column first: the compiler turns long rows into vector instructions.
-template <class T, class Join>
-class BrickFold {
- public:
-  BrickFold(int voxels, T neutral, Join join, std::vector<T>& bricks)
-      : neutral_(neutral), join_(join), columns_(size_of(voxels)), bricks_(bricks) {}
-
-  void begin() { std::fill(columns_.begin(), columns_.end(), neutral_); }
-  template <class Get>
-  void add(const Get& get) {
-    T* columns = columns_.data();
-    for (std::size_t i = 0; i < columns_.size(); ++i) columns[i] = join_(columns[i], get(i));
-  }
-  void end(std::size_t brick) {
-    for (std::size_t first = 0; first < columns_.size(); first += kBrickVoxels) {
-      const std::size_t last = std::min(first + kBrickVoxels + 1, columns_.size());
-      T joined = neutral_;
-      for (std::size_t i = first; i < last; ++i) joined = join_(joined, columns_[i]);
-      bricks_[brick++] = joined;
-    }
-  }
-
- private:
-  T neutral_;
-  Join join_;
-  std::vector<T> columns_;
-  std::vector<T>& bricks_;
-};
-
-constexpr auto kLeast = [](auto a, auto b) { return std::min(a, b); };
-
-std::size_t brick_count(const std::array<int, 3>& size) {
-  std::size_t count = 1;
-  for (const int n : size) count *= size_of((n - 1) / kBrickVoxels + 1);
-  return count;
-}
 
 /// Where and what one brick is.
 class BrickReader {
@@ -129,63 +73,32 @@ class BrickReader {
 }  // namespace
 
 ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) {
-  ChannelBricks out{make_brick_grid(*channel.codes, threads), {}};
-  if (!channel.has_undefined) return out;
-  const auto& size = channel.codes->grid().size;
-  const std::int16_t* codes = channel.codes->hu().data();
+  if (!channel.has_undefined) return {make_brick_grid(*channel.codes, threads), {}};
+  using Limits = std::numeric_limits<std::int16_t>;
   constexpr std::int16_t kUndefined = FeatureVolume::kUndefined;
-  constexpr std::int16_t kMost = std::numeric_limits<std::int16_t>::max();
-  // No code is less than an undefined one: the least says where there are some, the greatest is as
-  // it was.
-  static_assert(kUndefined == std::numeric_limits<std::int16_t>::min());
-  out.undefined.resize(out.range.low.size());
-  std::transform(out.range.low.begin(), out.range.low.end(), out.undefined.begin(),
-                 [](std::int16_t low) { return static_cast<std::uint8_t>(low == kUndefined); });
-  struct Rows {
-    const std::int16_t* codes;
-    BrickFold<std::int16_t, decltype(kLeast)> low;
-    void begin() { low.begin(); }
-    void add(std::size_t first) {
-      const std::int16_t* row = codes + first;
-      low.add([row](std::size_t i) { return row[i] == kUndefined ? kMost : row[i]; });
-    }
-    void end(std::size_t brick) { low.end(brick); }
+  // No code is less than an undefined one, so that the greatest needs no care.
+  static_assert(kUndefined == Limits::min());
+  const auto least_defined = [](std::int16_t least, std::int16_t code) {
+    return std::min(least, code == kUndefined ? Limits::max() : code);
   };
-  for_each_index(out.range.count.z(), threads, [&](int bz) {
-    for_each_brick_row(size, bz, Rows{codes, {size[0], kMost, kLeast, out.range.low}});
-  });
+  const auto& size = channel.codes->grid().size;
+  ChannelBricks out{};
+  std::vector<std::int16_t> least;
+  out.range.count = fold_bricks(channel.codes->hu().data(), size, kBrickVoxels, threads,
+                                BrickFold{Limits::max(), least_defined, out.range.low},
+                                BrickFold{Limits::min(), kGreatest, out.range.high},
+                                BrickFold{Limits::max(), kLeast, least});
+  out.undefined.resize(least.size());
+  std::transform(least.begin(), least.end(), out.undefined.begin(),
+                 [](std::int16_t code) { return static_cast<std::uint8_t>(code == kUndefined); });
   return out;
 }
 
 LabelBricks label_bricks(const LabelVolume& labels, int threads) {
-  const auto& size = labels.grid().size;
-  const std::size_t count = brick_count(size);
-  LabelBricks out{std::vector<std::uint32_t>(count), std::vector<std::uint32_t>(count)};
-  using Any = std::bit_or<std::uint32_t>;
-  using All = std::bit_and<std::uint32_t>;
-  struct Rows {
-    const std::uint32_t* bits;
-    BrickFold<std::uint32_t, Any> any;
-    BrickFold<std::uint32_t, All> all;
-    void begin() {
-      any.begin();
-      all.begin();
-    }
-    void add(std::size_t first) {
-      const std::uint32_t* row = bits + first;
-      any.add([row](std::size_t i) { return row[i]; });
-      all.add([row](std::size_t i) { return row[i]; });
-    }
-    void end(std::size_t brick) {
-      any.end(brick);
-      all.end(brick);
-    }
-  };
-  for_each_index((size[2] - 1) / kBrickVoxels + 1, threads, [&](int bz) {
-    for_each_brick_row(
-        size, bz,
-        Rows{labels.bits().data(), {size[0], 0U, Any{}, out.any}, {size[0], ~0U, All{}, out.all}});
-  });
+  LabelBricks out;
+  fold_bricks(labels.bits().data(), labels.grid().size, kBrickVoxels, threads,
+              BrickFold{0U, std::bit_or<std::uint32_t>(), out.any},
+              BrickFold{~0U, std::bit_and<std::uint32_t>(), out.all});
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "nav/check.hpp"
+#include "sim/named_kind.hpp"
 
 namespace nav::sim {
 namespace {
@@ -92,12 +93,8 @@ const char* to_string(Contrast contrast) {
 }
 
 Result<Contrast> contrast_from(std::string_view name) {
-  for (const auto contrast :
-       {Contrast::kNative, Contrast::kArterial, Contrast::kPortal, Contrast::kMr}) {
-    if (name == to_string(contrast)) return contrast;
-  }
-  return Error{ErrorCode::kUsage,
-               "contrast: expected native, arterial, portal or mr, found " + std::string(name)};
+  return kind_by_name(
+      "contrast", {Contrast::kNative, Contrast::kArterial, Contrast::kPortal, Contrast::kMr}, name);
 }
 
 double tissue_hu(Tissue tissue, Contrast contrast) {

@@ -9,7 +9,7 @@
 namespace nav::bench {
 
 Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
-  const auto patient = sim::make_patient(options.family, {options.seed, options.contrast});
+  const auto patient = sim::make_patient(options.family, {options.seed, *options.contrast});
   if (!patient) return patient.error();
   const sim::AcousticModel model = options.probe.model;
   options.probe = patient->views.front().probe;

@@ -42,7 +42,11 @@ const std::vector<PatientFamily>& patient_families() {
 Result<Patient> make_patient(const std::string& family, const PatientOptions& options) {
   std::string known;
   for (const PatientFamily& f : patient_families()) {
-    if (f.name == family) return f.make(options);
+    if (f.name == family) {
+      Patient patient = f.make(options);
+      patient.contrast = options.contrast;
+      return patient;
+    }
     known += (known.empty() ? "" : ", ") + f.name;
   }
   return Error{ErrorCode::kUsage,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ struct Patient {
   std::string family;
   std::shared_ptr<const Anatomy> anatomy;
   std::vector<StandardView> views;  ///< At least one; the first shows what the family is about.
+  /// Of the CT; absent: a recorded CT has its own.
+  std::optional<Contrast> contrast = std::nullopt;
 };
 
 struct PatientFamily {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "nav/check.hpp"
+#include "sim/named_kind.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -45,12 +46,10 @@ const char* to_string(BreathingKind kind) {
 }
 
 Result<BreathingKind> breathing_kind_from(std::string_view name) {
-  for (const auto kind : {BreathingKind::kNone, BreathingKind::kRigid, BreathingKind::kAffine,
-                          BreathingKind::kSmooth}) {
-    if (name == to_string(kind)) return kind;
-  }
-  return Error{ErrorCode::kUsage,
-               "breathing: expected none, rigid, affine or smooth, found " + std::string(name)};
+  return kind_by_name(
+      "breathing",
+      {BreathingKind::kNone, BreathingKind::kRigid, BreathingKind::kAffine, BreathingKind::kSmooth},
+      name);
 }
 
 Result<void> validate(const BreathingOptions& o) {

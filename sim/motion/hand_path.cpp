@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "nav/check.hpp"
+#include "sim/named_kind.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
@@ -52,12 +53,9 @@ const char* to_string(HandPathKind kind) {
 }
 
 Result<HandPathKind> hand_path_kind_from(std::string_view name) {
-  for (const auto kind :
-       {HandPathKind::kSweep, HandPathKind::kFan, HandPathKind::kRock, HandPathKind::kTilt}) {
-    if (name == to_string(kind)) return kind;
-  }
-  return Error{ErrorCode::kUsage,
-               "path: expected sweep, fan, rock or tilt, found " + std::string(name)};
+  return kind_by_name(
+      "path", {HandPathKind::kSweep, HandPathKind::kFan, HandPathKind::kRock, HandPathKind::kTilt},
+      name);
 }
 
 Result<void> validate(const HandPathOptions& o) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "nav/check.hpp"
+#include "sim/named_kind.hpp"
 
 namespace nav::sim {
 namespace {
@@ -34,11 +35,8 @@ const char* to_string(BendingKind kind) {
 }
 
 Result<BendingKind> bending_kind_from(std::string_view name) {
-  for (const auto kind : {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}) {
-    if (name == to_string(kind)) return kind;
-  }
-  return Error{ErrorCode::kUsage,
-               "needle: expected straight, bevel or tip-load, found " + std::string(name)};
+  return kind_by_name(
+      "needle", {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}, name);
 }
 
 Result<void> validate(const NeedleBending& b) {

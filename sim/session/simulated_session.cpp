@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "nav/check.hpp"
+#include "sim/named_kind.hpp"
 #include "sim/random.hpp"
 #include "sim/session/free_view.hpp"
 #include "sim/session/needle_path.hpp"
@@ -180,13 +181,10 @@ const char* to_string(TrackerKind kind) {
 }
 
 Result<TrackerKind> tracker_kind_from(std::string_view name) {
-  for (const auto kind : {TrackerKind::kIdeal, TrackerKind::kOptical, TrackerKind::kElectromagnetic,
-                          TrackerKind::kArm}) {
-    if (name == to_string(kind)) return kind;
-  }
-  return Error{
-      ErrorCode::kUsage,
-      "tracker: expected ideal, optical, electromagnetic or arm, found " + std::string(name)};
+  return kind_by_name("tracker",
+                      {TrackerKind::kIdeal, TrackerKind::kOptical, TrackerKind::kElectromagnetic,
+                       TrackerKind::kArm},
+                      name);
 }
 
 Result<void> validate(const SimulatedSessionOptions& o) {
@@ -211,7 +209,10 @@ Result<void> validate(const SimulatedSessionOptions& o) {
 
 Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions& options) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  const auto patient = make_patient(options.family, {options.seed, options.contrast});
+  if (!options.contrast) {
+    return Error{ErrorCode::kUsage, "simulated session: expected a contrast, found none"};
+  }
+  const auto patient = make_patient(options.family, {options.seed, *options.contrast});
   if (!patient) return patient.error();
   return create(options, *patient);
 }

@@ -30,7 +30,8 @@ Result<TrackerKind> tracker_kind_from(std::string_view name);
 struct SimulatedSessionOptions {
   std::string family = "abdomen";  ///< Of patient_families().
   std::uint64_t seed = 1;          ///< Anatomy, room, hand, breath, noise.
-  Contrast contrast = Contrast::kPortal;
+  /// Of the CT; absent: only with a patient that is already there, whose CT has its own.
+  std::optional<Contrast> contrast = Contrast::kPortal;
   HandPathOptions path;  ///< begin, end and seeds are set by the session.
   double duration_s = 4;
   double frame_rate_hz = 15;

@@ -342,13 +342,27 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   EXPECT_FALSE(run_simulate(options, console));
 }
 
-/// Mean HU of the patient's targets, in the liver, in the CT that is written.
-double mean_at_targets(const SimulateOptions& options, Console& console) {
+/// A short recording with its CT.
+SimulateOptions with_ct(const test::TemporaryFolder& folder, double spacing_mm) {
+  SimulateOptions options = small(folder);
+  options.duration_s = 0.25;
+  options.ct = folder / "ct.mha";
+  options.ct_spacing_mm = spacing_mm;
+  return options;
+}
+
+/// The truth of what is written.
+Json simulated(const SimulateOptions& options, Console& console) {
   const auto written = run_simulate(options, console);
   EXPECT_TRUE(written) << written.error().message;
+  return read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+}
+
+/// Mean HU of the patient's targets, in the liver, in the CT that is written.
+double mean_at_targets(const SimulateOptions& options, Console& console) {
+  const Json truth = simulated(options, console);
   const auto ct = io::read_ct(options.ct, console);
   EXPECT_TRUE(test::has_value(ct));
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   EXPECT_EQ(truth.at("contrast"), options.contrast);
   double sum = 0;
   for (const Json& p : truth.at("targets_ct_mm")) {
@@ -360,10 +374,7 @@ double mean_at_targets(const SimulateOptions& options, Console& console) {
 TEST(SimulateTest, TheCtIsOfThePhaseThatWasAskedFor) {
   const test::TemporaryFolder folder;
   Console console(false);
-  SimulateOptions options = small(folder);
-  options.duration_s = 0.25;
-  options.ct = folder / "ct.mha";
-  options.ct_spacing_mm = 4;
+  SimulateOptions options = with_ct(folder, 4);
   std::map<std::string, double> mean;
   for (const char* contrast : {"native", "arterial", "portal", "mr"}) {
     options.contrast = contrast;
@@ -379,18 +390,14 @@ TEST(SimulateTest, TheCtIsOfThePhaseThatWasAskedFor) {
 TEST(SimulateTest, ARecordedCtIsThePatient) {
   const test::TemporaryFolder folder;
   Console console(false);
-  SimulateOptions first = small(folder);
-  first.duration_s = 0.25;
-  first.ct = folder / "ct.mha";
-  first.ct_spacing_mm = 2;
+  const SimulateOptions first = with_ct(folder, 2);
   ASSERT_TRUE(run_simulate(first, console));
   SimulateOptions options = small(folder);
   options.patient_ct = first.ct;
   options.look_at_mm = {-40, -10, 5};
-  const auto written = run_simulate(options, console);
-  ASSERT_TRUE(written) << written.error().message;
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const Json truth = simulated(options, console);
   EXPECT_EQ(truth.at("family"), "ct");
+  EXPECT_TRUE(truth.at("contrast").is_null());
   ASSERT_GT(truth.at("targets_ct_mm").size(), 20u);
   const Eigen::Vector3d aim(options.look_at_mm->data());
   const Eigen::Matrix4d image_from_pixels = matrix_of(truth.at("image_from_pixels_mm"));
@@ -431,10 +438,7 @@ TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
   SimulateOptions options = small(folder);
   options.patient_ct = folder / "missing.mha";
   EXPECT_TRUE(test::refuses(run_simulate(options, console), ErrorCode::kNotFound, {"missing.mha"}));
-  SimulateOptions first = small(folder);
-  first.duration_s = 0.25;
-  first.ct = folder / "ct.mha";
-  first.ct_spacing_mm = 4;
+  const SimulateOptions first = with_ct(folder, 4);
   ASSERT_TRUE(run_simulate(first, console));
   std::filesystem::remove(options.out);
   options.patient_ct = first.ct;
