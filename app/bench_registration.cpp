@@ -123,6 +123,7 @@ Result<void> RegistrationBench::compare() {
   if (options_.quick) {
     options.patients = 1;
     options.starts_mm = {5};
+    options.repeats = 1;
     options.efforts = {{150, 2000, 1}};
   }
   std::string folder = (std::filesystem::temp_directory_path() / "sonde-elastix-XXXXXX").string();

@@ -13,22 +13,28 @@
 
 namespace nav::bench {
 
-/// A cheaper local registration: fewer patches on every level, and of the pictures only some.
+/// A cheaper local registration: fewer patches on every level, of the pictures only some, and
+/// samples further apart on the finest level, which makes the CT's part cheaper as well.
 struct LocalEffort {
-  double patch_share = 1;  ///< Of the usual number, (0, 1]; each level has 50 at least.
-  int picture_stride = 1;  ///< Every so many-th, >= 1.
+  double patch_share = 1;     ///< Of the usual number, (0, 1]; each level has 50 at least.
+  int picture_stride = 1;     ///< Every so many-th, >= 1.
+  double finest_step_mm = 0;  ///< Of the finest level's samples; 0: as usual.
 };
 
 /// Which cases both sides get. The same images, the same starts, one thread.
 struct PeerOptions {
   std::uint64_t first_seed = 1;
-  int patients = 2;
+  int patients = 4;
+  /// Of each run from the nearest start, which the ratios are of, >= 1; the quickest counts, on
+  /// both sides.
+  int repeats = 3;
   std::vector<double> starts_mm{5, 10, 20, 40};
   /// Cheapest first, as ours below.
   std::vector<ElastixEffort> efforts{
       {150, 2000, 1}, {150, 2000, 2}, {150, 2000, 3}, {500, 2000, 3}};
   registration::ImageRegistrationOptions local, global;
-  std::vector<LocalEffort> local_efforts{{0.1, 4}, {0.25, 4}, {0.25, 1}, {0.5, 1}, {1, 1}};
+  std::vector<LocalEffort> local_efforts{{0.1, 4, 2}, {0.1, 4, 1.6}, {0.1, 4}, {0.25, 4},
+                                         {0.25, 1},   {0.5, 1},      {1, 1}};
 };
 
 /// One way to register, over all cases from one distance.
@@ -37,8 +43,9 @@ struct PeerRow {
   double start_mm;
   int trials, right;
   double error_median_mm;  ///< Of the right ones; NaN without.
-  double cpu_s;            ///< Median, from images in memory (ours) or files (elastix) to the pose.
-  double solve_cpu_s;      ///< Without reading, pyramids and preparation.
+  double cpu_s;            ///< Median of the quickest of each case's repeats, from images in memory
+                           ///< (ours) or files (elastix) to the pose.
+  double solve_cpu_s;      ///< The same without reading, pyramids and preparation.
 };
 
 struct PeerComparison {
