@@ -11,7 +11,7 @@
 namespace nav::app {
 namespace {
 
-constexpr double kMapStepMm = 20;
+constexpr double kLandmarkMapStepMm = 20;
 
 /// The pairs with the axes of their errors that agree.
 Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
@@ -101,8 +101,8 @@ Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decis
   }
   if (ct != nullptr) {
     const double limit = registration::LandmarkLimits{}.max_tre_rms_mm;
-    const auto map = registration::tre_map(fit.uncertainty, ct->grid(), kMapStepMm);
-    json["error_map"] = {{"step_mm", kMapStepMm},
+    const auto map = registration::tre_map(fit.uncertainty, ct->grid(), kLandmarkMapStepMm);
+    json["error_map"] = {{"step_mm", kLandmarkMapStepMm},
                          {"worst_rms_mm", map.worst_mm()},
                          {"limit_mm", limit},
                          {"fraction_within_limit", map.fraction_within(limit)}};

@@ -12,7 +12,7 @@ namespace {
 using render::PredicateExpression;
 using Operator = PredicateExpression::Operator;
 
-constexpr int kVersion = 1;
+constexpr int kPredicateVersion = 1;
 constexpr const char* kRad = "_rad";
 
 bool in_radians(const render::PredicateParameter& p) { return p.name.ends_with(kRad); }
@@ -119,7 +119,7 @@ void read_vessels(JsonMember& member, const std::string& name, std::optional<Err
 Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   std::optional<Error> error;
   JsonMember member(root, name, error);
-  member.version("sonde_predicates", kVersion);
+  member.version("sonde_predicates", kPredicateVersion);
   PredicateFile file{name, {}};
   std::vector<render::PredicateHistogram::Bar> bars;
   member.text("name", file.name);
@@ -178,7 +178,7 @@ Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
 }
 
 std::string to_json_text(const PredicateFile& file) {
-  Json root{{"sonde_predicates", kVersion}, {"name", file.name}};
+  Json root{{"sonde_predicates", kPredicateVersion}, {"name", file.name}};
   root["predicates"] = Json::array();
   for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
     const auto& bar = file.model.histogram.bars()[j];

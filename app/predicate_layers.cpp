@@ -11,7 +11,7 @@ namespace {
 using render::derived::LayerModel;
 using render::derived::LayerSurface;
 
-constexpr int kVersion = 1;
+constexpr int kLayersVersion = 1;
 
 struct LayerFile {
   int axis = 0;
@@ -35,7 +35,7 @@ Result<LayerFile> read_file(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  member.version("sonde_layers", kVersion);
+  member.version("sonde_layers", kLayersVersion);
   constexpr int kMostControl = 4096;
   LayerFile file;
   file.axis = whole(member, "axis", 0, 2);

@@ -11,7 +11,7 @@ namespace {
 using render::derived::SweepPlane;
 using CtFromImage = Transform<frames::Ct, frames::Image>;
 
-constexpr int kVersion = 1;
+constexpr int kScanLinesVersion = 1;
 
 struct Sweep {
   double reach_mm = 1;
@@ -59,7 +59,7 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  member.version("sonde_scan_lines", kVersion);
+  member.version("sonde_scan_lines", kScanLinesVersion);
   Sweep sweep;
   member.number("reach_mm", sweep.reach_mm);
   member.list("planes", [&](const Json& json, const std::string& at) {

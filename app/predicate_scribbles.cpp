@@ -18,7 +18,7 @@ using render::derived::ScribbleMask;
 using render::derived::Stroke;
 using Points = std::vector<Point<frames::Ct>>;
 
-constexpr int kVersion = 1;
+constexpr int kScribblesVersion = 1;
 
 /// Of the plane that the points span best; absent for points on a line, which any plane holds.
 std::optional<Eigen::Vector3d> normal_of(const Points& points) {
@@ -107,7 +107,7 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
   const std::string name = path.string();
   std::optional<Error> error;
   JsonMember member(*root, name, error);
-  member.version("sonde_scribbles", kVersion);
+  member.version("sonde_scribbles", kScribblesVersion);
   std::vector<Stroke> strokes;
   member.list("strokes", [&](const Json& json, const std::string& at) {
     strokes.push_back(read_stroke(json, at, error));

@@ -9,7 +9,7 @@
 namespace nav::app {
 namespace {
 
-constexpr int kPanel = 400;
+constexpr int kPicturePanel = 400;
 constexpr int kSquareMm = 12;
 
 void draw_checkerboard(render::Canvas& canvas, const PlaneView& view, const Volume& ct,
@@ -39,17 +39,17 @@ Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
                                     const Transform<frames::Ct, frames::Reference>& before,
                                     const Transform<frames::Ct, frames::Reference>& after,
                                     const render::HuWindow& window) {
-  render::Canvas canvas(3 * kPanel, kPanel, render::rgb8(0x101418));
+  render::Canvas canvas(3 * kPicturePanel, kPicturePanel, render::rgb8(0x101418));
   const auto view = [&](int column) {
-    return fit(frame.frame, column * kPanel, 24, kPanel, kPanel - 24);
+    return fit(frame.frame, column * kPicturePanel, 24, kPicturePanel, kPicturePanel - 24);
   };
   draw_ultrasound(canvas, view(0), frame.frame);
   draw_checkerboard(canvas, view(1), ct, frame, before, window);
   draw_checkerboard(canvas, view(2), ct, frame, after, window);
   const Rgba8 words = render::rgb8(0xd8dee4);
   canvas.text(8, 20, 15, "Ultrasound", words);
-  canvas.text(kPanel + 8, 20, 15, "with CT, before registration", words);
-  canvas.text(2 * kPanel + 8, 20, 15, "with CT, after registration", words);
+  canvas.text(kPicturePanel + 8, 20, 15, "with CT, before registration", words);
+  canvas.text(2 * kPicturePanel + 8, 20, 15, "with CT, after registration", words);
   return canvas.picture();
 }
 

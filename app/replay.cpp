@@ -19,7 +19,7 @@ namespace nav::app {
 namespace {
 
 constexpr std::size_t kMostAnimated = 60;
-constexpr int kAnimationMs = 150;
+constexpr int kReplayAnimationMs = 150;
 
 Result<void> require(const std::filesystem::path& path, const char* option, const char* what) {
   if (!path.empty()) return {};
@@ -87,7 +87,7 @@ class Replay {
     console_.end(std::to_string(out_.files().size()) + " pictures");
     session_.navigator().finish();
     if (!animation_.empty()) {
-      if (auto written = io::write_animation(animation_, kAnimationMs, out_ / "replay.webp");
+      if (auto written = io::write_animation(animation_, kReplayAnimationMs, out_ / "replay.webp");
           !written) {
         return written;
       }

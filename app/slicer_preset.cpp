@@ -10,7 +10,7 @@
 namespace nav::app {
 namespace {
 
-using Json = nlohmann::json;
+using PresetJson = nlohmann::json;
 constexpr std::size_t kMostPoints = 4096;
 
 /// A point of a piecewise-linear curve: x and one value (opacity) or three (colour).
@@ -187,9 +187,10 @@ class JsonReader {
   explicit JsonReader(std::string name) : name_(std::move(name)) {}
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
 
-  double number(const Json& object, const char* key, double fallback, double low, double high) {
+  double number(const PresetJson& object, const char* key, double fallback, double low,
+                double high) {
     if (!object.contains(key)) return fallback;
-    const Json& found = object[key];
+    const PresetJson& found = object[key];
     if (found.is_number() && found.get<double>() >= low && found.get<double>() <= high) {
       return found.get<double>();
     }
@@ -197,21 +198,21 @@ class JsonReader {
          found.dump().substr(0, 40));
     return fallback;
   }
-  bool flag(const Json& object, const char* key, bool fallback) {
+  bool flag(const PresetJson& object, const char* key, bool fallback) {
     if (!object.contains(key)) return fallback;
     if (object[key].is_boolean()) return object[key].get<bool>();
     fail(key, "true or false", object[key].dump().substr(0, 40));
     return fallback;
   }
-  Curve curve(const Json& component, const char* key, bool colour) {
+  Curve curve(const PresetJson& component, const char* key, bool colour) {
     Curve curve;
     if (!component.contains(key)) return curve;
-    const Json& function = component[key];
+    const PresetJson& function = component[key];
     if (!function.is_object() || !function.contains("points") || !function["points"].is_array()) {
       fail(key, "an object with a list of points", function.dump().substr(0, 40));
       return curve;
     }
-    for (const Json& point : function["points"]) {
+    for (const PresetJson& point : function["points"]) {
       if (error_ || curve.size() > kMostPoints) break;
       curve.push_back(one_point(point, key, colour));
     }
@@ -219,7 +220,7 @@ class JsonReader {
   }
 
  private:
-  Point one_point(const Json& point, const char* key, bool colour) {
+  Point one_point(const PresetJson& point, const char* key, bool colour) {
     const char* value = colour ? "color" : "y";
     const bool known = point.is_object() && point.contains("x") && point["x"].is_number() &&
                        point.contains(value) &&
@@ -239,9 +240,9 @@ class JsonReader {
     if (!colour) return {point["x"].get<double>(), {point[value].get<double>()}};
     return {point["x"].get<double>(), point[value].get<std::vector<double>>()};
   }
-  static bool is_colour(const Json& list) {
+  static bool is_colour(const PresetJson& list) {
     return list.is_array() && list.size() == 3 &&
-           std::all_of(list.begin(), list.end(), [](const Json& c) { return c.is_number(); });
+           std::all_of(list.begin(), list.end(), [](const PresetJson& c) { return c.is_number(); });
   }
   void fail(const std::string& key, const std::string& expected, const std::string& found) {
     if (!error_) error_ = refusal(name_ + ": " + key, expected, found);
@@ -291,24 +292,24 @@ Result<LookFile> slicer_look_from_vp(const std::string& name, const std::string&
   return to_look(name, std::move(property));
 }
 
-Result<LookFile> slicer_look_from_json(const std::string& name, const Json& root) {
-  const Json& properties = root["volumeProperties"];
+Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson& root) {
+  const PresetJson& properties = root["volumeProperties"];
   if (!properties.is_array() || properties.size() != 1 || !properties[0].is_object() ||
       !properties[0].contains("components") || !properties[0]["components"].is_array()) {
     return refusal(name + ": volumeProperties", "one volume property with components",
                    properties.dump().substr(0, 60));
   }
-  const Json& components = properties[0]["components"];
+  const PresetJson& components = properties[0]["components"];
   if (components.size() != 1 || !components[0].is_object()) {
     return Error{ErrorCode::kUnsupportedData,
                  name + ": components: expected one, found " + std::to_string(components.size())};
   }
-  const Json& component = components[0];
+  const PresetJson& component = components[0];
   JsonReader reader(name);
   SlicerProperty property;
   property.shade = reader.flag(component, "shade", true);
   if (component.contains("lighting") && component["lighting"].is_object()) {
-    const Json& lighting = component["lighting"];
+    const PresetJson& lighting = component["lighting"];
     property.diffuse = reader.number(lighting, "diffuse", property.diffuse, 0, 10);
     property.ambient = reader.number(lighting, "ambient", property.ambient, 0, 10);
     property.specular = reader.number(lighting, "specular", property.specular, 0, 10);

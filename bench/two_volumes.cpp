@@ -62,7 +62,8 @@ bool is_software(const render::Engine& engine) {
 }
 
 /// frames(), keeping what the device took.
-Task timed(render::Engine& engine, render::Scene scene, int& frame, std::vector<double>& cast_s) {
+Task timed_frames(render::Engine& engine, render::Scene scene, int& frame,
+                  std::vector<double>& cast_s) {
   return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
     const auto image = engine.render(nudged(scene, ++frame));
     if (!image) return image.error();
@@ -84,7 +85,7 @@ struct Times {
     engines.push_back(*std::move(made));
     const auto read = samples_of(*engines.back(), scene);
     if (!read) return read.error();
-    tasks.push_back(timed(*engines.back(), scene, frame, cast_s[tasks.size()]));
+    tasks.push_back(timed_frames(*engines.back(), scene, frame, cast_s[tasks.size()]));
     // Until a set of predicates has a program of its own.
     for (int warm = 0; engines.back()->name() == "gl" && warm < kWarm; ++warm) {
       if (auto ok = tasks.back()(); !ok) return ok.error();

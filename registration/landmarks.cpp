@@ -19,12 +19,12 @@ using Pairs = std::vector<LandmarkPair>;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
 // Weights are 1/σ²; beyond this range their ratio eats the digits of a double.
-constexpr double kMinSigmaMm = 1e-3;
-constexpr double kMaxSigmaMm = 1e3;
+constexpr double kLeastSigmaMm = 1e-3;
+constexpr double kGreatestSigmaMm = 1e3;
 // Second over first singular value of the centred points: below it the rotation about their line
 // rests on less than 1 mm of lever arm per 100 mm of extent.
 constexpr double kMinSpreadRatio = 1e-2;
-constexpr double kMinSpreadMm = 1e-3;
+constexpr double kLeastSpreadMm = 1e-3;
 
 Error refuse(const std::string& what, const std::string& expected, const std::string& found) {
   return {ErrorCode::kMalformedData, what + ": expected " + expected + ", found " + found};
@@ -50,7 +50,7 @@ Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
       return refuse(what, "a finite Reference point in mm", "NaN or Inf");
     }
     if (!pair.ct.mm.allFinite()) return refuse(what, "a finite Ct point in mm", "NaN or Inf");
-    if (!(pair.sigma_mm >= kMinSigmaMm && pair.sigma_mm <= kMaxSigmaMm)) {
+    if (!(pair.sigma_mm >= kLeastSigmaMm && pair.sigma_mm <= kGreatestSigmaMm)) {
       return refuse(what, "a sigma of 0.001 to 1000 mm", number(pair.sigma_mm));
     }
   }
@@ -61,7 +61,7 @@ Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
 std::optional<std::string> spread_defect(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
   const Eigen::Vector3d s = extents(centred);
-  if (s[0] < kMinSpreadMm) return "coincident points";
+  if (s[0] < kLeastSpreadMm) return "coincident points";
   if (s[1] < kMinSpreadRatio * s[0]) {
     return "collinear points (singular value ratio " + number(s[1] / s[0]) + ")";
   }

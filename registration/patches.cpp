@@ -125,7 +125,7 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
 }
 
 /// A patch before the selection.
-struct Candidate {
+struct PatchCandidate {
   Eigen::Vector2d centre;  ///< Image, mm.
   std::size_t order;       ///< Of its picture among the thinned ones.
   int bucket;
@@ -211,7 +211,7 @@ std::vector<Eigen::Vector2d> square_centres(const UltrasoundFrame& frame,
 
 /// All candidates of one picture, by a few samples of each.
 void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
-                     std::vector<Candidate>& out) {
+                     std::vector<PatchCandidate>& out) {
   const int half = level.patch_side / 2;
   // Five samples a side, the corners among them where the side allows.
   const int stride = std::max(1, half / 2);
@@ -282,17 +282,18 @@ namespace {
 /// The best by contrast, at most twice the fair share of each picture and depth third.
 void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
                         PatchSet& out) {
-  std::vector<Candidate> candidates;
+  std::vector<PatchCandidate> candidates;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     find_candidates(pictures[i], i, level, candidates);
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.contrast > b.contrast; });
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const PatchCandidate& a, const PatchCandidate& b) { return a.contrast > b.contrast; });
   const std::size_t budget = static_cast<std::size_t>(level.patches);
   const std::size_t quota = 2 * budget / (pictures.size() * kDepthBands) + 1;
   std::vector<std::size_t> taken(pictures.size() * kDepthBands, 0);
   std::vector<float> values;
-  for (const Candidate& candidate : candidates) {
+  for (const PatchCandidate& candidate : candidates) {
     if (out.patches.size() == budget) break;
     std::size_t& of_bucket = taken[static_cast<std::size_t>(candidate.bucket)];
     if (of_bucket >= quota) continue;

@@ -22,7 +22,7 @@ std::vector<double> steps_of(const ImageRegistrationOptions& options) {
   return steps;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
+double preparation_s_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -72,7 +72,7 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
     PatchSet patches = make_patches(sweep, *masks, level, sigma_of(level.sample_step_mm));
     const std::size_t found = patches.patches.size();
     if (found >= kMinPatches && !prepared.points_.points.empty()) {
-      prepared.levels_.push_back({i, level, std::move(patches), seconds_since(start)});
+      prepared.levels_.push_back({i, level, std::move(patches), preparation_s_since(start)});
       continue;
     }
     const std::string text = too_few(i, level.sample_step_mm, found);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kOutside = -1;
 
-Error refuse(const std::string& what, const std::string& expected, double found) {
+Error refuse_mask(const std::string& what, const std::string& expected, double found) {
   std::ostringstream text;
   text << what << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -216,16 +216,16 @@ Result<void> check_geometry(const Sweep& sweep) {
 
 Result<void> validate(const ShadowMaskOptions& options) {
   if (!(options.near_field_mm >= 0 && options.near_field_mm < 1e3)) {
-    return refuse("near_field_mm", "0 to 1000", options.near_field_mm);
+    return refuse_mask("near_field_mm", "0 to 1000", options.near_field_mm);
   }
   if (options.drop_grey < 1 || options.drop_grey > 254) {
-    return refuse("drop_grey", "1 to 254", options.drop_grey);
+    return refuse_mask("drop_grey", "1 to 254", options.drop_grey);
   }
   if (options.neighbour_lines < 0 || options.neighbour_lines > 1000) {
-    return refuse("neighbour_lines", "0 to 1000", options.neighbour_lines);
+    return refuse_mask("neighbour_lines", "0 to 1000", options.neighbour_lines);
   }
   if (!(options.line_spacing_mm > 0 && options.line_spacing_mm < 100)) {
-    return refuse("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
+    return refuse_mask("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
   }
   return {};
 }

@@ -10,7 +10,7 @@ namespace nav::registration {
 namespace {
 
 constexpr double kMaxNodes = 268435456;  // 2^28: 1 GiB of indices.
-constexpr int kRounds = 2;
+constexpr int kFieldRounds = 2;
 
 VoxelGrid grid_around(const Shape& shape, const ShapeFieldOptions& options) {
   Eigen::Vector3d low = shape.elements.front().point_mm;
@@ -42,7 +42,7 @@ class Propagation {
   }
 
   std::vector<std::int32_t> run() {
-    for (int round = 0; round < kRounds || !complete(); ++round) {
+    for (int round = 0; round < kFieldRounds || !complete(); ++round) {
       pass(1);
       pass(-1);
     }
@@ -129,15 +129,15 @@ Eigen::Matrix3d bound_part(ShapeKind kind, const Eigen::Vector3d& axis) {
   return kind == ShapeKind::kSurface ? along : Eigen::Matrix3d::Identity() - along;
 }
 
-/// Cell and fractions of a point, held inside the grid.
-struct Cell {
+/// FieldCell and fractions of a point, held inside the grid.
+struct FieldCell {
   std::array<int, 3> base{};
   std::array<double, 3> w{};
   std::array<double, 3> moves{};  ///< d w / d index: 0 where held.
 };
 
-Cell cell_of(const VoxelGrid& grid, const Eigen::Vector3d& p) {
-  Cell cell;
+FieldCell cell_of(const VoxelGrid& grid, const Eigen::Vector3d& p) {
+  FieldCell cell;
   const Eigen::Vector3d index = (p - grid.origin_mm).cwiseQuotient(grid.spacing_mm);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double x = index[static_cast<Eigen::Index>(axis)];
@@ -186,7 +186,7 @@ double ShapeField::distance_from(const ShapeElement& e, const Eigen::Vector3d& p
 
 double ShapeField::distance_mm(const Eigen::Vector3d& p) const {
   const VoxelGrid& grid = data_->grid;
-  const Cell cell = cell_of(grid, p);
+  const FieldCell cell = cell_of(grid, p);
   double least = 1e300;
   std::int32_t last = -1;
   for (int corner = 0; corner < 8; ++corner) {
@@ -206,7 +206,7 @@ double ShapeField::distance_mm(const Eigen::Vector3d& p) const {
 
 ShapeSample ShapeField::at(const Eigen::Vector3d& p) const {
   const VoxelGrid& grid = data_->grid;
-  const Cell cell = cell_of(grid, p);
+  const FieldCell cell = cell_of(grid, p);
   ShapeSample sample{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), 1e300};
   for (int corner = 0; corner < 8; ++corner) {
     const std::array<int, 3> bit{corner & 1, (corner >> 1) & 1, corner >> 2};

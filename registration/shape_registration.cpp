@@ -21,10 +21,10 @@ constexpr std::size_t kMinPoints = 20;
 constexpr double kMinSpreadMm = 1;
 constexpr std::size_t kScreenPoints = 120;  // Enough to rank poses that are centimetres apart.
 constexpr std::size_t kCoarsePoints = 300;
-constexpr std::size_t kSolvedStarts = 24;
-constexpr std::size_t kFinished = 4;
+constexpr std::size_t kSolvedShapeStarts = 24;
+constexpr std::size_t kFinishedShapes = 4;
 constexpr int kCoarseRounds = 6;
-constexpr double kSameMm = 2;
+constexpr double kSameShapeMm = 2;
 constexpr double kOtherMinimumMm = 5;
 constexpr double kClearlyWorse = 1.2;
 
@@ -66,11 +66,11 @@ DistanceSummary summary_of(const ReferencePoints& points, const ShapeField& shap
   return out;
 }
 
-class Registrar {
+class ShapeRegistrar {
  public:
-  Registrar(std::span<const Point<frames::Reference>> points, const ShapeField& shape,
-            const Pose& initial, const ShapeRegistrationOptions& options,
-            const std::function<bool()>& keep_going)
+  ShapeRegistrar(std::span<const Point<frames::Reference>> points, const ShapeField& shape,
+                 const Pose& initial, const ShapeRegistrationOptions& options,
+                 const std::function<bool()>& keep_going)
       : points_(some_of(points, static_cast<std::size_t>(options.max_points))),
         coarse_(some_of(points_, kCoarsePoints)),
         shape_(shape),
@@ -82,8 +82,9 @@ class Registrar {
     std::vector<ShapeSolution> found = coarse_solutions();
     if (!stopped_) hold_what_slides(found);
     if (stopped_) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
-    found.erase(found.begin() + static_cast<std::ptrdiff_t>(std::min(found.size(), kFinished)),
-                found.end());
+    found.erase(
+        found.begin() + static_cast<std::ptrdiff_t>(std::min(found.size(), kFinishedShapes)),
+        found.end());
     for (ShapeSolution& one : found) {
       if (stopped()) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
       const int before = one.iterations;
@@ -132,7 +133,7 @@ class Registrar {
     std::stable_sort(ranked.begin(), ranked.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<Pose> out{initial_};
-    for (std::size_t i = 0; i < std::min(ranked.size(), kSolvedStarts); ++i) {
+    for (std::size_t i = 0; i < std::min(ranked.size(), kSolvedShapeStarts); ++i) {
       out.push_back(ranked[i].second);
     }
     return out;
@@ -149,7 +150,7 @@ class Registrar {
     std::vector<ShapeSolution> kept;
     for (const ShapeSolution& one : all) {
       const bool known = std::any_of(kept.begin(), kept.end(), [&](const ShapeSolution& k) {
-        return apart_mm(coarse_, k.pose, one.pose) < kSameMm;
+        return apart_mm(coarse_, k.pose, one.pose) < kSameShapeMm;
       });
       if (!known) kept.push_back(one);
     }
@@ -179,7 +180,7 @@ class Registrar {
 };
 
 /// Sandwich with one score per cube, in the directions that are seen.
-PoseUncertainty Registrar::uncertainty(const ShapeCurvature& at, const Observability& seen) {
+PoseUncertainty ShapeRegistrar::uncertainty(const ShapeCurvature& at, const Observability& seen) {
   const auto count = static_cast<double>(at.counted.size());
   Matrix6d inverse = Matrix6d::Zero();
   for (Eigen::Index i = seen.unseen; i < 6; ++i) {
@@ -191,7 +192,7 @@ PoseUncertainty Registrar::uncertainty(const ShapeCurvature& at, const Observabi
   return {{at.centre_ct_mm}, inverse * scatter * inverse};
 }
 
-ShapeRegistration Registrar::report(const std::vector<ShapeSolution>& found) const {
+ShapeRegistration ShapeRegistrar::report(const std::vector<ShapeSolution>& found) const {
   const ShapeSolution& best = found.front();
   const ShapeCurvature at = curvature_at(points_, shape_, best.pose, options_);
   const Observability seen = observability(at.curvature, at.lever_mm, options_.least_strength);
@@ -254,7 +255,7 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
     return (p.mm - points.front().mm).norm() > kMinSpreadMm;
   });
   if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one place");
-  return Registrar(points, shape, initial, options, keep_going).run();
+  return ShapeRegistrar(points, shape, initial, options, keep_going).run();
 }
 
 Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,

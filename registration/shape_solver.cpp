@@ -19,7 +19,7 @@ constexpr double kMadToSigma = 1.4826;
 constexpr double kHuberSigmas = 1.345;
 constexpr int kIterationsPerRound = 5;
 constexpr double kStillMm = 1e-3;
-constexpr double kMaxTravelMm = 100;
+constexpr double kMaxShapeTravelMm = 100;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -55,7 +55,7 @@ class OffsetCost final : public ceres::SizedCostFunction<3, 6> {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const Eigen::Map<const Vector6d> z(parameters[0]);
-    if (!z.allFinite() || z.norm() > kMaxTravelMm) return false;
+    if (!z.allFinite() || z.norm() > kMaxShapeTravelMm) return false;
     const Vector6d twist = twist_from_parameters_ * z;
     const Eigen::Vector3d p = (moved(start_, centre_, twist) * point_).mm;
     const Placed placed = place(shape_, p, centre_ + twist.tail<3>());

@@ -26,11 +26,11 @@ constexpr std::size_t kPointsLookedAt = 60;
 constexpr double kSamePlaceMm = 5;
 constexpr double kSamePoseMm = 1;
 // As in register_sweep(): another place that costs so much more has lost.
-constexpr double kLostRatio = 1.4;
-constexpr std::size_t kKeptOnFinest = 2;
-constexpr double kCoarseTolerance = 3e-4;
+constexpr double kLostOnSkinRatio = 1.4;
+constexpr std::size_t kKeptPlaces = 2;
+constexpr double kPlaceTolerance = 3e-4;
 // How far a place moves on the second level.
-constexpr double kTravelMm = 12;
+constexpr double kPlaceTravelMm = 12;
 
 /// The middle of the transducer's face, Image.
 Point<frames::Image> face_of(const UltrasoundFrame& frame) {
@@ -136,15 +136,15 @@ std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, cons
 }
 
 /// Places that are registered to the end, and the margin to the best of those that are not.
-struct Rivals {
+struct RivalPlaces {
   std::vector<PoseSolution> places;
   std::optional<double> margin;
 };
 
 /// Each place solved on the second level, where there is one before the finest: what costs much
 /// more there has lost.
-Rivals rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector<Found>& found,
-                 const ImageRegistrationOptions& options, const SkinSearchOptions& search) {
+RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector<Found>& found,
+                      const ImageRegistrationOptions& options, const SkinSearchOptions& search) {
   std::vector<PoseSolution> all;
   for (const Found& one : found) {
     if (all.size() == static_cast<std::size_t>(search.followed)) break;
@@ -161,18 +161,18 @@ Rivals rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector
     const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads,
                        options.similarity);
     place = solve_pose(cost, place.pose, sweep.points().centroid,
-                       {options.max_iterations, kCoarseTolerance}, {});
+                       {options.max_iterations, kPlaceTolerance}, {});
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
-  Rivals out;
+  RivalPlaces out;
   for (const PoseSolution& place : all) {
     const bool known = std::any_of(out.places.begin(), out.places.end(), [&](const auto& kept) {
       return distance_mm(sweep.points(), kept.pose, place.pose) < kSamePoseMm;
     });
     if (known) continue;
     const double ratio = place.final_cost / std::max(all.front().final_cost, 1e-12);
-    if (ratio < kLostRatio && out.places.size() < kKeptOnFinest) {
+    if (ratio < kLostOnSkinRatio && out.places.size() < kKeptPlaces) {
       out.places.push_back(place);
     } else if (distance_mm(sweep.points(), all.front().pose, place.pose) > kSamePlaceMm) {
       out.margin = std::min(out.margin.value_or(ratio - 1), ratio - 1);
@@ -253,7 +253,7 @@ Result<ImageRegistrationResult> register_on_skin(
   const Places places{poses, search_options.spacing_mm,
                       static_cast<std::size_t>(search_options.tried)};
   const auto found = search_among(cost, places, prepared->points(), about, keep_going, non_finite);
-  const Rivals rivals = rivals_of(ct, *prepared, found, options, search_options);
+  const RivalPlaces rivals = rivals_of(ct, *prepared, found, options, search_options);
   ImageRegistrationOptions plain = options;
   plain.starts = 0;
   std::vector<ImageRegistrationResult> ends;

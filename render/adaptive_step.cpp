@@ -21,8 +21,9 @@ struct Extremes {
   std::array<float, kChannels> high;
 };
 
-constexpr float kFar = std::numeric_limits<float>::max();
-constexpr Extremes kNone{{kFar, kFar, kFar, kFar}, {-kFar, -kFar, -kFar, -kFar}};
+constexpr float kFarthest = std::numeric_limits<float>::max();
+constexpr Extremes kNone{{kFarthest, kFarthest, kFarthest, kFarthest},
+                         {-kFarthest, -kFarthest, -kFarthest, -kFarthest}};
 
 Extremes of_entry(const TransferTable& table, std::size_t i) {
   const float* value = table.rgbat().data() + kChannels * i;

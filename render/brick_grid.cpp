@@ -10,18 +10,17 @@
 #include <limits>
 #include <utility>
 
+#include "nav/index.hpp"
 #include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
 
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
-
 /// The entries of a table that a range of whole HU touches, as TransferTable::visible() widens it.
-class Entries {
+class TouchedEntries {
  public:
-  explicit Entries(const TransferTable& table)
+  explicit TouchedEntries(const TransferTable& table)
       : first_hu_(static_cast<int>(table.first_hu())), last_(table.size() - 1) {}
   [[nodiscard]] int from(int low_hu) const { return std::clamp(low_hu - first_hu_ - 1, 0, last_); }
   [[nodiscard]] int to(int high_hu) const { return std::clamp(high_hu - first_hu_ + 1, 0, last_); }
@@ -38,7 +37,7 @@ std::uint8_t importance_byte(float importance) {
 
 /// Greatest importance of 2^level entries from i on, level by level.
 std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& table) {
-  const std::size_t size = size_of(table.size());
+  const std::size_t size = as_size(table.size());
   std::vector<std::vector<std::uint8_t>> levels(1, std::vector<std::uint8_t>(size));
   for (std::size_t i = 0; i < table.importance().size(); ++i) {
     if (!(table.rgbat()[4 * i + 3] > 0)) continue;
@@ -56,7 +55,7 @@ std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& ta
 
 /// Turns a row of 0 and 255 into the distance to its nearest 0, at most 255.
 void spread_row(std::uint8_t* row, int count) {
-  if (std::memchr(row, 0, size_of(count)) == nullptr) return;
+  if (std::memchr(row, 0, as_size(count)) == nullptr) return;
   int near = 255;
   for (int x = 0; x < count; ++x) {
     near = row[x] == 0 ? 0 : std::min(near + 1, 255);
@@ -73,8 +72,8 @@ class Bordered {
  public:
   Bordered(const Eigen::Vector3i& n, const std::vector<std::uint8_t>& bricks)
       : n_(n),
-        bytes_(size_of(n.x() + 2) * size_of(n.y() + 2) * size_of(n.z() + 2), 255),
-        near_(size_of(n.x() + 2)) {
+        bytes_(as_size(n.x() + 2) * as_size(n.y() + 2) * as_size(n.z() + 2), 255),
+        near_(as_size(n.x() + 2)) {
     for_each_row([&](std::uint8_t* row, std::size_t at) {
       std::copy_n(bricks.data() + at, n_.x(), row);
       spread_row(row, n_.x());
@@ -103,7 +102,7 @@ class Bordered {
  private:
   /// The first brick of a row.
   std::uint8_t* row_at(int y, int z) {
-    return bytes_.data() + (size_of(z + 1) * size_of(n_.y() + 2) + size_of(y + 1)) * near_.size() +
+    return bytes_.data() + (as_size(z + 1) * as_size(n_.y() + 2) + as_size(y + 1)) * near_.size() +
            1;
   }
 
@@ -111,7 +110,7 @@ class Bordered {
   void for_each_row(const Work& work) {
     std::size_t at = 0;
     for (int z = 0; z < n_.z(); ++z) {
-      for (int y = 0; y < n_.y(); ++y, at += size_of(n_.x())) work(row_at(y, z), at);
+      for (int y = 0; y < n_.y(); ++y, at += as_size(n_.x())) work(row_at(y, z), at);
     }
   }
 
@@ -188,7 +187,7 @@ class Visibility {
     }
     for (std::size_t b = from; b < to; ++b) {
       const bool visible =
-          before_[size_of(entries_.to(high[b]) + 1)] > before_[size_of(entries_.from(low[b]))];
+          before_[as_size(entries_.to(high[b]) + 1)] > before_[as_size(entries_.from(low[b]))];
       shows[b - from] = static_cast<std::uint8_t>(visible);
     }
   }
@@ -201,7 +200,7 @@ class Visibility {
   }
 
   const std::vector<int>& before_;
-  Entries entries_;
+  TouchedEntries entries_;
   bool one_interval_ = false;      ///< All visible entries lie side by side.
   std::int16_t least_high_ = 0;    ///< HU that a range must reach up to,
   std::int16_t greatest_low_ = 0;  ///< and down to.
@@ -236,8 +235,8 @@ std::vector<std::uint8_t> hidden_bricks(const BrickGrid& bricks, const TransferT
   const Visibility visibility(table);
   const int slice = bricks.count.x() * bricks.count.y();
   for_each_index(bricks.count.z(), threads, [&](int z) {
-    std::uint8_t* shows = hidden.data() + size_of(z * slice);
-    visibility.of(bricks, size_of(z * slice), size_of((z + 1) * slice), shows);
+    std::uint8_t* shows = hidden.data() + as_size(z * slice);
+    visibility.of(bricks, as_size(z * slice), as_size((z + 1) * slice), shows);
     for (int b = 0; b < slice; ++b) shows[b] = static_cast<std::uint8_t>(shows[b] - 1);
   });
   return hidden;
@@ -270,9 +269,9 @@ std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid&
   std::vector<std::uint8_t> out(bricks.low.size());
   const Visibility visibility(table);
   for_each_index(bricks.count.z(), threads, [&](int z) {
-    std::vector<std::uint8_t> shows(size_of(parts.count.x()));
+    std::vector<std::uint8_t> shows(as_size(parts.count.x()));
     for (int y = 0; y < bricks.count.y(); ++y) {
-      const std::size_t first = size_of((z * bricks.count.y() + y) * bricks.count.x());
+      const std::size_t first = as_size((z * bricks.count.y() + y) * bricks.count.x());
       const std::uint8_t* begin = hidden.data() + first;
       const std::uint8_t* end = begin + bricks.count.x();
       std::uint8_t* row = out.data() + first;
@@ -286,8 +285,8 @@ std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid&
         const int j = 2 * y + static_cast<int>(bit >> 1 & 1);
         const int k = 2 * z + static_cast<int>(bit >> 2);
         if (j >= parts.count.y() || k >= parts.count.z()) continue;
-        const std::size_t at = size_of((k * parts.count.y() + j) * parts.count.x() + 2 * from);
-        visibility.of(parts, at, at + size_of(count), shows.data());
+        const std::size_t at = as_size((k * parts.count.y() + j) * parts.count.x() + 2 * from);
+        visibility.of(parts, at, at + as_size(count), shows.data());
         add_parts(shows.data(), count, bit, row + from);
       }
       const int width = bricks.count.x();
@@ -303,13 +302,13 @@ std::vector<std::uint8_t> brick_importance(const BrickGrid& bricks, const Transf
                                            int threads) {
   std::vector<std::uint8_t> out(bricks.low.size());
   const auto levels = importance_levels(table);
-  const Entries entries(table);
+  const TouchedEntries entries(table);
   const int slice = bricks.count.x() * bricks.count.y();
   for_each_index(bricks.count.z(), threads, [&](int z) {
-    const std::size_t end = size_of((z + 1) * slice);
-    for (std::size_t b = size_of(z * slice); b < end; ++b) {
-      const std::size_t from = size_of(entries.from(bricks.low[b]));
-      const std::size_t past = size_of(entries.to(bricks.high[b]) + 1);
+    const std::size_t end = as_size((z + 1) * slice);
+    for (std::size_t b = as_size(z * slice); b < end; ++b) {
+      const std::size_t from = as_size(entries.from(bricks.low[b]));
+      const std::size_t past = as_size(entries.to(bricks.high[b]) + 1);
       const auto level = static_cast<std::size_t>(std::bit_width(past - from) - 1);
       const std::vector<std::uint8_t>& greatest = levels[level];
       out[b] = std::max(greatest[from], greatest[past - (std::size_t{1} << level)]);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
@@ -12,8 +13,6 @@ namespace {
 /// Pictures that a caller may hold at once before buffers are made anew each time.
 constexpr std::size_t kMostBuffers = 4;
 
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
-
 }  // namespace
 
 void CpuPicture::start(int width, int height, const Eigen::Vector3d* background) {
@@ -21,13 +20,13 @@ void CpuPicture::start(int width, int height, const Eigen::Vector3d* background)
   background_ = background != nullptr ? std::optional(*background) : std::nullopt;
   blocks_across_ = (width + kBlock - 1) / kBlock;
   const int blocks = blocks_across_ * ((height + kBlock - 1) / kBlock);
-  if (!kept || !has_size(width, height)) blank_.assign(size_of(blocks), 0);
+  if (!kept || !has_size(width, height)) blank_.assign(as_size(blocks), 0);
   if (has_size(width, height)) return;
   buffers_.clear();
   width_ = width;
   height_ = height;
-  records_.assign(size_of(width) * size_of(height), PixelRecord{});
-  seen_.assign(size_of(height), {});
+  records_.assign(as_size(width) * as_size(height), PixelRecord{});
+  seen_.assign(as_size(height), {});
 }
 
 void CpuPicture::collect(bool plane, int threads) {
@@ -37,7 +36,7 @@ void CpuPicture::collect(bool plane, int threads) {
     return;
   }
   for_each_index(height_, threads, [&](int y) {
-    std::vector<Seen>& seen = seen_[size_of(y)];
+    std::vector<Seen>& seen = seen_[as_size(y)];
     seen.clear();
     const PixelRecord* row = &at(0, y);
     for (int x = 0; x < width_; ++x) {
@@ -62,8 +61,8 @@ CpuPicture::Buffer& CpuPicture::free_buffer() {
 
 void CpuPicture::write_bases(std::vector<RgbaF>& pixels, int threads) const {
   for_each_index(height_, threads, [&](int y) {
-    const std::size_t first = size_of(y) * size_of(width_);
-    for (std::size_t i = first; i < first + size_of(width_); ++i) {
+    const std::size_t first = as_size(y) * as_size(width_);
+    for (std::size_t i = first; i < first + as_size(width_); ++i) {
       const PixelRecord& r = records_[i];
       pixels[i] = {r.base[0], r.base[1], r.base[2], 1.0F};
     }
@@ -76,8 +75,8 @@ Image2d<RgbaF> CpuPicture::finish(const spec::PlaneSurface<float>* plane, int th
   buffer.collected = collected_;
   if (plane != nullptr) {
     for_each_index(height_, threads, [&](int y) {
-      RgbaF* row = buffer.pixels->data() + size_of(y) * size_of(width_);
-      for (const Seen& s : seen_[size_of(y)]) {
+      RgbaF* row = buffer.pixels->data() + as_size(y) * as_size(width_);
+      for (const Seen& s : seen_[as_size(y)]) {
         const float light = s.weight * spec::picture_at(*plane, s.column, s.row);
         row[s.x] = {s.base[0] + light, s.base[1] + light, s.base[2] + light, 1.0F};
       }

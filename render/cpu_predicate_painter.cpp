@@ -10,8 +10,8 @@
 namespace nav::render {
 namespace {
 
-constexpr int kBlock = 8;              // Pixels; a multiple of the packet's sides.
-constexpr int kTile = 32;              // Pixels; a multiple of a block's side.
+constexpr int kPredicateBlock = 8;     // Pixels; a multiple of the packet's sides.
+constexpr int kPredicateTile = 32;     // Pixels; a multiple of a block's side.
 constexpr double kSampleInCell = 0.5;  // Post-classified: the middle.
 
 }  // namespace
@@ -60,8 +60,8 @@ CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates
       ct_importance_(predicates.of_impact(beside.importance)),
       rays_of_(scene, vector ? vector_marches() : portable_marches(), cutaway, field, kSampleInCell,
                in_.base.overlay_cells),
-      tiles_across_((scene.width + kTile - 1) / kTile),
-      tiles_down_((scene.height + kTile - 1) / kTile) {
+      tiles_across_((scene.width + kPredicateTile - 1) / kPredicateTile),
+      tiles_down_((scene.height + kPredicateTile - 1) / kPredicateTile) {
   const PredicateMarchSet marches =
       vector ? avx2_predicate_marches() : portable_predicate_marches();
   plain_ = marches.march(how_, false);
@@ -69,17 +69,17 @@ CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates
 }
 
 void CpuPredicatePainter::paint_tile(int index) {
-  const int x0 = index % tiles_across_ * kTile;
-  const int y0 = index / tiles_across_ * kTile;
+  const int x0 = index % tiles_across_ * kPredicateTile;
+  const int y0 = index / tiles_across_ * kPredicateTile;
   Tile tile(cutaway_.objects(), beside_.ct);
-  for (int by = y0; by < std::min(y0 + kTile, scene_.height); by += kBlock) {
-    for (int bx = x0; bx < std::min(x0 + kTile, scene_.width); bx += kBlock) {
-      const bool solids = rays_of_.solids(bx, by, kBlock);
-      const bool cut =
-          rays_of_.cuts() && rays_of_.cull(bx, by, kBlock, tile.all.choice(), tile.some.choice());
-      if (tile.ct) beside_.ct->enter(bx, by, kBlock, *tile.ct);
-      for (int y = by; y < std::min(by + kBlock, scene_.height); y += kPacketHeight) {
-        for (int x = bx; x < std::min(bx + kBlock, scene_.width); x += kPacketWidth) {
+  for (int by = y0; by < std::min(y0 + kPredicateTile, scene_.height); by += kPredicateBlock) {
+    for (int bx = x0; bx < std::min(x0 + kPredicateTile, scene_.width); bx += kPredicateBlock) {
+      const bool solids = rays_of_.solids(bx, by, kPredicateBlock);
+      const bool cut = rays_of_.cuts() && rays_of_.cull(bx, by, kPredicateBlock, tile.all.choice(),
+                                                        tile.some.choice());
+      if (tile.ct) beside_.ct->enter(bx, by, kPredicateBlock, *tile.ct);
+      for (int y = by; y < std::min(by + kPredicateBlock, scene_.height); y += kPacketHeight) {
+        for (int x = bx; x < std::min(bx + kPredicateBlock, scene_.width); x += kPacketWidth) {
           paint_packet(x, y, solids, cut, tile);
         }
       }

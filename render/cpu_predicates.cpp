@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "nav/index.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/predicate_early_ends.hpp"
 #include "render/ray_spec.hpp"
@@ -17,11 +18,9 @@
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kMostTabulated = 12;  // Leaves: a table of 64 KB.
-constexpr std::size_t kTail = 3;            // A brick's byte is fetched as the first of four.
+constexpr std::size_t kMostTabulatedLeaves = 12;  // Leaves: a table of 64 KB.
+constexpr std::size_t kLeapTail = 3;              // A brick's byte is fetched as the first of four.
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// To single precision without leaving it.
 float single(double x) {
@@ -55,7 +54,7 @@ void set_wedge(const PredicateForm& form, const PredicateSet& set, const Predica
   atom.kind = PredicateAtom::kWedge;
   atom.low = single(form.low * form.low);
   for (std::size_t i = 0; i < 2; ++i) {
-    const PredicateSet::Channel& channel = set.channels()[size_of(leaf.channels[i])];
+    const PredicateSet::Channel& channel = set.channels()[as_size(leaf.channels[i])];
     atom.offset[i] = static_cast<float>(channel.offset);
     atom.scale[i] = static_cast<float>(channel.scale);
     for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
@@ -99,7 +98,7 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
   for (std::size_t i = 0; i < leaf.channels.size(); ++i) atom.channel[i] = leaf.channels[i];
   switch (form.kind) {
     case PredicateForm::Kind::kRange:
-      set_range(form, set.channels()[size_of(leaf.channels[0])], atom);
+      set_range(form, set.channels()[as_size(leaf.channels[0])], atom);
       break;
     case PredicateForm::Kind::kWedge:
       set_wedge(form, set, leaf, atom);
@@ -197,7 +196,7 @@ void CpuPredicates::make_looks() {
   looks_.clear();
   few_looks_.clear();
   matters_.clear();
-  if (atoms_.size() > kMostTabulated) return;
+  if (atoms_.size() > kMostTabulatedLeaves) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
     looks_.push_back(look_of(bits));
   make_few_looks();
@@ -273,7 +272,7 @@ void CpuPredicates::make_bricks(int threads) {
   const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
   for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
   const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
-  leaps_.assign(distances.size() + kTail, 0);
+  leaps_.assign(distances.size() + kLeapTail, 0);
   for (std::size_t b = 0; b < distances.size(); ++b) {
     const int distance = std::min<int>(distances[b], 127);
     leaps_[b] =
@@ -291,7 +290,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   base.step_mm = static_cast<float>(step);
   base.opaque_at = kInfinity;
   for (int axis = 0; axis < 3; ++axis) {
-    base.last[axis] = static_cast<float>(grid.size[size_of(axis)] - 1);
+    base.last[axis] = static_cast<float>(grid.size[as_size(axis)] - 1);
     in.spacing_mm[axis] = static_cast<float>(grid.spacing_mm[axis]);
   }
   std::copy_n(known_.grid().count.data(), 3, base.bricks);
@@ -360,7 +359,7 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   in.leaf_count = static_cast<int>(atoms_.size());
   std::iota(in.order, in.order + in.leaf_count, 0);
   std::stable_sort(in.order, in.order + in.leaf_count, [&](int a, int b) {
-    return cost_of(atoms_[size_of(a)]) < cost_of(atoms_[size_of(b)]);
+    return cost_of(atoms_[as_size(a)]) < cost_of(atoms_[as_size(b)]);
   });
   in.cheap_leaves = static_cast<int>(std::count_if(
       atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) { return cost_of(atom) == 0; }));

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
@@ -23,9 +24,7 @@ namespace {
 constexpr int kBelow = 1;  // Repeated border voxels below 0.
 constexpr int kAbove = 2;  // And above n - 1.
 constexpr int kBorder = kBelow + kAbove;
-constexpr std::size_t kTail = 4;  // The last fetch reads 8 bytes.
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
+constexpr std::size_t kFetchTail = 4;  // The last fetch reads 8 bytes.
 
 /// Rays cross a slice, so a page of their own, with every sample: large pages keep the table of
 /// pages in the processor.
@@ -64,7 +63,7 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   const auto& size = ct.grid().size;
   row_stride_ = size[0] + kBorder;
   slice_stride_ = row_stride_ * (size[1] + kBorder);
-  origin_ = size_of(slice_stride_ + row_stride_ + 1) * kBelow;
+  origin_ = as_size(slice_stride_ + row_stride_ + 1) * kBelow;
   copy_voxels(ct, threads);
 }
 
@@ -72,16 +71,16 @@ void CpuVolume::Free::operator()(std::int16_t* voxels) const { std::free(voxels)
 
 void CpuVolume::copy_voxels(const Volume& ct, int threads) {
   const auto& size = ct.grid().size;
-  voxels_.reset(allocate(size_of(slice_stride_) * size_of(size[2] + kBorder) + kTail));
-  std::vector<std::int16_t> low(size_of(size[2]));
-  std::vector<std::int16_t> high(size_of(size[2]));
+  voxels_.reset(allocate(as_size(slice_stride_) * as_size(size[2] + kBorder) + kFetchTail));
+  std::vector<std::int16_t> low(as_size(size[2]));
+  std::vector<std::int16_t> high(as_size(size[2]));
   for_each_index(size[2] + kBorder, threads, [&](int padded_k) {
     copy_slice(ct, padded_k);
     const int k = padded_k - kBelow;
     if (k < 0 || k >= size[2]) return;
-    const std::size_t slice = size_of(size[0]) * size_of(size[1]);
-    std::tie(low[size_of(k)], high[size_of(k)]) =
-        range_of(ct.hu().subspan(size_of(k) * slice, slice));
+    const std::size_t slice = as_size(size[0]) * as_size(size[1]);
+    std::tie(low[as_size(k)], high[as_size(k)]) =
+        range_of(ct.hu().subspan(as_size(k) * slice, slice));
   });
   low_hu_ = *std::min_element(low.begin(), low.end());
   high_hu_ = *std::max_element(high.begin(), high.end());
@@ -93,9 +92,9 @@ void CpuVolume::copy_slice(const Volume& ct, int padded_k) {
   for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
     const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
     const std::int16_t* from =
-        ct.hu().data() + (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
-    std::int16_t* to = voxels_.get() + size_of(padded_k) * size_of(slice_stride_) +
-                       size_of(padded_j) * size_of(row_stride_);
+        ct.hu().data() + (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
+    std::int16_t* to = voxels_.get() + as_size(padded_k) * as_size(slice_stride_) +
+                       as_size(padded_j) * as_size(row_stride_);
     std::fill_n(to, kBelow, from[0]);
     std::copy_n(from, size[0], to + kBelow);
     std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);

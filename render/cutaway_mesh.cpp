@@ -14,7 +14,7 @@ namespace {
 
 using Vec3 = spec::Vec3<double>;
 constexpr std::int32_t kLeafTriangles = 1;  // Bounds cost less than triangles.
-constexpr double kNowhere = -std::numeric_limits<double>::infinity();
+constexpr double kNoHit = -std::numeric_limits<double>::infinity();
 
 Vec3 middle_of(const spec::CutawayTriangle<double>& t) {
   return (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3;
@@ -149,7 +149,7 @@ double CutawayMesh::bound(const Node& node, const Cone& cone, double best) {
                  : along + std::sqrt(std::max(radius * radius - square, 0.0));
   constexpr double kSlack = 1e-12;
   t += kSlack * (std::abs(along) + cone.norm * (1 + distance + radius));
-  if (!(t > best)) return kNowhere;
+  if (!(t > best)) return kNoHit;
   if (node.normals.cosine < 0 || !(distance > radius)) return t;
   // The gradient in the middle, and how far it turns within the ball: its part across the ray has
   // the length cot and turns by asin(radius / distance).
@@ -162,7 +162,7 @@ double CutawayMesh::bound(const Node& node, const Cone& cone, double best) {
   const double limit =
       node.normals.cosine * (1 - 0.5 * chord_square) - node.normals.sine * std::sqrt(chord_square);
   const bool ruled_out = limit > 0 && std::abs(gradient.dot(node.normals.axis)) < limit * cone.norm;
-  return ruled_out ? kNowhere : t;
+  return ruled_out ? kNoHit : t;
 }
 
 spec::CutawayBall<double> CutawayMesh::ball_about(std::int32_t first, std::int32_t count) const {

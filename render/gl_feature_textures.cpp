@@ -4,13 +4,12 @@
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
 
+#include "nav/index.hpp"
 #include "render/gl_feature_textures.hpp"
 #include "render/gl_upload.hpp"
 
 namespace nav::render {
 namespace {
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// A slice of the codes of up to four volumes, voxel by voxel; undefined ones 0, missing ones too.
 /// as_they_are: of the first one, which is no feature.
@@ -18,11 +17,11 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
                 std::int16_t* to) {
   static_assert(GlFeatureTextures::kChannels == 4);
   const auto& size = members[0]->grid().size;
-  const std::size_t row = size_of(size[0]);
+  const std::size_t row = as_size(size[0]);
   const std::vector<std::int16_t> missing(row);
   const auto defined = [](std::int16_t v) -> int { return v == FeatureVolume::kUndefined ? 0 : v; };
   for (int j = 0; j < size[1]; ++j) {
-    const std::size_t first = (size_of(k) * size_of(size[1]) + size_of(j)) * row;
+    const std::size_t first = (as_size(k) * as_size(size[1]) + as_size(j)) * row;
     std::array<const std::int16_t*, 4> from{};
     for (std::size_t c = 0; c < from.size(); ++c) {
       from[c] = c < members.size() ? members[c]->hu().data() + first : missing.data();
@@ -45,14 +44,14 @@ struct Holes {
 /// The cells of a slice: bits of the volumes that have no value at one of the corners.
 void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells) {
   const auto& n = holes[0].codes->grid().size;
-  const auto row = size_of(n[0]);
-  const auto slice = row * size_of(n[1]);
+  const auto row = as_size(n[0]);
+  const auto slice = row * as_size(n[1]);
   std::fill_n(cells, slice, std::uint16_t{0});
   std::vector<std::uint8_t> here(row + 1);  // Some of the four rows; beyond the last voxel none.
   for (const Holes& of : holes) {
     const std::int16_t* voxels = of.codes->hu().data();
     for (int j = 0; j < n[1]; ++j) {
-      const std::size_t first = size_of(k) * slice + size_of(j) * row;
+      const std::size_t first = as_size(k) * slice + as_size(j) * row;
       const std::size_t up = j + 1 < n[1] ? row : 0;
       const std::size_t behind = k + 1 < n[2] ? slice : 0;
       const std::int16_t* const rows[4] = {voxels + first, voxels + first + up,
@@ -61,7 +60,7 @@ void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells
         const auto empty = [&](int r) { return rows[r][i] == FeatureVolume::kUndefined ? 1 : 0; };
         here[i] = static_cast<std::uint8_t>(empty(0) | empty(1) | empty(2) | empty(3));
       }
-      std::uint16_t* to = cells + size_of(j) * row;
+      std::uint16_t* to = cells + as_size(j) * row;
       for (std::size_t i = 0; i < row; ++i) {
         const int open = here[i] | here[i + 1];
         to[i] = static_cast<std::uint16_t>(to[i] | (open * of.bit));
@@ -102,7 +101,7 @@ Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& 
     return std::count_if(set.channels().begin() + 1, set.channels().end(),
                          [&](const auto& channel) { return !find(channel.codes.get()); });
   };
-  if (stale || places_.size() + size_of(static_cast<int>(missing())) > kMostFeatures) release();
+  if (stale || places_.size() + as_size(static_cast<int>(missing())) > kMostFeatures) release();
   if (auto ok = place(set); !ok) return ok;
   used_.clear();
   channels_.clear();

@@ -14,7 +14,7 @@
 namespace nav::render {
 namespace {
 
-struct Kind {
+struct StandInKind {
   GLint internal;
   GLenum layout;
   GLenum type;
@@ -22,11 +22,11 @@ struct Kind {
 };
 
 /// As GlFeatureTextures and GlPredicates send them.
-constexpr Kind kFeatureKind{GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, GL_LINEAR};
-constexpr Kind kUndefinedKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
-constexpr Kind kLabelKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
+constexpr StandInKind kFeatureKind{GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, GL_LINEAR};
+constexpr StandInKind kUndefinedKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
+constexpr StandInKind kLabelKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
 
-void send(const Kind& kind, const std::array<int, 3>& size, GlTexture& texture) {
+void send(const StandInKind& kind, const std::array<int, 3>& size, GlTexture& texture) {
   const std::vector<std::uint8_t> nothing(27 * 8);
   glBindTexture(GL_TEXTURE_3D, texture.id());
   gl::set_sampling(GL_TEXTURE_3D, kind.filter);

@@ -7,12 +7,11 @@
 #include <sstream>
 #include <vector>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 int parts(int n, int factor) { return (n + factor - 1) / factor; }
 
@@ -24,9 +23,9 @@ std::int16_t box_mean(const Volume& full, const std::array<int, 3>& first,
   int count = 0;
   for (int k = first[2]; k < std::min(first[2] + factors[2], size[2]); ++k) {
     for (int j = first[1]; j < std::min(first[1] + factors[1], size[1]); ++j) {
-      const std::size_t row = (size_of(k) * size_of(size[1]) + size_of(j)) * size_of(size[0]);
+      const std::size_t row = (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
       for (int i = first[0]; i < std::min(first[0] + factors[0], size[0]); ++i, ++count) {
-        sum += full.hu()[row + size_of(i)];
+        sum += full.hu()[row + as_size(i)];
       }
     }
   }
@@ -41,7 +40,7 @@ struct Between {
 Between between(double index, int count) {
   const double x = std::clamp(index, 0.0, count - 1.0);
   const int low = std::min(static_cast<int>(x), std::max(count - 2, 0));
-  return {size_of(low), size_of(std::min(low + 1, count - 1)), x - low};
+  return {as_size(low), as_size(std::min(low + 1, count - 1)), x - low};
 }
 
 struct ErrorSum {
@@ -56,13 +55,13 @@ ErrorSum slice_error(const Volume& full, const Volume& small, const std::array<i
   const auto place = [&](int i, std::size_t axis) {
     return between((i + 0.5) / f[axis] - 0.5, m[axis]);
   };
-  const auto mx = size_of(m[0]);
-  const auto my = size_of(m[1]);
+  const auto mx = as_size(m[0]);
+  const auto my = as_size(m[1]);
   const Between z = place(k, 2);
   ErrorSum sum;
   for (int j = 0; j < n[1]; ++j) {
     const Between y = place(j, 1);
-    const std::size_t row = (size_of(k) * size_of(n[1]) + size_of(j)) * size_of(n[0]);
+    const std::size_t row = (as_size(k) * as_size(n[1]) + as_size(j)) * as_size(n[0]);
     for (int i = 0; i < n[0]; ++i) {
       const Between x = place(i, 0);
       const auto line = [&](std::size_t b, std::size_t c) {
@@ -73,7 +72,7 @@ ErrorSum slice_error(const Volume& full, const Volume& small, const std::array<i
         return (1 - y.w) * line(y.low, c) + y.w * line(y.high, c);
       };
       const double found = (1 - z.w) * sheet(z.low) + z.w * sheet(z.high);
-      const double error = std::abs(found - full.hu()[row + size_of(i)]);
+      const double error = std::abs(found - full.hu()[row + as_size(i)]);
       sum.max = std::max(sum.max, error);
       sum.squares += error * error;
     }
@@ -100,7 +99,7 @@ ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors) {
   const VoxelGrid grid = reduced_grid(full.grid(), factors);
   std::vector<std::int16_t> hu(grid.voxel_count());
   for_each_index(grid.size[2], 0, [&](int k) {
-    std::size_t at = size_of(k) * size_of(grid.size[1]) * size_of(grid.size[0]);
+    std::size_t at = as_size(k) * as_size(grid.size[1]) * as_size(grid.size[0]);
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i, ++at) {
         hu[at] = box_mean(full, {i * factors[0], j * factors[1], k * factors[2]}, factors);
@@ -110,9 +109,9 @@ ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors) {
   auto volume = Volume::create(grid, std::move(hu), full.name());
   NAV_CHECK(volume.has_value(), full.name());
   ReducedVolume out{std::make_shared<const Volume>(std::move(volume).value()), factors, 0, 0};
-  std::vector<ErrorSum> errors(size_of(full.grid().size[2]));
+  std::vector<ErrorSum> errors(as_size(full.grid().size[2]));
   for_each_index(full.grid().size[2], 0,
-                 [&](int k) { errors[size_of(k)] = slice_error(full, *out.volume, factors, k); });
+                 [&](int k) { errors[as_size(k)] = slice_error(full, *out.volume, factors, k); });
   double squares = 0;
   for (const ErrorSum& error : errors) {
     out.max_error_hu = std::max(out.max_error_hu, error.max);
@@ -127,7 +126,7 @@ std::array<int, 3> factors_to_fit(const std::array<int, 3>& size, int largest_ed
   std::array<int, 3> factors{};
   for (std::size_t axis = 0; axis < 3; ++axis) factors[axis] = parts(size[axis], largest_edge);
   const auto edge = [&](std::size_t axis) { return parts(size[axis], factors[axis]); };
-  while (size_of(edge(0)) * size_of(edge(1)) * size_of(edge(2)) > most_voxels) {
+  while (as_size(edge(0)) * as_size(edge(1)) * as_size(edge(2)) > most_voxels) {
     std::size_t longest = 0;
     for (std::size_t axis = 1; axis < 3; ++axis) {
       if (edge(axis) > edge(longest)) longest = axis;

@@ -8,13 +8,12 @@
 #include <limits>
 #include <unordered_map>
 
+#include "nav/index.hpp"
 #include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// More than single precision takes from an interpolated code, an index and what follows of them.
 constexpr double kCodeSlack = 0.05;
@@ -34,7 +33,7 @@ class BrickReader {
     for (int axis = 0; axis < 3; ++axis) {
       const int i = rest % count_[axis];
       rest /= count_[axis];
-      const int last = grid.size[size_of(axis)] - 1;
+      const int last = grid.size[as_size(axis)] - 1;
       const double low = i * kBrickVoxels - kIndexSlack;
       const double high = std::min((i + 1) * kBrickVoxels, last) + kIndexSlack;
       out.low_mm[axis] = low * grid.spacing_mm[axis];
@@ -50,7 +49,7 @@ class BrickReader {
   [[nodiscard]] Truth truth(std::size_t b, const PredicateSet::Leaf& leaf,
                             PredicateBounds& bounds) const {
     for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
-      const auto i = size_of(leaf.channels[c]);
+      const auto i = as_size(leaf.channels[c]);
       const PredicateSet::Channel& channel = set_.channels()[i];
       const ChannelBricks& bricks = *channels_[i];
       if (bricks.range.low[b] > bricks.range.high[b])
@@ -106,13 +105,13 @@ LeafBricks leaf_bricks(const PredicateSet& set, const std::vector<const ChannelB
                        const LabelBricks* labels, int threads) {
   const BrickReader reader(set, channels, labels);
   const Eigen::Vector3i& n = channels[0]->range.count;
-  const std::size_t count = size_of(n.prod());
+  const std::size_t count = as_size(n.prod());
   LeafBricks out{std::vector<std::int32_t>(count), std::vector<std::int32_t>(count),
                  std::vector<std::uint8_t>(count)};
   const PredicateSet::Channel& volume = set.channels()[0];
-  const std::size_t slice = size_of(n.x() * n.y());
+  const std::size_t slice = as_size(n.x() * n.y());
   for_each_index(n.z(), threads, [&](int z) {
-    for (std::size_t b = size_of(z) * slice; b < size_of(z + 1) * slice; ++b) {
+    for (std::size_t b = as_size(z) * slice; b < as_size(z + 1) * slice; ++b) {
       // Rounding cannot brighten what is black by more than the slack.
       const double most = channels[0]->range.high[b] + kCodeSlack;
       out.dark[b] = volume.offset + volume.scale * most <= 0 ? 1 : 0;
@@ -138,8 +137,8 @@ std::vector<double> brick_importances(const PredicateSet& set, const LeafBricks&
     // Few combinations occur.
     std::unordered_map<std::uint64_t, double> seen;
     std::vector<Truth> truths(set.leaves().size());
-    const std::size_t end = std::min(out.size(), (size_of(chunk) + 1) * kChunk);
-    for (std::size_t b = size_of(chunk) * kChunk; b < end; ++b) {
+    const std::size_t end = std::min(out.size(), (as_size(chunk) + 1) * kChunk);
+    for (std::size_t b = as_size(chunk) * kChunk; b < end; ++b) {
       if (leaves.dark[b] != 0) continue;
       const auto sure = static_cast<std::uint32_t>(leaves.sure[b]);
       const auto open = static_cast<std::uint32_t>(leaves.open[b]);

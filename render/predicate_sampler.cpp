@@ -7,16 +7,16 @@
 #include <cmath>
 #include <limits>
 
+#include "nav/index.hpp"
+
 namespace nav::render {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
-
 Eigen::Vector3d clamped(const VoxelGrid& grid, Eigen::Vector3d index) {
   for (int axis = 0; axis < 3; ++axis) {
-    index[axis] = std::clamp(index[axis], 0.0, static_cast<double>(grid.size[size_of(axis)] - 1));
+    index[axis] = std::clamp(index[axis], 0.0, static_cast<double>(grid.size[as_size(axis)] - 1));
   }
   return index;
 }
@@ -32,11 +32,11 @@ double PredicateSampler::value(std::size_t channel, const Eigen::Vector3d& index
   Eigen::Vector3d w;
   std::size_t stride = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    const int n = grid.size[size_of(axis)];
+    const int n = grid.size[as_size(axis)];
     const int low = static_cast<int>(at[axis]);
     w[axis] = at[axis] - low;
-    near[size_of(axis)] = {size_of(low) * stride, size_of(std::min(low + 1, n - 1)) * stride};
-    stride *= size_of(n);
+    near[as_size(axis)] = {as_size(low) * stride, as_size(std::min(low + 1, n - 1)) * stride};
+    stride *= as_size(n);
   }
   bool undefined = false;
   const auto row = [&](std::size_t y, std::size_t z) {
@@ -62,7 +62,7 @@ std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
     std::size_t offset = 0;
     for (int axis = 2; axis >= 0; --axis) {
       offset =
-          offset * size_of(grid.size[size_of(axis)]) + static_cast<std::size_t>(at[axis] + 0.5);
+          offset * as_size(grid.size[as_size(axis)]) + static_cast<std::size_t>(at[axis] + 0.5);
     }
     sample.labels = set_.labels()->bits()[offset];
   }
@@ -70,7 +70,7 @@ std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
   for (std::size_t i = 0; i < set_.leaves().size(); ++i) {
     const PredicateSet::Leaf& leaf = set_.leaves()[i];
     for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
-      const auto channel = size_of(leaf.channels[c]);
+      const auto channel = as_size(leaf.channels[c]);
       sample.value[c] = value(channel, at);
       sample.quantum[c] = set_.channels()[channel].quantum;
     }
@@ -86,10 +86,10 @@ std::vector<std::uint64_t> count_true(const PredicateSet& set,
   std::vector<std::uint64_t> counts(set.size());
   for (const std::size_t v : voxels) {
     NAV_CHECK(v < set.place().grid.voxel_count(), v);
-    const std::size_t row = v / size_of(size[0]);
-    const std::uint32_t mask = sampler.mask({static_cast<double>(v % size_of(size[0])),
-                                             static_cast<double>(row % size_of(size[1])),
-                                             static_cast<double>(row / size_of(size[1]))});
+    const std::size_t row = v / as_size(size[0]);
+    const std::uint32_t mask = sampler.mask({static_cast<double>(v % as_size(size[0])),
+                                             static_cast<double>(row % as_size(size[1])),
+                                             static_cast<double>(row / as_size(size[1]))});
     for (std::size_t j = 0; j < counts.size(); ++j) counts[j] += (mask >> j) & 1U;
   }
   return counts;

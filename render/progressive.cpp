@@ -10,7 +10,7 @@ namespace nav::render {
 namespace {
 
 /// Where a full pixel looks in the coarse picture along one axis: left of the two, and how far.
-struct Between {
+struct CoarsePair {
   int low;
   int high;
   float w;
@@ -18,7 +18,7 @@ struct Between {
 
 /// Pixels of both pictures are square and their heights span the same angle, so one scale serves
 /// both axes, about the middle.
-Between between(int full, int full_count, int coarse_count, double scale) {
+CoarsePair coarse_pair(int full, int full_count, int coarse_count, double scale) {
   const double x = (full + 0.5 - 0.5 * full_count) * scale + 0.5 * coarse_count - 0.5;
   const double inside = std::clamp(x, 0.0, coarse_count - 1.0);
   const int low = static_cast<int>(inside);
@@ -35,19 +35,19 @@ RenderedImage enlarged(const RenderedImage& coarse, int width, int height) {
   const int from_width = coarse.pixels.width();
   const int from_height = coarse.pixels.height();
   const double scale = static_cast<double>(from_height) / height;
-  std::vector<Between> columns;
-  for (int x = 0; x < width; ++x) columns.push_back(between(x, width, from_width, scale));
+  std::vector<CoarsePair> columns;
+  for (int x = 0; x < width; ++x) columns.push_back(coarse_pair(x, width, from_width, scale));
   const auto pixels_of = [&](int row) {
     return coarse.pixels.pixels().data() + static_cast<std::ptrdiff_t>(row) * from_width;
   };
   std::vector<RgbaF> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for_each_index(height, 0, [&](int y) {
-    const Between rows = between(y, height, from_height, scale);
+    const CoarsePair rows = coarse_pair(y, height, from_height, scale);
     const RgbaF* above = pixels_of(rows.low);
     const RgbaF* below = pixels_of(rows.high);
     RgbaF* out = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
     for (int x = 0; x < width; ++x) {
-      const Between& c = columns[static_cast<std::size_t>(x)];
+      const CoarsePair& c = columns[static_cast<std::size_t>(x)];
       out[x] =
           mix(mix(above[c.low], above[c.high], c.w), mix(below[c.low], below[c.high], c.w), rows.w);
     }

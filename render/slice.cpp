@@ -141,7 +141,7 @@ void combine(SlabMode mode, const std::vector<float>& layer, const Columns& colu
   }
 }
 
-Error refusal(const std::string& field, const std::string& expected, double found) {
+Error slice_refusal(const std::string& field, const std::string& expected, double found) {
   std::ostringstream text;
   text << "slice: " << field << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -151,23 +151,26 @@ Error refusal(const std::string& field, const std::string& expected, double foun
 
 Result<void> validate(const SlicePlane& plane, const SliceOptions& options) {
   const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
-  if (!within(options.width, 1, 16384)) return refusal("width", "1 to 16384", options.width);
-  if (!within(options.height, 1, 16384)) return refusal("height", "1 to 16384", options.height);
+  if (!within(options.width, 1, 16384)) return slice_refusal("width", "1 to 16384", options.width);
+  if (!within(options.height, 1, 16384))
+    return slice_refusal("height", "1 to 16384", options.height);
   if (!(options.mm_per_pixel > 0 && options.mm_per_pixel <= 100)) {
-    return refusal("mm_per_pixel", "a number in (0, 100]", options.mm_per_pixel);
+    return slice_refusal("mm_per_pixel", "a number in (0, 100]", options.mm_per_pixel);
   }
-  if (!within(options.slab_mm, 0, 1000)) return refusal("slab_mm", "0 to 1000", options.slab_mm);
+  if (!within(options.slab_mm, 0, 1000))
+    return slice_refusal("slab_mm", "0 to 1000", options.slab_mm);
   if (!plane.centre_ct.mm.allFinite() || plane.centre_ct.mm.norm() > 1e7) {
-    return refusal("centre_ct", "a point within 1e7 mm", plane.centre_ct.mm.norm());
+    return slice_refusal("centre_ct", "a point within 1e7 mm", plane.centre_ct.mm.norm());
   }
   constexpr double kTolerance = 1e-6;
   for (const Vec3& axis : {plane.right.v, plane.down.v}) {
     if (!(std::abs(axis.norm() - 1) < kTolerance)) {
-      return refusal("right, down", "unit vectors", axis.norm());
+      return slice_refusal("right, down", "unit vectors", axis.norm());
     }
   }
   const double cosine = plane.right.v.dot(plane.down.v);
-  if (!(std::abs(cosine) < kTolerance)) return refusal("right, down", "a right angle", cosine);
+  if (!(std::abs(cosine) < kTolerance))
+    return slice_refusal("right, down", "a right angle", cosine);
   return {};
 }
 

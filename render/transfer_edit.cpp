@@ -11,7 +11,7 @@ namespace nav::render {
 namespace {
 
 using Histogram = std::vector<std::uint64_t>;
-constexpr int kLeast = std::numeric_limits<std::int16_t>::min();
+constexpr int kLeastHu = std::numeric_limits<std::int16_t>::min();
 
 /// The border between two classes that differ most (Otsu 1979), as a bin.
 std::size_t otsu_bin(const Histogram& histogram, double total) {
@@ -97,7 +97,7 @@ Result<void> check(const TransferFunction& function, const ImportanceRule& rule)
 ValueRange value_range(const Volume& volume) {
   Histogram histogram(65536, 0);
   for (const std::int16_t value : volume.hu())
-    ++histogram[static_cast<std::size_t>(value - kLeast)];
+    ++histogram[static_cast<std::size_t>(value - kLeastHu)];
   const std::size_t border = otsu_bin(histogram, static_cast<double>(volume.hu().size()));
   double above = 0;
   for (std::size_t i = border + 1; i < histogram.size(); ++i) {
@@ -111,8 +111,8 @@ ValueRange value_range(const Volume& volume) {
     last = i;
   }
   // A volume of one value has no background; it still gets a range.
-  const double low = static_cast<double>(border) + kLeast;
-  return {low, std::max(static_cast<double>(last) + kLeast, low + 1)};
+  const double low = static_cast<double>(border) + kLeastHu;
+  return {low, std::max(static_cast<double>(last) + kLeastHu, low + 1)};
 }
 
 TransferFunction rescaled(const TransferFunction& function, const ValueRange& from,

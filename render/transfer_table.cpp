@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "nav/index.hpp"
 #include "render/ray_spec_volume.hpp"
 #include "render/rounding.hpp"
 
@@ -16,11 +17,9 @@ namespace {
 constexpr double kMinHu = -32768;
 constexpr double kMaxHu = 32767;
 /// Half of int32's range: sums of two integrals cannot overflow.
-constexpr double kLargestIntegral = 1 << 30;
+constexpr double kLargestEntry = 1 << 30;
 /// Values closer than this are one value: the mean over them is the value in the middle, HU.
 constexpr double kSameHu = 1e-3;
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// The gradient magnitude from which on nothing changes, HU/mm.
 double last_gradient(const TransferFunction& transfer) {
@@ -47,7 +46,7 @@ TransferTable::TransferTable(const TransferFunction& transfer) {
     // A window that only says "from 0 on" still needs a distance between rows.
     gradient_per_row_ = std::max(last_gradient(transfer), 1e-6) / (kGradientRows - 1);
   }
-  const std::size_t entries = size_of(size_) * size_of(rows_);
+  const std::size_t entries = as_size(size_) * as_size(rows_);
   rgbat_.reserve(4 * entries);
   importance_.reserve(entries);
   for (int row = 0; row < rows_; ++row) add_row(transfer, row * gradient_per_row_);
@@ -77,12 +76,12 @@ Eigen::Vector4d TransferTable::premultiplied(std::size_t i) const {
 }
 
 void TransferTable::integrate() {
-  cumulative_.assign(size_of(size_), Eigen::Vector4d::Zero());
+  cumulative_.assign(as_size(size_), Eigen::Vector4d::Zero());
   for (std::size_t i = 1; i < cumulative_.size(); ++i) {
     cumulative_[i] = cumulative_[i - 1] + 0.5 * (premultiplied(i - 1) + premultiplied(i));
   }
   // Colour is at most 1, so extinction has the largest integral.
-  quantum_ = std::max(cumulative_.back()[3], 1e-12) / kLargestIntegral;
+  quantum_ = std::max(cumulative_.back()[3], 1e-12) / kLargestEntry;
   integrals_.reserve(4 * cumulative_.size());
   for (const Eigen::Vector4d& integral : cumulative_) {
     for (int c = 0; c < 4; ++c) {
@@ -92,14 +91,14 @@ void TransferTable::integrate() {
 }
 
 void TransferTable::index_visible() {
-  visible_before_.reserve(size_of(size_) + 1);
+  visible_before_.reserve(as_size(size_) + 1);
   visible_before_.assign(1, 0);
   std::vector<float> greatest;
-  for (std::size_t i = 0; i < size_of(size_); ++i) {
+  for (std::size_t i = 0; i < as_size(size_); ++i) {
     bool visible = false;
     float importance = 0;
-    for (std::size_t row = 0; row < size_of(rows_); ++row) {
-      const std::size_t at = row * size_of(size_) + i;
+    for (std::size_t row = 0; row < as_size(rows_); ++row) {
+      const std::size_t at = row * as_size(size_) + i;
       visible = visible || rgbat_[4 * at + 3] > 0;
       importance = std::max(importance, importance_[at]);
     }
@@ -107,7 +106,7 @@ void TransferTable::index_visible() {
     greatest.push_back(importance);
   }
   importance_levels_.push_back(std::move(greatest));
-  for (std::size_t length = 2; length <= size_of(size_); length *= 2) {
+  for (std::size_t length = 2; length <= as_size(size_); length *= 2) {
     const std::vector<float>& below = importance_levels_.back();
     std::vector<float> level(below.size() - length / 2);
     for (std::size_t i = 0; i < level.size(); ++i) {
@@ -119,21 +118,21 @@ void TransferTable::index_visible() {
 
 TransferSample TransferTable::at(double hu, double gradient_hu_per_mm) const {
   const double x = std::clamp(hu - first_hu_, 0.0, size_ - 1.0);
-  const auto i = std::min(static_cast<std::size_t>(x), size_of(size_ - 2));
+  const auto i = std::min(static_cast<std::size_t>(x), as_size(size_ - 2));
   const double w = x - static_cast<double>(i);
   const double y =
       rows_ > 1 ? std::clamp(gradient_hu_per_mm / gradient_per_row_, 0.0, rows_ - 1.0) : 0.0;
   const auto row_at = [&](std::size_t row) -> Eigen::Vector4d {
-    const std::size_t start = row * size_of(size_) + i;
+    const std::size_t start = row * as_size(size_) + i;
     return (1 - w) * entry(start) + w * entry(start + 1);
   };
-  const auto row = std::min(static_cast<std::size_t>(y), size_of(std::max(rows_ - 2, 0)));
+  const auto row = std::min(static_cast<std::size_t>(y), as_size(std::max(rows_ - 2, 0)));
   Eigen::Vector4d value = row_at(row);
   if (rows_ > 1) {
     const double v = y - static_cast<double>(row);
     value = (1 - v) * value + v * row_at(row + 1);
   }
-  const auto nearest = static_cast<std::size_t>(std::floor(y + 0.5)) * size_of(size_) +
+  const auto nearest = static_cast<std::size_t>(std::floor(y + 0.5)) * as_size(size_) +
                        static_cast<std::size_t>(std::floor(x + 0.5));
   return {value.head<3>(), value[3], importance_[nearest]};
 }
@@ -142,7 +141,7 @@ Eigen::Vector4d TransferTable::integral_to(double hu) const {
   const double x = hu - first_hu_;
   const double last = size_ - 1.0;
   if (x <= 0) return x * premultiplied(0);
-  if (x >= last) return cumulative_.back() + (x - last) * premultiplied(size_of(size_ - 1));
+  if (x >= last) return cumulative_.back() + (x - last) * premultiplied(as_size(size_ - 1));
   const auto i = static_cast<std::size_t>(x);
   const double w = x - static_cast<double>(i);
   const Eigen::Vector4d here = premultiplied(i);
@@ -151,7 +150,7 @@ Eigen::Vector4d TransferTable::integral_to(double hu) const {
 
 Eigen::Vector4d TransferTable::premultiplied_at(double hu) const {
   const double x = std::clamp(hu - first_hu_, 0.0, size_ - 1.0);
-  const auto i = std::min(static_cast<std::size_t>(x), size_of(size_ - 2));
+  const auto i = std::min(static_cast<std::size_t>(x), as_size(size_ - 2));
   const Eigen::Vector4d here = premultiplied(i);
   return here + (x - static_cast<double>(i)) * (premultiplied(i + 1) - here);
 }

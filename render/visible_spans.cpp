@@ -11,8 +11,8 @@
 namespace nav::render {
 namespace {
 
-constexpr float kFarthest = std::numeric_limits<float>::infinity();
-constexpr VisibleSpan kNothing{kFarthest, -kFarthest};
+constexpr float kFarthestDepth = std::numeric_limits<float>::infinity();
+constexpr VisibleSpan kNothing{kFarthestDepth, -kFarthestDepth};
 
 void widen(VisibleSpan& span, const VisibleSpan& by) {
   span.near = std::min(span.near, by.near);
@@ -26,9 +26,9 @@ struct Reach {
 };
 
 /// Spans of a picture while bricks are put in.
-class Canvas {
+class DepthCanvas {
  public:
-  Canvas(const Scene& scene, const spec::View<double>& view)
+  DepthCanvas(const Scene& scene, const spec::View<double>& view)
       : view_(view),
         across_((scene.width - 1) / VisibleSpans::kSide),
         down_((scene.height - 1) / VisibleSpans::kSide),
@@ -178,7 +178,7 @@ VisibleSpans::VisibleSpans(const Scene& scene, const BrickShell& shell, int thre
   }
   const Eigen::Matrix3d mm_per_index = grid.directions * grid.spacing_mm.asDiagonal();
   constexpr int kChunks = 4;
-  std::vector<Canvas> parts(kChunks, Canvas(scene, view));
+  std::vector<DepthCanvas> parts(kChunks, DepthCanvas(scene, view));
   for_each_index(kChunks, threads, [&](int chunk) {
     const auto part = static_cast<std::size_t>(chunk);
     const std::size_t end = (part + 1) * shell.bricks.size() / kChunks;
@@ -191,7 +191,7 @@ VisibleSpans::VisibleSpans(const Scene& scene, const BrickShell& shell, int thre
       parts[part].add(mm_per_index * index, radius);
     }
   });
-  for (const Canvas& part : parts) part.merge_into(spans_);
+  for (const DepthCanvas& part : parts) part.merge_into(spans_);
 }
 
 bool VisibleSpans::worth(const Scene& scene, const BrickShell& shell) {

@@ -29,7 +29,7 @@ using DisplayConnection = std::unique_ptr<Display, CloseDisplay>;
 
 /// VTK aborts the process when it cannot open the display, so it is given an open one. It must
 /// outlive the window.
-Result<DisplayConnection> open_display() {
+Result<DisplayConnection> connect_display() {
   DisplayConnection display(XOpenDisplay(nullptr));
   if (display) return display;
   const char* name = std::getenv("DISPLAY");
@@ -162,7 +162,7 @@ Result<void> show_window(const SceneSource& source, const WindowOptions& options
     return Error{ErrorCode::kUsage, "window.refresh_hz: expected a value in (0, 1000], found " +
                                         std::to_string(options.refresh_hz)};
   }
-  const auto display = open_display();
+  const auto display = connect_display();
   if (!display) return display.error();
   const std::shared_ptr<const Scene> first = source();
   if (!first) return Error{ErrorCode::kUsage, "window: expected a first scene, found none"};
@@ -204,7 +204,7 @@ Result<void> show_window(const Scene& scene, const WindowOptions& options) {
 
 Result<Image2d<Rgba8>> capture_window(const Scene& scene) {
   if (auto ok = validate(scene); !ok) return ok.error();
-  const auto display = open_display();
+  const auto display = connect_display();
   if (!display) return display.error();
   vtkNew<vtkRenderWindow> window;
   window->SetDisplayId(display->get());

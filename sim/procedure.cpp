@@ -25,7 +25,7 @@ using Vec = Eigen::Vector3d;
 constexpr double kStartSeconds = 1.0;
 constexpr double kPauseSeconds = 2.0;  // Between the sweep and the approach.
 constexpr double kPressMm = 8;         // A curved face is pushed into the soft skin.
-constexpr double kFootprintMm = 0.5;   // To each side, over which the skin's slope counts.
+constexpr double kContactMm = 0.5;     // To each side, over which the skin's slope counts.
 constexpr double kCameraMm = 1500;
 constexpr double kParkedMm = 120;   // Needle tip before the entry while it waits.
 constexpr double kReadyMm = 30;     // And when the approach begins.
@@ -36,7 +36,7 @@ Eigen::Quaterniond random_rotation(Random& random) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
 }
 
-double smooth_step(double t) {
+double eased(double t) {
   const double s = std::clamp(t, 0.0, 1.0);
   return s * s * (3 - 2 * s);
 }
@@ -53,10 +53,10 @@ Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
 /// The hand's path below the costal arch, from the midline to the right flank, while the beam fans
 /// up and down and the probe turns about it. share: 0 to 1 of the way.
 Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
-  const double way = smooth_step(share);
+  const double way = eased(share);
   const double turn = 2 * std::numbers::pi * share;
   const Vec skin = phantom.skin_point(4.50 - 0.70 * way, 14 - 26 * way).mm;
-  const Vec into = -outward(phantom, skin, kFootprintMm);
+  const Vec into = -outward(phantom, skin, kContactMm);
   const Vec across = into.cross(Vec::UnitZ());
   const Eigen::Quaterniond straight = facing(into, across);
   const Eigen::AngleAxisd tilt(0.18 + 0.38 * std::sin(1.5 * turn), Vec::UnitX());
@@ -91,7 +91,7 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
       if (beside < 38 || beside > 75) continue;
       const Vec view = (target - skin).normalized();
       const double slant =
-          std::acos(std::clamp(-view.dot(outward(phantom, skin, kFootprintMm)), -1.0, 1.0));
+          std::acos(std::clamp(-view.dot(outward(phantom, skin, kContactMm)), -1.0, 1.0));
       const double spread =
           std::asin(std::clamp(view.cross((target - entry).normalized()).norm(), 0.0, 1.0));
       if (slant > 0.75 || spread < 0.35) continue;
@@ -222,7 +222,7 @@ Transform<Ct, Image> Procedure::ct_from_image(Timestamp time) const {
     if (t <= sweep.end) return sweep_view(phantom_, share(sweep.begin, sweep.end));
     if (t >= approach.begin) return approach_view_;
     return interpolate(sweep_view(phantom_, 1.0), approach_view_,
-                       smooth_step(share(sweep.end, approach.begin)));
+                       eased(share(sweep.end, approach.begin)));
   };
   return with_tremor(base(), options_, to_seconds(t));
 }
@@ -231,7 +231,7 @@ Transform<Ct, Needle> Procedure::ct_from_needle(Timestamp time) const {
   const PhaseInterval& sweep = phases_[0];
   const PhaseInterval& approach = phases_[1];
   const auto share = [time](Timestamp begin, Timestamp end) {
-    return smooth_step(to_seconds(time - begin) / to_seconds(end - begin));
+    return eased(to_seconds(time - begin) / to_seconds(end - begin));
   };
   const Vec path = plan_.target_ct.mm - plan_.entry_ct.mm;
   const Vec axis = path.normalized();

@@ -9,7 +9,7 @@
 namespace nav::sim {
 namespace {
 
-constexpr Duration kLeadIn = std::chrono::milliseconds(500);
+constexpr Duration kTrackerLeadIn = std::chrono::milliseconds(500);
 
 Eigen::Matrix4d true_pose(const Procedure& procedure, TrackedBody body, Timestamp time) {
   switch (body) {
@@ -56,8 +56,8 @@ SimulatedTracker::SimulatedTracker(const Procedure& procedure, TrackedBody body)
   const TrackerModel& model = procedure.options().tracker;
   const std::uint64_t seed = procedure.options().seed;
   const std::uint64_t stream = 0x706f7365 + 16 * static_cast<std::uint64_t>(body);
-  const Timestamp begin = procedure.phases().front().begin - kLeadIn;
-  const Timestamp end = procedure.end() + kLeadIn;
+  const Timestamp begin = procedure.phases().front().begin - kTrackerLeadIn;
+  const Timestamp end = procedure.end() + kTrackerLeadIn;
   int hidden = 0;
   for (std::uint64_t i = 0;; ++i) {
     RawPose pose;

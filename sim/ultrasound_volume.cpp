@@ -18,8 +18,8 @@ namespace {
 
 using Complex = std::complex<float>;
 
-constexpr std::size_t kTaps = 9;  // Half a beam, centre included.
-constexpr std::uint64_t kNoiseStream = 0x757333;
+constexpr std::size_t kVolumeTaps = 9;  // Half a beam, centre included.
+constexpr std::uint64_t kVolumeNoiseStream = 0x757333;
 
 /// What the tissue does to sound at a place.
 struct Echo {
@@ -101,7 +101,7 @@ class Scanner {
     std::vector<float> gain(ny_);
     for (std::size_t j = 0; j < ny_; ++j) {
       float in_phase = taps[j];
-      for (std::size_t k = 1; k < kTaps; ++k) in_phase += 2 * taps[k * ny_ + j];
+      for (std::size_t k = 1; k < kVolumeTaps; ++k) in_phase += 2 * taps[k * ny_ + j];
       gain[j] = kInterfaceGain / in_phase;
     }
     return gain;
@@ -167,13 +167,13 @@ class Scanner {
 
   /// Half the beam across the lines along an axis, tap by tap, all depths.
   [[nodiscard]] std::vector<float> beam(std::size_t axis, double fwhm_mm, double spread) const {
-    std::vector<float> taps(kTaps * ny_);
-    std::array<float, kTaps> w{};
+    std::vector<float> taps(kVolumeTaps * ny_);
+    std::array<float, kVolumeTaps> w{};
     for (std::size_t j = 0; j < ny_; ++j) {
       const double depth = lines_.step_mm() * static_cast<double>(j);
       const double sigma = kFwhmToSigma * fwhm_mm * defocus(options_.probe, depth, spread);
       beam_taps(sigma, lines_.spacing_mm(axis, depth), speckle_.cell_mm(), w);
-      for (std::size_t k = 0; k < kTaps; ++k) taps[k * ny_ + j] = w[k];
+      for (std::size_t k = 0; k < kVolumeTaps; ++k) taps[k * ny_ + j] = w[k];
     }
     return taps;
   }
@@ -191,7 +191,7 @@ class Scanner {
         std::copy_n(echo.data() + base + c * stride, ny_, in.data() + c * ny_);
       }
       const auto last = static_cast<int>(count) - 1;
-      constexpr int kMost = static_cast<int>(kTaps) - 1;
+      constexpr int kMost = static_cast<int>(kVolumeTaps) - 1;
       for (int c = 0; c <= last; ++c) {
         Complex* out = echo.data() + base + static_cast<std::size_t>(c) * stride;
         std::fill_n(out, ny_, Complex(0));
@@ -209,7 +209,7 @@ class Scanner {
   std::vector<float> detect(const std::vector<Complex>& echo) const {
     const ProbeModel& probe = options_.probe;
     const auto gain = depth_gain(probe, options_.seed, lines_.step_mm(), ny_);
-    const SpeckleField noise(hash_bits(options_.seed, kNoiseStream, 0), 1.0);
+    const SpeckleField noise(hash_bits(options_.seed, kVolumeNoiseStream, 0), 1.0);
     const float noise_level = amplitude_from_db(probe.noise_level_db);
     std::vector<float> grey(echo.size());
     each_line([&](std::size_t i, std::size_t k) {

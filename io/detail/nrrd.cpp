@@ -49,7 +49,7 @@ std::optional<PixelType> nrrd_type(std::string_view text) {
   return {};
 }
 
-Result<void> read_sizes(ImageFile& file) {
+Result<void> read_nrrd_sizes(ImageFile& file) {
   const auto dimension = parse_int(file.value("dimension"));
   if (!dimension || *dimension < 2 || *dimension > 5) {
     return bad_field(file, "dimension", "2 to 5", file.value("dimension"));
@@ -108,7 +108,7 @@ Result<void> read_encoding(ImageFile& file) {
   return {};
 }
 
-Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t file_size) {
+Result<void> find_nrrd_data(ImageFile& file, std::int64_t data_offset, std::int64_t file_size) {
   for (const char* key : {"line skip", "lineskip"}) {
     if (file.has(key) && file.value(key) != "0") {
       return Error{
@@ -156,9 +156,9 @@ Result<void> interpret_nrrd(ImageFile& file, std::int64_t data_offset, std::int6
   const auto type = nrrd_type(file.value("type"));
   if (!type) return bad_field(file, "type", "int16, uint8, float, …", file.value("type"));
   file.type = *type;
-  if (const auto ok = read_sizes(file); !ok) return ok;
+  if (const auto ok = read_nrrd_sizes(file); !ok) return ok;
   if (const auto ok = read_encoding(file); !ok) return ok;
-  return find_data(file, data_offset, file_size);
+  return find_nrrd_data(file, data_offset, file_size);
 }
 
 }  // namespace nav::io::detail

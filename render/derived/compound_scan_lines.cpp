@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/index.hpp"
 #include "render/derived/scan_lines.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// A picture's plane in voxel indices: position and scan line of any voxel, in the Image frame.
 class PlaneInGrid {
@@ -109,10 +108,10 @@ Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const Swe
   for (const SweepPlane& plane : planes) placed.emplace_back(grid, plane, reach_mm);
   std::vector<PackedDirection> away(grid.voxel_count());
   std::vector<float> depth(grid.voxel_count(), kUnknown);
-  Steps steps(run, index(grid.size[2]));
+  Steps steps(run, as_size(grid.size[2]));
   for_each_index(grid.size[2], run.threads, [&](int k) {
     if (!steps.next()) return;
-    std::vector<Sum> row(index(grid.size[0]));
+    std::vector<Sum> row(as_size(grid.size[0]));
     for (int j = 0; j < grid.size[1]; ++j) {
       std::fill(row.begin(), row.end(), Sum{});
       for (const PlaneInGrid& plane : placed) {
@@ -120,13 +119,13 @@ Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const Swe
         for (int i = first; i < past; ++i) {
           const auto seen = plane.see(i, j, k);
           if (!(seen.weight > 0)) continue;
-          row[index(i)].away += seen.weight * seen.away_ct;
-          row[index(i)].depth += seen.weight * seen.depth_mm;
-          row[index(i)].weight += seen.weight;
+          row[as_size(i)].away += seen.weight * seen.away_ct;
+          row[as_size(i)].depth += seen.weight * seen.depth_mm;
+          row[as_size(i)].weight += seen.weight;
         }
       }
       for (int i = 0; i < grid.size[0]; ++i) {
-        const Sum& sum = row[index(i)];
+        const Sum& sum = row[as_size(i)];
         // Opposite directions leave nothing to go by.
         if (!(sum.away.norm() > 1e-3 * sum.weight)) continue;
         away[offset_of(grid, i, j, k)] = PackedDirection::pack(sum.away.normalized());

@@ -5,13 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "nav/index.hpp"
 #include "render/derived/confidence.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 enum Kind : std::uint8_t { kNothing, kOpen, kSource, kSink };
 
@@ -69,7 +68,7 @@ class Assembly {
   }
 
   void fix_ends() {
-    std::vector<std::vector<std::pair<std::size_t, Kind>>> planes(index(grid_.size[2]));
+    std::vector<std::vector<std::pair<std::size_t, Kind>>> planes(as_size(grid_.size[2]));
     const auto common = lines_.common();
     const Eigen::Vector3d common_step = common ? step_along(*common) : Eigen::Vector3d::Zero();
     const std::ptrdiff_t neighbour = common ? neighbour_along(common_step) : 0;
@@ -85,9 +84,9 @@ class Assembly {
           const Eigen::Vector3d step =
               common ? common_step : step_along(lines_.away(grid_, i, j, k));
           if (leads_out(i, j, k, -step)) {
-            planes[index(k)].emplace_back(node, kSource);
+            planes[as_size(k)].emplace_back(node, kSource);
           } else if (leads_out(i, j, k, step)) {
-            planes[index(k)].emplace_back(node, kSink);
+            planes[as_size(k)].emplace_back(node, kSink);
           }
         }
       }
@@ -99,14 +98,14 @@ class Assembly {
   void weigh() {
     const EdgeConstants constants{static_cast<float>(options_.beta), 1e-5F};
     for_each_index(grid_.size[2], threads_, [&](int k) {
-      std::vector<float> penalty(index(graph_.row_length()));
+      std::vector<float> penalty(as_size(graph_.row_length()));
       for (int j = 0; j < grid_.size[1]; ++j) {
         const std::size_t first = graph_.at(0, j, k);
         for (int e = 0; e < kGraphEdges; ++e) {
           penalties(e, j, k, penalty);
           kernels().edge_weights(
               &attenuated_[first], &attenuated_[first + static_cast<std::size_t>(graph_.offset(e))],
-              penalty.data(), constants, &graph_.weights[index(e)][first], graph_.row_length());
+              penalty.data(), constants, &graph_.weights[as_size(e)][first], graph_.row_length());
         }
       }
     });
@@ -118,7 +117,7 @@ class Assembly {
     for (const auto& [node, kind] : fixed_) {
       for (int e = 0; e < kGraphEdges; ++e) {
         const auto step = static_cast<std::size_t>(graph_.offset(e));
-        auto& w = graph_.weights[index(e)];
+        auto& w = graph_.weights[as_size(e)];
         for (const auto& [other, edge] :
              {std::pair{node + step, node}, {node - step, node - step}}) {
           if (kind_[other] == kOpen) {
@@ -146,7 +145,7 @@ class Assembly {
       queue.pop_back();
       for (int e = 0; e < kGraphEdges; ++e) {
         const auto step = static_cast<std::size_t>(graph_.offset(e));
-        const auto& w = graph_.weights[index(e)];
+        const auto& w = graph_.weights[as_size(e)];
         for (const auto& [other, weight] :
              {std::pair{node + step, w[node]}, std::pair{node - step, w[node - step]}}) {
           if (!(weight > 0) || reached[other]) continue;
@@ -185,7 +184,7 @@ class Assembly {
   };
   template <class Visit>
   void for_each_row(const Visit& visit) const {
-    const auto count = index(grid_.size[0]);
+    const auto count = as_size(grid_.size[0]);
     const auto common = lines_.common();
     const double per_voxel =
         common ? common->dot(grid_.directions.col(0)) * grid_.spacing_mm.x() : 0;
@@ -195,7 +194,7 @@ class Assembly {
         volume_.read_row(j, k, row.value.data());
         const double start = lines_.depth_mm(grid_, 0, j, k);
         for (int i = 0; i < grid_.size[0]; ++i) {
-          row.depth[index(i)] = common ? start + i * per_voxel : line_depth(i, j, k);
+          row.depth[as_size(i)] = common ? start + i * per_voxel : line_depth(i, j, k);
         }
         visit(j, k, row);
       }
@@ -211,9 +210,9 @@ class Assembly {
     return span > 0 ? (depth - depth_.least) / span : 0;
   }
   DepthRange depth_range() const {
-    std::vector<DepthRange> planes(index(grid_.size[2]));
+    std::vector<DepthRange> planes(as_size(grid_.size[2]));
     for_each_row([&](int, int k, Row& row) {
-      DepthRange& plane = planes[index(k)];
+      DepthRange& plane = planes[as_size(k)];
       for (std::size_t i = 0; i < row.depth.size(); ++i) {
         if (std::isnan(row.depth[i]) || std::isnan(row.value[i])) continue;
         plane.least = std::min(plane.least, row.depth[i]);
@@ -255,23 +254,23 @@ class Assembly {
     }
   }
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
-    const double sine = edge_along_[index(e)].cross(along_line).norm();
-    return options_.gamma * edge_length_[index(e)] * std::min(1.0, std::numbers::sqrt2 * sine);
+    const double sine = edge_along_[as_size(e)].cross(along_line).norm();
+    return options_.gamma * edge_length_[as_size(e)] * std::min(1.0, std::numbers::sqrt2 * sine);
   }
   void penalties(int e, int j, int k, std::vector<float>& row) const {
     if (const auto common = lines_.common()) {
       std::fill(row.begin(), row.end(), static_cast<float>(penalty(e, *common)));
       return;
     }
-    const auto& s = kEdgeSteps[index(e)];
+    const auto& s = kEdgeSteps[as_size(e)];
     for (int i = 0; i < grid_.size[0]; ++i) {
       const int x = i + s[0], y = j + s[1], z = k + s[2];
-      row[index(i)] = 0;
+      row[as_size(i)] = 0;
       if (x >= grid_.size[0] || y < 0 || y >= grid_.size[1] || z < 0 || z >= grid_.size[2])
         continue;
       const Eigen::Vector3d both = lines_.away(grid_, i, j, k) + lines_.away(grid_, x, y, z);
       if (both.allFinite() && both.norm() > 0) {
-        row[index(i)] = static_cast<float>(penalty(e, both.normalized()));
+        row[as_size(i)] = static_cast<float>(penalty(e, both.normalized()));
       }
     }
   }

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "nav/index.hpp"
 #include "nav/matrices.hpp"
 #include "render/derived/filled_field.hpp"
 #include "render/derived/gaussian_taps.hpp"
 
 namespace nav::render::derived::definition {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Voxels in double, i fastest.
 struct Field {
@@ -25,23 +24,25 @@ enum class Order { kSmooth, kSlope, kBend };
 
 Field filtered(const Field& in, int axis, const GaussianTaps& taps, Order order) {
   Field out = in;
-  const auto a = index(axis);
+  const auto a = as_size(axis);
   const std::size_t step = axis == 0   ? 1
-                           : axis == 1 ? index(in.size[0])
-                                       : index(in.size[0]) * index(in.size[1]);
+                           : axis == 1 ? as_size(in.size[0])
+                                       : as_size(in.size[0]) * as_size(in.size[1]);
   for (std::size_t n = 0; n < in.values.size(); ++n) {
-    const int at = static_cast<int>(n / step % index(in.size[a]));
-    const double* line = in.values.data() + (n - index(at) * step);
-    const auto value = [&](int p) { return line[index(std::clamp(p, 0, in.size[a] - 1)) * step]; };
+    const int at = static_cast<int>(n / step % as_size(in.size[a]));
+    const double* line = in.values.data() + (n - as_size(at) * step);
+    const auto value = [&](int p) {
+      return line[as_size(std::clamp(p, 0, in.size[a] - 1)) * step];
+    };
     double sum = order == Order::kSmooth ? taps.smooth[0] * value(at)
                  : order == Order::kBend ? taps.bend[0] * value(at)
                                          : 0;
     for (int k = 1; k <= taps.radius; ++k) {
       const double before = value(at - k);
       const double after = value(at + k);
-      sum += order == Order::kSmooth  ? taps.smooth[index(k)] * (after + before)
-             : order == Order::kSlope ? taps.slope[index(k)] * (after - before)
-                                      : taps.bend[index(k)] * (after + before);
+      sum += order == Order::kSmooth  ? taps.smooth[as_size(k)] * (after + before)
+             : order == Order::kSlope ? taps.slope[as_size(k)] * (after - before)
+                                      : taps.bend[as_size(k)] * (after + before);
     }
     out.values[n] = sum;
   }
@@ -74,8 +75,8 @@ double signal_to_noise(const ScalarVolume& volume, const SnrOptions& options, in
         for (int x = std::max(i - r, 0); x <= std::min(i + r, size[0] - 1); ++x) {
           const auto value = static_cast<double>(volume.at(x, y, z));
           if (std::isnan(value)) continue;
-          visit(value,
-                weights[index(x - i + r)] * weights[index(y - j + r)] * weights[index(z - k + r)]);
+          visit(value, weights[as_size(x - i + r)] * weights[as_size(y - j + r)] *
+                           weights[as_size(z - k + r)]);
         }
       }
     }
@@ -143,9 +144,9 @@ std::vector<double> vesselness(const ScalarVolume& volume, const VesselnessOptio
   }
   const auto& size = volume.grid().size;
   for (std::size_t n = 0; n < best.size(); ++n) {
-    const auto i = static_cast<int>(n % index(size[0]));
-    const auto j = static_cast<int>(n / index(size[0]) % index(size[1]));
-    const auto k = static_cast<int>(n / index(size[0]) / index(size[1]));
+    const auto i = static_cast<int>(n % as_size(size[0]));
+    const auto j = static_cast<int>(n / as_size(size[0]) % as_size(size[1]));
+    const auto k = static_cast<int>(n / as_size(size[0]) / as_size(size[1]));
     if (std::isnan(volume.at(i, j, k))) best[n] = std::nan("");
   }
   return best;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "nav/index.hpp"
 #include "render/derived/kernels.hpp"
 #include "render/parallel.hpp"
 
@@ -14,11 +15,9 @@ namespace {
 
 constexpr int kBrick = 8;
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 /// The first known value of the volume.
 double reference_of(const ScalarVolume& volume) {
-  std::vector<float> row(index(volume.grid().size[0]));
+  std::vector<float> row(as_size(volume.grid().size[0]));
   for (int k = 0; k < volume.grid().size[2]; ++k) {
     for (int j = 0; j < volume.grid().size[1]; ++j) {
       volume.read_row(j, k, row.data());
@@ -34,7 +33,7 @@ double reference_of(const ScalarVolume& volume) {
 class Extension {
  public:
   explicit Extension(FilledField& field) : field_(field) {
-    state_.resize(index(field.size[0]) * index(field.size[1]) * index(field.size[2]));
+    state_.resize(as_size(field.size[0]) * as_size(field.size[1]) * as_size(field.size[2]));
   }
   void run(int layers) {
     collect_known();
@@ -50,7 +49,8 @@ class Extension {
   enum : std::uint8_t { kNothing, kQueued, kHasValue };
 
   std::uint8_t& state(int i, int j, int k) {
-    return state_[(index(k) * index(field_.size[1]) + index(j)) * index(field_.size[0]) + index(i)];
+    return state_[(as_size(k) * as_size(field_.size[1]) + as_size(j)) * as_size(field_.size[0]) +
+                  as_size(i)];
   }
   template <class Visit>
   void neighbours(const std::array<int, 3>& at, const Visit& visit) {
@@ -118,23 +118,24 @@ class Extension {
   std::vector<std::uint8_t> state_;
 };
 
-struct Extremes {
+struct BrickExtremes {
   std::vector<float> low, high;
 };
 
 /// Least and greatest value of each brick.
-Extremes brick_extremes(const FilledField& field, const std::array<int, 3>& count, int threads) {
-  const std::size_t total = index(count[0]) * index(count[1]) * index(count[2]);
-  Extremes out{std::vector<float>(total, INFINITY), std::vector<float>(total, -INFINITY)};
+BrickExtremes brick_extremes(const FilledField& field, const std::array<int, 3>& count,
+                             int threads) {
+  const std::size_t total = as_size(count[0]) * as_size(count[1]) * as_size(count[2]);
+  BrickExtremes out{std::vector<float>(total, INFINITY), std::vector<float>(total, -INFINITY)};
   for_each_index(count[2], threads, [&](int bz) {
     for (int k = bz * kBrick; k < std::min((bz + 1) * kBrick, field.size[2]); ++k) {
       for (int j = 0; j < field.size[1]; ++j) {
         const float* row = field.row(j, k);
         const std::size_t first =
-            (index(bz) * index(count[1]) + index(j / kBrick)) * index(count[0]);
+            (as_size(bz) * as_size(count[1]) + as_size(j / kBrick)) * as_size(count[0]);
         for (int i = 0; i < field.size[0]; ++i) {
-          float& low = out.low[first + index(i / kBrick)];
-          float& high = out.high[first + index(i / kBrick)];
+          float& low = out.low[first + as_size(i / kBrick)];
+          float& high = out.high[first + as_size(i / kBrick)];
           low = row[i] < low ? row[i] : low;
           high = row[i] > high ? row[i] : high;
         }
@@ -144,15 +145,15 @@ Extremes brick_extremes(const FilledField& field, const std::array<int, 3>& coun
   return out;
 }
 
-/// Extremes over `reach` bricks on either side along one axis.
-void widen(Extremes& e, const std::array<int, 3>& count, int axis, int reach) {
-  const auto a = index(axis);
+/// BrickExtremes over `reach` bricks on either side along one axis.
+void widen(BrickExtremes& e, const std::array<int, 3>& count, int axis, int reach) {
+  const auto a = as_size(axis);
   const std::size_t step = axis == 0   ? 1
-                           : axis == 1 ? index(count[0])
-                                       : index(count[0]) * index(count[1]);
-  const Extremes in = e;
+                           : axis == 1 ? as_size(count[0])
+                                       : as_size(count[0]) * as_size(count[1]);
+  const BrickExtremes in = e;
   for (std::size_t b = 0; b < in.low.size(); ++b) {
-    const int at = static_cast<int>(b / step % index(count[a]));
+    const int at = static_cast<int>(b / step % as_size(count[a]));
     for (int s = -reach; s <= reach; ++s) {
       if (at + s < 0 || at + s >= count[a]) continue;
       const std::size_t other = b + static_cast<std::size_t>(s) * step;
@@ -169,8 +170,8 @@ FilledField filled_field(const ScalarVolume& volume, int layers, int threads) {
   field.size = volume.grid().size;
   field.stride = padded(field.size[0]);
   field.reference = reference_of(volume);
-  field.values.resize(index(field.stride) * index(field.size[1]) * index(field.size[2]));
-  std::vector<std::uint8_t> complete(index(field.size[2]), 1);
+  field.values.resize(as_size(field.stride) * as_size(field.size[1]) * as_size(field.size[2]));
+  std::vector<std::uint8_t> complete(as_size(field.size[2]), 1);
   for_each_index(field.size[2], threads, [&](int k) {
     for (int j = 0; j < field.size[1]; ++j) {
       float* row = field.row(j, k);
@@ -180,7 +181,7 @@ FilledField filled_field(const ScalarVolume& volume, int layers, int threads) {
         known = known && row[i] == row[i];
         row[i] = static_cast<float>(static_cast<double>(row[i]) - field.reference);
       }
-      if (!known) complete[index(k)] = 0;
+      if (!known) complete[as_size(k)] = 0;
     }
   });
   field.all_known = std::all_of(complete.begin(), complete.end(), [](auto c) { return c != 0; });
@@ -192,23 +193,23 @@ ActiveBricks::ActiveBricks(const FilledField& field, const std::array<int, 3>& s
                            double least_range, int threads)
     : size_(field.size) {
   for (std::size_t a = 0; a < 3; ++a) count_[a] = (size_[a] - 1) / kBrick + 1;
-  Extremes e = brick_extremes(field, count_, threads);
+  BrickExtremes e = brick_extremes(field, count_, threads);
   for (int axis = 0; axis < 3; ++axis) {
-    widen(e, count_, axis, (support[index(axis)] + kBrick - 1) / kBrick);
+    widen(e, count_, axis, (support[as_size(axis)] + kBrick - 1) / kBrick);
   }
   active_.resize(e.low.size());
   for (std::size_t b = 0; b < active_.size(); ++b) {
     active_[b] = static_cast<double>(e.high[b]) - static_cast<double>(e.low[b]) > least_range;
   }
-  rows_.resize(index(count_[1]) * index(count_[2]));
+  rows_.resize(as_size(count_[1]) * as_size(count_[2]));
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto first = active_.begin() + static_cast<std::ptrdiff_t>(r * index(count_[0]));
+    const auto first = active_.begin() + static_cast<std::ptrdiff_t>(r * as_size(count_[0]));
     rows_[r] = std::find(first, first + count_[0], 1) != first + count_[0];
   }
 }
 
 bool ActiveBricks::row(int j, int k) const {
-  return rows_[index(k / kBrick) * index(count_[1]) + index(j / kBrick)] != 0;
+  return rows_[as_size(k / kBrick) * as_size(count_[1]) + as_size(j / kBrick)] != 0;
 }
 
 double ActiveBricks::share() const {

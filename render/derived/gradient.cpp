@@ -7,6 +7,7 @@
 #include <functional>
 #include <tbb/enumerable_thread_specific.h>
 
+#include "nav/index.hpp"
 #include "render/derived/filled_field.hpp"
 #include "render/derived/gaussian_taps.hpp"
 #include "render/derived/kernels.hpp"
@@ -14,8 +15,6 @@
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Difference over the known ones of before, here, after; here must be known.
 template <class Real>
@@ -31,7 +30,7 @@ Real difference(Real before, Real here, Real after) {
 class RowDifferences {
  public:
   RowDifferences(const ScalarVolume& volume) : volume_(volume), size_(volume.grid().size) {
-    for (auto& row : rows_) row.resize(index(size_[0]));
+    for (auto& row : rows_) row.resize(as_size(size_[0]));
   }
   void load(int j, int k) {
     const int around[5][2] = {{j, k}, {j - 1, k}, {j + 1, k}, {j, k - 1}, {j, k + 1}};
@@ -45,7 +44,7 @@ class RowDifferences {
     }
   }
   [[nodiscard]] Eigen::Vector3f at(int i) const {
-    const auto n = index(i);
+    const auto n = as_size(i);
     const float here = rows_[0][n];
     if (!(here == here)) return Eigen::Vector3f::Constant(kUnknown);
     const float before = i > 0 ? rows_[0][n - 1] : kUnknown;
@@ -99,7 +98,7 @@ class Writer {
 
 bool by_differences(const ScalarVolume& volume, const Writer& writer, const RunOptions& run) {
   const auto& size = volume.grid().size;
-  Steps steps(run, index(size[2]));
+  Steps steps(run, as_size(size[2]));
   for_each_index(size[2], run.threads, [&](int k) {
     if (!steps.next()) return;
     RowDifferences differences(volume);
@@ -122,32 +121,32 @@ class SmoothPlane {
   }
   template <class Write>
   void run(int k, const Write& write) const {
-    std::vector<float> smooth(index(field_.stride) * index(field_.size[1]));
+    std::vector<float> smooth(as_size(field_.stride) * as_size(field_.size[1]));
     std::vector<float> slope(smooth.size());
     for (int j = 0; j < field_.size[1]; ++j) {
-      const std::size_t first = index(j) * index(field_.stride);
+      const std::size_t first = as_size(j) * as_size(field_.stride);
       filter(
           2, [&](int t) { return field_.row(j, clamped(k + t, 2)); }, &smooth[first],
           &slope[first]);
     }
     const int halo = taps_[0].radius();
     std::array<std::vector<float>, 3> rows;  // Smooth in j and k; slope in j; slope in k.
-    for (auto& row : rows) row.resize(index(field_.stride + 2 * halo + kLanes));
+    for (auto& row : rows) row.resize(as_size(field_.stride + 2 * halo + kLanes));
     std::array<std::vector<float>, 3> out;
-    for (auto& row : out) row.resize(index(field_.stride));
+    for (auto& row : out) row.resize(as_size(field_.stride));
     for (int j = 0; j < field_.size[1]; ++j) {
       const auto of = [&](const std::vector<float>& plane) {
         return [&, this](int t) {
-          return plane.data() + index(clamped(j + t, 1)) * index(field_.stride);
+          return plane.data() + as_size(clamped(j + t, 1)) * as_size(field_.stride);
         };
       };
-      filter(1, of(smooth), &rows[0][index(halo)], &rows[1][index(halo)]);
-      filter(1, of(slope), &rows[2][index(halo)], nullptr);
+      filter(1, of(smooth), &rows[0][as_size(halo)], &rows[1][as_size(halo)]);
+      filter(1, of(slope), &rows[2][as_size(halo)], nullptr);
       along_i(rows[0], nullptr, out[0].data());
       along_i(rows[1], out[1].data(), nullptr);
       along_i(rows[2], out[2].data(), nullptr);
       for (int i = 0; i < field_.size[0]; ++i) {
-        write(i, j, Eigen::Vector3f(out[0][index(i)], out[1][index(i)], out[2][index(i)]));
+        write(i, j, Eigen::Vector3f(out[0][as_size(i)], out[1][as_size(i)], out[2][as_size(i)]));
       }
     }
   }
@@ -183,7 +182,7 @@ bool by_gaussian(const ScalarVolume& volume, double sigma_mm, const Writer& writ
   const int reach = gaussian_taps(sigma_mm / grid.spacing_mm.minCoeff(), 4).radius;
   const FilledField field = filled_field(volume, reach, run.threads);
   const SmoothPlane plane(field, grid, sigma_mm);
-  Steps steps(run, index(grid.size[2]));
+  Steps steps(run, as_size(grid.size[2]));
   for_each_index(grid.size[2], run.threads, [&](int k) {
     if (!steps.next()) return;
     plane.run(k, [&](int i, int j, const Eigen::Vector3f& d) {
@@ -224,7 +223,7 @@ Eigen::Vector3d gradient_at(const ScalarVolume& volume, int i, int j, int k) {
   Eigen::Vector3d g(difference(value(i - 1, j, k), here, value(i + 1, j, k)),
                     difference(value(i, j - 1, k), here, value(i, j + 1, k)),
                     difference(value(i, j, k - 1), here, value(i, j, k + 1)));
-  for (int a = 0; a < 3; ++a) g[a] = grid.size[index(a)] > 1 ? g[a] / grid.spacing_mm[a] : 0;
+  for (int a = 0; a < 3; ++a) g[a] = grid.size[as_size(a)] > 1 ? g[a] / grid.spacing_mm[a] : 0;
   return grid.directions * g;
 }
 

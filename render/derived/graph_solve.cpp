@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/index.hpp"
 #include "render/derived/graph_rows.hpp"
 #include "render/derived/multigrid.hpp"
 
 namespace nav::render::derived {
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 /// Conjugate gradients on corrections, float vectors, sums in double over whole planes in order.
 class Inner {
  public:
   Inner(Multigrid& system, const RunOptions& run)
-      : system_(system), graph_(system.fine()), run_(run), planes_(index(graph_.size()[2])) {
+      : system_(system), graph_(system.fine()), run_(run), planes_(as_size(graph_.size()[2])) {
     for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) v->resize(graph_.cells());
   }
   [[nodiscard]] std::vector<float>& residual() { return r_; }
@@ -54,7 +53,7 @@ class Inner {
     for_each_index(graph_.size()[2], run_.threads, [&](int k) {
       double plane = 0;
       for (int j = 0; j < graph_.size()[1]; ++j) plane += work(j, k, graph_.at(0, j, k));
-      planes_[index(k)] = plane;
+      planes_[as_size(k)] = plane;
     });
     double total = 0;
     for (const double plane : planes_) total += plane;
@@ -76,7 +75,7 @@ class Inner {
     for_each_row(graph_, run_.threads, [&](int, int, std::size_t first) {
       float* p = &p_[first];
       const float* z = &z_[first];
-      for (std::size_t i = 0; i < index(graph_.row_length()); ++i) p[i] = z[i] + factor * p[i];
+      for (std::size_t i = 0; i < as_size(graph_.row_length()); ++i) p[i] = z[i] + factor * p[i];
     });
   }
   double multiply() {
@@ -105,20 +104,20 @@ class Inner {
 /// r = b - A x in double; returns |r|. Nodes without edges have no residual.
 double true_residual(const GridGraph& graph, const std::vector<float>& b,
                      const std::vector<double>& x, std::vector<float>& r, int threads) {
-  std::vector<double> planes(index(graph.size()[2]));
+  std::vector<double> planes(as_size(graph.size()[2]));
   for_each_index(graph.size()[2], threads, [&](int k) {
-    std::vector<double> ax(index(graph.row_length()));
+    std::vector<double> ax(as_size(graph.row_length()));
     double plane = 0;
     for (int j = 0; j < graph.size()[1]; ++j) {
       const std::size_t first = graph.at(0, j, k);
       kernels().laplacian(graph.row(j, k), &x[first], ax.data(), graph.row_length());
-      for (std::size_t i = 0; i < index(graph.size()[0]); ++i) {
+      for (std::size_t i = 0; i < as_size(graph.size()[0]); ++i) {
         const double left = static_cast<double>(b[first + i]) - ax[i];
         r[first + i] = static_cast<float>(left);
         plane += left * left;
       }
     }
-    planes[index(k)] = plane;
+    planes[as_size(k)] = plane;
   });
   double total = 0;
   for (const double plane : planes) total += plane;
@@ -150,7 +149,7 @@ SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<do
     if (used == 0 || run.stop.stop_requested()) break;
     ++report.refinements;
     for_each_row(graph, run.threads, [&](int, int, std::size_t first) {
-      for (std::size_t i = first; i < first + index(graph.size()[0]); ++i) {
+      for (std::size_t i = first; i < first + as_size(graph.size()[0]); ++i) {
         x[i] += static_cast<double>(inner.correction()[i]);
       }
     });

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// An edge that leaves its box.
 struct Leaving {
@@ -41,8 +40,8 @@ std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
 
 GridGraph::GridGraph(const std::array<int, 3>& size)
     : size_(size), stride_(padded(size[0]) + kLanes) {
-  const std::size_t plane = index(stride_) * index(size[1] + 2);
-  cells_ = plane * index(size[2] + 2) + 2 * kLanes;
+  const std::size_t plane = as_size(stride_) * as_size(size[1] + 2);
+  cells_ = plane * as_size(size[2] + 2) + 2 * kLanes;
   for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
     const auto& s = kEdgeSteps[e];
     offsets_[e] = s[0] + s[1] * stride_ + s[2] * static_cast<std::ptrdiff_t>(plane);
@@ -77,13 +76,13 @@ GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const
   GridGraph out(boxes);
   std::array<std::vector<Leaving>, 8> leaving;
   for (int p = 0; p < 8; ++p)
-    leaving[index(p)] = leaving_edges({p & 1, p >> 1 & 1, p >> 2}, factor);
+    leaving[as_size(p)] = leaving_edges({p & 1, p >> 1 & 1, p >> 2}, factor);
   const auto add_node = [&](int i, int j, int k) {
     const std::size_t node = at(i, j, k);
     const std::size_t box = out.at(i / factor[0], j / factor[1], k / factor[2]);
     out.leak[box] += leak[node];
     const int place = i % factor[0] + 2 * (j % factor[1]) + 4 * (k % factor[2]);
-    for (const Leaving& l : leaving[index(place)]) {
+    for (const Leaving& l : leaving[as_size(place)]) {
       const std::size_t at_node =
           l.forward ? node : node - static_cast<std::size_t>(offsets_[l.edge]);
       out.weights[l.slot][box] += weights[l.edge][at_node];
@@ -100,18 +99,18 @@ GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const
 }
 
 std::array<double, 3> GridGraph::coupling(int threads) const {
-  std::vector<std::array<double, 3>> planes(index(size_[2]));
+  std::vector<std::array<double, 3>> planes(as_size(size_[2]));
   for_each_index(size_[2], threads, [&](int k) {
     std::array<double, 3> sum{};
     for (int j = 0; j < size_[1]; ++j) {
       const std::size_t first = at(0, j, k);
       for (std::size_t a = 0; a < 3; ++a) {
         float row = 0;
-        for (std::size_t i = 0; i < index(size_[0]); ++i) row += weights[a][first + i];
+        for (std::size_t i = 0; i < as_size(size_[0]); ++i) row += weights[a][first + i];
         sum[a] += static_cast<double>(row);
       }
     }
-    planes[index(k)] = sum;
+    planes[as_size(k)] = sum;
   });
   std::array<double, 3> mean{};
   for (const auto& plane : planes) {

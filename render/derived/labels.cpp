@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Weights of the four control points around a place t in [0, 1] of a knot interval.
 std::array<double, 4> cubic_weights(double t) {
@@ -59,8 +58,8 @@ std::uint32_t LabelVolume::nearest(const Eigen::Vector3d& voxel) const {
   std::array<int, 3> at{};
   for (int a = 0; a < 3; ++a) {
     const double rounded = std::round(voxel[a]);
-    if (!(rounded >= 0 && rounded < grid_.size[index(a)])) return 0;
-    at[index(a)] = static_cast<int>(rounded);
+    if (!(rounded >= 0 && rounded < grid_.size[as_size(a)])) return 0;
+    at[as_size(a)] = static_cast<int>(rounded);
   }
   return this->at(at[0], at[1], at[2]);
 }
@@ -76,8 +75,8 @@ Result<LayerSurface> LayerSurface::create(int axis, const std::array<int, 3>& gr
     return refused("4 to 4096 control points along each side",
                    std::to_string(control[0]) + " x " + std::to_string(control[1]));
   }
-  if (heights.size() != index(control[0]) * index(control[1])) {
-    return refused(std::to_string(index(control[0]) * index(control[1])) + " heights",
+  if (heights.size() != as_size(control[0]) * as_size(control[1])) {
+    return refused(std::to_string(as_size(control[0]) * as_size(control[1])) + " heights",
                    std::to_string(heights.size()));
   }
   for (const double h : heights) {
@@ -99,7 +98,8 @@ double LayerSurface::height(double u, double v) const {
   const auto wv = cubic_weights(kv.t);
   double sum = 0;
   for (std::size_t y = 0; y < 4; ++y) {
-    const double* row = &heights_[(index(kv.first) + y) * index(control_[0]) + index(ku.first)];
+    const double* row =
+        &heights_[(as_size(kv.first) + y) * as_size(control_[0]) + as_size(ku.first)];
     for (std::size_t x = 0; x < 4; ++x) sum += wv[y] * wu[x] * row[x];
   }
   return sum;
@@ -111,10 +111,10 @@ Eigen::Vector2d LayerSurface::steepest() const {
   Eigen::Vector2d most = Eigen::Vector2d::Zero();
   for (int v = 0; v < control_[1]; ++v) {
     for (int u = 0; u < control_[0]; ++u) {
-      const std::size_t at = index(v) * index(control_[0]) + index(u);
+      const std::size_t at = as_size(v) * as_size(control_[0]) + as_size(u);
       if (u > 0) most.x() = std::max(most.x(), std::abs(heights_[at] - heights_[at - 1]));
       if (v > 0) {
-        most.y() = std::max(most.y(), std::abs(heights_[at] - heights_[at - index(control_[0])]));
+        most.y() = std::max(most.y(), std::abs(heights_[at] - heights_[at - as_size(control_[0])]));
       }
     }
   }
@@ -163,7 +163,7 @@ Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOption
   const int axis = surfaces_.front().axis();
   const auto [a, b] = across(axis);
   std::vector<std::uint32_t> masks(grid.voxel_count());
-  Steps steps(run, index(grid.size[b]));
+  Steps steps(run, as_size(grid.size[b]));
   for_each_index(grid.size[b], run.threads, [&, a = a, b = b](int v) {
     if (!steps.next()) return;
     std::vector<double> heights(surfaces_.size());
@@ -175,9 +175,9 @@ Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOption
       std::array<int, 3> at{};
       at[a] = u;
       at[b] = v;
-      for (int h = 0; h < grid.size[index(axis)]; ++h) {
+      for (int h = 0; h < grid.size[as_size(axis)]; ++h) {
         while (layer < heights.size() && heights[layer] <= h) ++layer;
-        at[index(axis)] = h;
+        at[as_size(axis)] = h;
         masks[offset_of(grid, at[0], at[1], at[2])] = std::uint32_t{1} << layer;
       }
     }

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <optional>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// The axis along which neighbours hold together most: that of the scan lines, mostly.
 int line_axis(const GridGraph& graph, int threads) {
@@ -20,9 +19,9 @@ int line_axis(const GridGraph& graph, int threads) {
   int axis = 0;
   double strongest = -1;
   for (int a = 0; a < 3; ++a) {
-    if (graph.size()[index(a)] == 1 || coupling[index(a)] <= strongest) continue;
+    if (graph.size()[as_size(a)] == 1 || coupling[as_size(a)] <= strongest) continue;
     axis = a;
-    strongest = coupling[index(a)];
+    strongest = coupling[as_size(a)];
   }
   return axis;
 }
@@ -32,11 +31,11 @@ std::array<int, 3> factors_of(const GridGraph& graph, int axis) {
   std::array<int, 3> factor{1, 1, 1};
   bool across = false;
   for (int a = 0; a < 3; ++a) {
-    if (a == axis || graph.size()[index(a)] == 1) continue;
-    factor[index(a)] = 2;
+    if (a == axis || graph.size()[as_size(a)] == 1) continue;
+    factor[as_size(a)] = 2;
     across = true;
   }
-  if (!across) factor[index(axis)] = 2;
+  if (!across) factor[as_size(axis)] = 2;
   return factor;
 }
 
@@ -83,14 +82,15 @@ struct Multigrid::Level {
   }
   /// One step from x. Returns x · x and x · b.
   Products smooth(int threads) {
-    std::vector<Products> slabs(index(graph.size()[axis == 2 ? 1 : 2]));
+    std::vector<Products> slabs(as_size(graph.size()[axis == 2 ? 1 : 2]));
     for_each_slab(threads, [&](const Slab& slab) {
       LineScratch& t = scratch(slab);
       for (int n = 0; n < slab.rows; ++n) {
         residual(axis == 2 ? slab.number : n, axis == 2 ? n : slab.number, t.row(n));
       }
       solve_lines(slab, t);
-      for (int n = 0; n < slab.rows; ++n) add_step(slab.at(n), t.row(n), slabs[index(slab.number)]);
+      for (int n = 0; n < slab.rows; ++n)
+        add_step(slab.at(n), t.row(n), slabs[as_size(slab.number)]);
     });
     x.swap(smoothed);
     Products sum;
@@ -121,7 +121,7 @@ struct Multigrid::Level {
         for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], graph.size()[2]); ++k) {
           for (int j = bj * factor[1]; j < std::min((bj + 1) * factor[1], graph.size()[1]); ++j) {
             float* out = &x[graph.at(0, j, k)];
-            for (std::size_t i = 0; i < index(graph.size()[0]); ++i) out[i] += there[i];
+            for (std::size_t i = 0; i < as_size(graph.size()[0]); ++i) out[i] += there[i];
           }
         }
       }
@@ -129,20 +129,20 @@ struct Multigrid::Level {
   }
 
  private:
-  [[nodiscard]] std::size_t length() const { return index(graph.row_length()); }
+  [[nodiscard]] std::size_t length() const { return as_size(graph.row_length()); }
 
   /// The rows that lines connect: a plane, so that what one of the steps below leaves behind is
   /// still near when the next one wants it. Memory is what a cycle waits for.
   struct Slab {
     int number, rows;
     std::size_t first, step;
-    [[nodiscard]] std::size_t at(int n) const { return first + index(n) * step; }
+    [[nodiscard]] std::size_t at(int n) const { return first + as_size(n) * step; }
   };
   /// Rows of a slab with a border of zeros.
   struct LineScratch {
     std::size_t stride = 0;
     std::vector<float> values;
-    float* row(int n) { return &values[index(n + 1) * stride + kLanes]; }
+    float* row(int n) { return &values[as_size(n + 1) * stride + kLanes]; }
   };
 
   template <class Work>
@@ -157,7 +157,7 @@ struct Multigrid::Level {
   LineScratch& scratch(const Slab& slab) const {
     thread_local LineScratch lines;
     const std::size_t stride = length() + 2 * kLanes;
-    const std::size_t size = stride * index(slab.rows + 2);
+    const std::size_t size = stride * as_size(slab.rows + 2);
     if (lines.stride != stride || lines.values.size() != size) {
       lines.stride = stride;
       lines.values.assign(size, 0.0F);
@@ -186,12 +186,12 @@ struct Multigrid::Level {
   }
   /// Nodes beyond the row have no residual.
   void add_to_boxes(const float* left, int boxes, float* box) const {
-    for (std::size_t i = 0; i < index(boxes); ++i) {
+    for (std::size_t i = 0; i < as_size(boxes); ++i) {
       box[i] += factor[0] == 1 ? left[i] : left[2 * i] + left[2 * i + 1];
     }
   }
   void spread_boxes(const float* box, int boxes, float scale, float* out) const {
-    for (std::size_t i = 0; i < index(boxes); ++i) {
+    for (std::size_t i = 0; i < as_size(boxes); ++i) {
       if (factor[0] == 1) {
         out[i] = scale * box[i];
       } else {
@@ -261,7 +261,7 @@ struct Multigrid::Coarsest {
       // A whisper on the diagonal: parts without any fixed value stay solvable.
       entries.emplace_back(row, row, degree > 0 ? degree * (1 + 1e-9) : 1);
       for (int e = 0; e < kGraphEdges; ++e) {
-        const auto weight = static_cast<double>(graph.weights[index(e)][nodes[n]]);
+        const auto weight = static_cast<double>(graph.weights[as_size(e)][nodes[n]]);
         if (!(weight > 0)) continue;
         const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
         entries.emplace_back(row, other, -weight);

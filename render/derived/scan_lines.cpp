@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/index.hpp"
 #include "render/derived/digest.hpp"
 #include "render/parallel.hpp"
 
@@ -16,8 +17,6 @@ constexpr double kSteps = 32767;
 double side_of(double v) { return v < 0 ? -1.0 : 1.0; }
 
 Eigen::Vector3d undefined() { return Eigen::Vector3d::Constant(std::nan("")); }
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -149,7 +148,7 @@ Result<FeatureVolume> scan_depth(const VoxelGrid& grid, const ScanLines& lines,
   if (auto ok = lines.check(grid, name); !ok) return ok.error();
   if (auto ok = check_memory(name, grid.voxel_count(), 4, run.memory_limit); !ok) return ok.error();
   std::vector<float> depth(grid.voxel_count());
-  Steps steps(run, index(grid.size[2]));
+  Steps steps(run, as_size(grid.size[2]));
   for_each_index(grid.size[2], run.threads, [&](int k) {
     if (!steps.next()) return;
     for (int j = 0; j < grid.size[1]; ++j) {

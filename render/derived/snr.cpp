@@ -7,13 +7,12 @@
 #include <numbers>
 #include <tbb/enumerable_thread_specific.h>
 
+#include "nav/index.hpp"
 #include "render/derived/kernels.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Moments of many voxels.
 struct Moments {
@@ -31,7 +30,7 @@ struct Moments {
   }
 };
 
-struct Scratch {
+struct MomentBuffers {
   std::vector<Moments> voxels;  ///< One row of each plane of the window.
   std::vector<float> row;
   Moments columns;  ///< Merged along k: a plane.
@@ -51,57 +50,58 @@ class SnrPlane {
         weights_(window_weights(options)),
         floor_(volume.quantum() / std::sqrt(12.0)) {}
 
-  void run(int k, float* out, Scratch& s) const {
+  void run(int k, float* out, MomentBuffers& s) const {
     allocate(s);
     for (int j = 0; j < size_[1]; ++j) merge_along_k(j, k, s);
     for (int j = 0; j < size_[1]; ++j) {
       merge_along_j(j, s);
       merge_along_i(s);
       volume_.read_row(j, k, s.row.data());
-      write(s, out + index(j) * index(size_[0]));
+      write(s, out + as_size(j) * as_size(size_[0]));
     }
   }
 
  private:
-  void allocate(Scratch& s) const {
-    const std::size_t stride = index(stride_);
+  void allocate(MomentBuffers& s) const {
+    const std::size_t stride = as_size(stride_);
     s.voxels.resize(weights_.size());
     for (auto& v : s.voxels) v.resize(stride);
     s.row.resize(stride);
-    s.columns.resize(stride * index(size_[1]));
-    s.sheets.resize(stride + 2 * index(radius_) + kLanes);
+    s.columns.resize(stride * as_size(size_[1]));
+    s.sheets.resize(stride + 2 * as_size(radius_) + kLanes);
     s.windows.resize(stride);
   }
-  void merge_along_k(int j, int k, Scratch& s) const {
+  void merge_along_k(int j, int k, MomentBuffers& s) const {
     s.parts.clear();
     std::size_t used = 0;
     const int first = std::max(k - radius_, 0);
     for (int z = first; z <= std::min(k + radius_, size_[2] - 1); ++z, ++used) {
       volume_.read_row(j, z, s.row.data());
       Moments& v = s.voxels[used];
-      for (std::size_t i = 0; i < index(size_[0]); ++i) {
+      for (std::size_t i = 0; i < as_size(size_[0]); ++i) {
         const float f = s.row[i];
         v.weight[i] = f == f ? 1.0 : 0.0;
         v.mean[i] = f == f ? static_cast<double>(f) : 0.0;
       }
       s.parts.push_back(std::as_const(v).at(0));
     }
-    kernels().merge_moments(s.parts.data(), &weights_[index(first - k + radius_)],
-                            static_cast<int>(used), s.columns.at(index(j) * index(stride_)),
+    kernels().merge_moments(s.parts.data(), &weights_[as_size(first - k + radius_)],
+                            static_cast<int>(used), s.columns.at(as_size(j) * as_size(stride_)),
                             stride_);
   }
-  void merge_along_j(int j, Scratch& s) const {
+  void merge_along_j(int j, MomentBuffers& s) const {
     s.parts.clear();
     const int first = std::max(j - radius_, 0);
     for (int y = first; y <= std::min(j + radius_, size_[1] - 1); ++y) {
-      s.parts.push_back(std::as_const(s.columns).at(index(y) * index(stride_)));
+      s.parts.push_back(std::as_const(s.columns).at(as_size(y) * as_size(stride_)));
     }
-    kernels().merge_moments(s.parts.data(), &weights_[index(first - j + radius_)],
-                            static_cast<int>(s.parts.size()), s.sheets.at(index(radius_)), stride_);
+    kernels().merge_moments(s.parts.data(), &weights_[as_size(first - j + radius_)],
+                            static_cast<int>(s.parts.size()), s.sheets.at(as_size(radius_)),
+                            stride_);
     // Padding of the row carries no weight; the borders in front never got any.
     std::fill(s.sheets.weight.begin() + radius_ + size_[0], s.sheets.weight.end(), 0.0);
   }
-  void merge_along_i(Scratch& s) const {
+  void merge_along_i(MomentBuffers& s) const {
     s.parts.clear();
     for (std::size_t t = 0; t < weights_.size(); ++t) {
       s.parts.push_back(std::as_const(s.sheets).at(t));
@@ -109,8 +109,8 @@ class SnrPlane {
     kernels().merge_moments(s.parts.data(), weights_.data(), static_cast<int>(s.parts.size()),
                             s.windows.at(0), stride_);
   }
-  void write(const Scratch& s, float* out) const {
-    for (std::size_t i = 0; i < index(size_[0]); ++i) {
+  void write(const MomentBuffers& s, float* out) const {
+    for (std::size_t i = 0; i < as_size(size_[0]); ++i) {
       const double sigma = std::sqrt(s.windows.spread[i] / s.windows.weight[i]);
       const double snr = s.windows.mean[i] / std::max(sigma, floor_);
       out[i] = s.row[i] == s.row[i] ? static_cast<float>(snr) : kUnknown;
@@ -158,8 +158,8 @@ Result<FeatureVolume> signal_to_noise(const ScalarVolume& volume, const SnrOptio
   }
   std::vector<float> out(grid.voxel_count());
   const SnrPlane plane(volume, options);
-  Steps steps(run, index(grid.size[2]));
-  tbb::enumerable_thread_specific<Scratch> scratch;
+  Steps steps(run, as_size(grid.size[2]));
+  tbb::enumerable_thread_specific<MomentBuffers> scratch;
   for_each_index(grid.size[2], run.threads, [&](int k) {
     if (steps.next()) plane.run(k, out.data() + offset_of(grid, 0, 0, k), scratch.local());
   });

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <tbb/enumerable_thread_specific.h>
 
+#include "nav/index.hpp"
 #include "render/derived/filled_field.hpp"
 #include "render/derived/gaussian_taps.hpp"
 #include "render/parallel.hpp"
@@ -15,10 +16,8 @@
 namespace nav::render::derived {
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 /// Six rows of derivatives with room for the borders on both sides.
-struct Scratch {
+struct DerivativeRows {
   std::array<std::vector<float>, 3> planes;  ///< Smooth, slope and bend along k.
   std::array<std::vector<float>, 6> mixed;   ///< Filtered along k and j, one row.
   std::array<std::vector<float>, 6> second;  ///< xx xy yy xz yz zz, one row.
@@ -41,24 +40,24 @@ class ScalePlane {
     return {taps_[0].radius(), taps_[1].radius(), taps_[2].radius()};
   }
   /// best: the plane's responses so far, size[0] x size[1].
-  void run(int k, const ActiveBricks& active, float* best, Scratch& s) const {
+  void run(int k, const ActiveBricks& active, float* best, DerivativeRows& s) const {
     allocate(s);
     filter_along_k(k, active, s);
     for (int j = 0; j < field_.size[1]; ++j) {
       if (!active.row(j, k)) continue;
       filter_along_j(j, s);
       filter_along_i(s);
-      respond(best + index(j) * index(field_.size[0]), s);
+      respond(best + as_size(j) * as_size(field_.size[0]), s);
     }
   }
 
  private:
-  void allocate(Scratch& s) const {
-    const std::size_t plane = index(field_.stride) * index(field_.size[1]);
+  void allocate(DerivativeRows& s) const {
+    const std::size_t plane = as_size(field_.stride) * as_size(field_.size[1]);
     for (auto& p : s.planes) p.resize(plane);
-    for (auto& m : s.mixed) m.resize(index(field_.stride + 2 * taps_[0].radius() + kLanes));
-    for (auto& d : s.second) d.resize(index(field_.stride));
-    s.best.resize(index(field_.stride));
+    for (auto& m : s.mixed) m.resize(as_size(field_.stride + 2 * taps_[0].radius() + kLanes));
+    for (auto& d : s.second) d.resize(as_size(field_.stride));
+    s.best.resize(as_size(field_.stride));
   }
   /// Whether a row of the plane is needed by an active one.
   [[nodiscard]] bool needed(int j, int k, const ActiveBricks& active) const {
@@ -69,27 +68,28 @@ class ScalePlane {
     }
     return false;
   }
-  void filter_along_k(int k, const ActiveBricks& active, Scratch& s) const {
+  void filter_along_k(int k, const ActiveBricks& active, DerivativeRows& s) const {
     const int radius = taps_[2].radius();
-    s.rows.resize(index(2 * radius + 1));
+    s.rows.resize(as_size(2 * radius + 1));
     for (int j = 0; j < field_.size[1]; ++j) {
       if (!needed(j, k, active)) continue;
       for (int t = -radius; t <= radius; ++t) {
-        s.rows[index(t + radius)] = field_.row(j, std::clamp(k + t, 0, field_.size[2] - 1));
+        s.rows[as_size(t + radius)] = field_.row(j, std::clamp(k + t, 0, field_.size[2] - 1));
       }
-      const std::size_t first = index(j) * index(field_.stride);
+      const std::size_t first = as_size(j) * as_size(field_.stride);
       float* const out[3] = {&s.planes[0][first], &s.planes[1][first], &s.planes[2][first]};
       kernels().filter_rows(s.rows.data(), radius, taps_[2].folded(), out, field_.stride);
     }
   }
-  void filter_along_j(int j, Scratch& s) const {
+  void filter_along_j(int j, DerivativeRows& s) const {
     const int radius = taps_[1].radius();
-    const std::size_t halo = index(taps_[0].radius());
-    s.rows.resize(index(2 * radius + 1));
+    const std::size_t halo = as_size(taps_[0].radius());
+    s.rows.resize(as_size(2 * radius + 1));
     for (int p = 0; p < 3; ++p) {
       for (int t = -radius; t <= radius; ++t) {
         const int y = std::clamp(j + t, 0, field_.size[1] - 1);
-        s.rows[index(t + radius)] = s.planes[index(p)].data() + index(y) * index(field_.stride);
+        s.rows[as_size(t + radius)] =
+            s.planes[as_size(p)].data() + as_size(y) * as_size(field_.stride);
       }
       auto& m = s.mixed;
       float* const all[3][3] = {{&m[0][halo], &m[1][halo], &m[2][halo]},
@@ -98,22 +98,22 @@ class ScalePlane {
       kernels().filter_rows(s.rows.data(), radius, taps_[1].folded(), all[p], field_.stride);
     }
   }
-  void filter_along_i(Scratch& s) const {
+  void filter_along_i(DerivativeRows& s) const {
     const int radius = taps_[0].radius();
-    s.rows.resize(index(2 * radius + 1));
+    s.rows.resize(as_size(2 * radius + 1));
     constexpr int kOrder[6] = {2, 1, 0, 1, 0, 0};  // Of the derivative along i.
     for (std::size_t m = 0; m < 6; ++m) {
       float* row = s.mixed[m].data() + radius;
       std::fill(s.mixed[m].data(), row, row[0]);
       std::fill(row + field_.size[0], s.mixed[m].data() + s.mixed[m].size(),
                 row[field_.size[0] - 1]);
-      for (int t = -radius; t <= radius; ++t) s.rows[index(t + radius)] = row + t;
+      for (int t = -radius; t <= radius; ++t) s.rows[as_size(t + radius)] = row + t;
       float* out[3] = {nullptr, nullptr, nullptr};
       out[kOrder[m]] = s.second[m].data();
       kernels().filter_rows(s.rows.data(), radius, taps_[0].folded(), out, field_.stride);
     }
   }
-  void respond(float* best, Scratch& s) const {
+  void respond(float* best, DerivativeRows& s) const {
     std::copy_n(best, field_.size[0], s.best.data());
     const HessianRows rows{s.second[0].data(), s.second[2].data(), s.second[5].data(),
                            s.second[1].data(), s.second[3].data(), s.second[4].data()};
@@ -157,7 +157,7 @@ Result<void> check_support(const VesselnessOptions& options, const VoxelGrid& gr
 void mark_unknown(const ScalarVolume& volume, std::vector<float>& values, int threads) {
   const auto& grid = volume.grid();
   for_each_index(grid.size[2], threads, [&](int k) {
-    std::vector<float> row(index(grid.size[0]));
+    std::vector<float> row(as_size(grid.size[0]));
     for (int j = 0; j < grid.size[1]; ++j) {
       volume.read_row(j, k, row.data());
       float* out = values.data() + offset_of(grid, 0, j, k);
@@ -228,8 +228,8 @@ Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOpt
   const FilledField field =
       filled_field(volume, gaussian_taps(coarsest, options.truncate).radius, run.threads);
   std::vector<float> best(grid.voxel_count(), 0.0F);
-  Steps steps(run, sigmas.size() * index(grid.size[2]));
-  tbb::enumerable_thread_specific<Scratch> scratch;
+  Steps steps(run, sigmas.size() * as_size(grid.size[2]));
+  tbb::enumerable_thread_specific<DerivativeRows> scratch;
   for (const double sigma : sigmas) {
     const ScalePlane plane(field, grid, sigma, options.truncate, constants);
     const ActiveBricks active(field, plane.support(), harmless_range(options, contrast),

@@ -8,13 +8,12 @@
 #include <limits>
 #include <set>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 #include "render/predicates/registry.hpp"
 
 namespace nav::render {
 namespace {
-
-std::size_t size_of(int n) { return static_cast<std::size_t>(n); }
 
 /// A field of floats on a grid, with its borders repeated.
 struct Field {
@@ -22,7 +21,7 @@ struct Field {
   std::vector<float> values;
 
   [[nodiscard]] std::size_t offset(int i, int j, int k) const {
-    return (size_of(k) * size_of(grid.size[1]) + size_of(j)) * size_of(grid.size[0]) + size_of(i);
+    return (as_size(k) * as_size(grid.size[1]) + as_size(j)) * as_size(grid.size[0]) + as_size(i);
   }
   [[nodiscard]] float at(std::array<int, 3> p) const { return values[offset(p[0], p[1], p[2])]; }
 };
@@ -30,11 +29,11 @@ struct Field {
 /// Half of a Gaussian kernel, of sum 1 with its mirror image; three sigmas wide.
 std::vector<float> gaussian(double sigma_voxels) {
   const int reach = static_cast<int>(std::ceil(3 * sigma_voxels));
-  std::vector<float> half(size_of(reach) + 1);
+  std::vector<float> half(as_size(reach) + 1);
   double sum = 0;
   for (int i = 0; i <= reach; ++i) {
     const double w = std::exp(-0.5 * i * i / (sigma_voxels * sigma_voxels));
-    half[size_of(i)] = static_cast<float>(w);
+    half[as_size(i)] = static_cast<float>(w);
     sum += i == 0 ? w : 2 * w;
   }
   for (float& w : half) w = static_cast<float>(w / sum);
@@ -43,29 +42,29 @@ std::vector<float> gaussian(double sigma_voxels) {
 
 void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
   const auto& size = field.grid.size;
-  const int n = size[size_of(axis)];
+  const int n = size[as_size(axis)];
   const double sigma = sigma_mm / field.grid.spacing_mm[axis];
   if (n == 1 || sigma < 0.05) return;
   const std::vector<float> half = gaussian(sigma);
   const int u = axis == 0 ? 1 : 0;
   const int v = axis == 2 ? 1 : 2;
-  for_each_index(size[size_of(v)], threads, [&](int b) {
-    std::vector<float> line(size_of(n));
-    for (int a = 0; a < size[size_of(u)]; ++a) {
+  for_each_index(size[as_size(v)], threads, [&](int b) {
+    std::vector<float> line(as_size(n));
+    for (int a = 0; a < size[as_size(u)]; ++a) {
       std::array<int, 3> p{};
-      p[size_of(u)] = a;
-      p[size_of(v)] = b;
+      p[as_size(u)] = a;
+      p[as_size(v)] = b;
       const std::size_t start = field.offset(p[0], p[1], p[2]);
-      p[size_of(axis)] = 1;
+      p[as_size(axis)] = 1;
       const std::size_t stride = field.offset(p[0], p[1], p[2]) - start;
-      for (int i = 0; i < n; ++i) line[size_of(i)] = field.values[start + size_of(i) * stride];
+      for (int i = 0; i < n; ++i) line[as_size(i)] = field.values[start + as_size(i) * stride];
       for (int i = 0; i < n; ++i) {
-        float sum = half[0] * line[size_of(i)];
+        float sum = half[0] * line[as_size(i)];
         for (int d = 1; d < static_cast<int>(half.size()); ++d) {
-          sum += half[size_of(d)] *
-                 (line[size_of(std::max(i - d, 0))] + line[size_of(std::min(i + d, n - 1))]);
+          sum += half[as_size(d)] *
+                 (line[as_size(std::max(i - d, 0))] + line[as_size(std::min(i + d, n - 1))]);
         }
-        field.values[start + size_of(i) * stride] = sum;
+        field.values[start + as_size(i) * stride] = sum;
       }
     }
   });
@@ -83,7 +82,7 @@ Field intensities(const Volume& volume, const PredicateScene::IntensityWindow& w
 Eigen::Vector3d gradient_at(const Field& field, const std::array<int, 3>& p) {
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    const auto a = size_of(axis);
+    const auto a = as_size(axis);
     std::array<int, 3> low = p;
     std::array<int, 3> high = p;
     low[a] = std::max(p[a] - 1, 0);

@@ -11,7 +11,7 @@ struct PresetEntry {
   PredicateEntry entry;
   PredicateHistogram::Bar bar;
 };
-using Preset = std::vector<PresetEntry>;
+using PresetEntries = std::vector<PresetEntry>;
 using E = PredicateExpression;
 
 constexpr double kAll = 1e6;
@@ -26,53 +26,53 @@ E facing(double high_rad, double least_per_mm) {
 E label(double mask) { return E::kind("label", {mask}); }
 
 /// Figures 1 and 7 of the paper: (b) what surrounds the vessel, (c) the vessel through it.
-Preset carotid_context() {
+PresetEntries carotid_context() {
   return {{{"interfaces", E::all({steep(0.12), bright(0.3), deep(7)})}, {0.6, 45, 0.55}},
           {{"tissue", E::all({bright(0.3), deep(7)})}, {0.4, 20, 0.35}},
           {{"skin", deep(-1e4, 7)}, {0, 20, 0.2}}};
 }
-Preset carotid_vessel() {
+PresetEntries carotid_vessel() {
   return {{{"vessel", E::all({E::kind("vesselness", {0.3, 1}), deep(5)})}, {0.7, 0, 0.85}},
           {{"tissue", E::all({bright(0.3), deep(6)})}, {0.25, 35, 0.25}},
           {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
 }
 /// Figure 6: (b) fibrous muscle, (c) the surface of the bone below it.
-Preset shoulder_muscle() {
+PresetEntries shoulder_muscle() {
   return {{{"fibres", E::all({textured(2, 6), bright(0.2), deep(6)})}, {0.6, 5, 0.6}},
           {{"tissue", E::all({bright(0.15), deep(6)})}, {0.4, 30, 0.15}},
           {{"skin", deep(-1e4, 6)}, {0, 20, 0.2}}};
 }
-Preset shoulder_bone() {
+PresetEntries shoulder_bone() {
   constexpr double kSixtyDeg = 1.0471975511965976;
   return {
       {{"bone surface", E::all({bright(0.65), facing(kSixtyDeg, 0.05), deep(14)})}, {0.7, 50, 0.6}},
       {{"muscle", E::all({textured(2, 6), deep(6)})}, {0.25, 5, 0.6}},
       {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
 }
-Preset tendon() {
+PresetEntries tendon() {
   return {{{"along the scan", facing(0.6, 0.03)}, {0.55, 45, 0.7}},
           {{"fibres", E::all({textured(1.5, 4), bright(0.25)})}, {0.3, 200, 0.4}},
           {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}};
 }
 /// Figure 8: (b) the tendon by gradient angle and label, (c) with fibrous muscle about it.
-Preset tendon_fibres() {
+PresetEntries tendon_fibres() {
   constexpr double kFortyFiveDeg = 0.7853981633974483;
   return {{{"tendon", E::all({label(4), facing(kFortyFiveDeg, 0.03)})}, {0.8, 45, 0.7}},
           {{"tissue", E::all({bright(0.2), deep(3)})}, {0.2, 30, 0.15}}};
 }
-Preset tendon_context() {
+PresetEntries tendon_context() {
   return {{{"tendon", label(4)}, {0.65, 45, 0.7}},
           {{"muscle", E::all({textured(2, 5), bright(0.2), deep(3)})}, {0.3, 5, 0.5}},
           {{"skin", deep(-1e4, 3)}, {0.05, 20, 0.2}}};
 }
-Preset layers() {
+PresetEntries layers() {
   return {{{"skin", label(1)}, {0.1, 25, 0.4}},
           {{"muscle", label(2)}, {0.3, 5, 0.6}},
           {{"target", label(4)}, {0.6, 50, 0.7}}};
 }
 
-const std::vector<std::pair<std::string, Preset (*)()>>& presets() {
-  static const std::vector<std::pair<std::string, Preset (*)()>> all{
+const std::vector<std::pair<std::string, PresetEntries (*)()>>& presets() {
+  static const std::vector<std::pair<std::string, PresetEntries (*)()>> all{
       {"carotid-context", carotid_context},
       {"carotid-vessel", carotid_vessel},
       {"shoulder-muscle", shoulder_muscle},
@@ -84,7 +84,7 @@ const std::vector<std::pair<std::string, Preset (*)()>>& presets() {
   return all;
 }
 
-Result<PredicateModel> assemble(Preset entries) {
+Result<PredicateModel> assemble(PresetEntries entries) {
   PredicateModel model;
   std::vector<PredicateHistogram::Bar> bars;
   for (PresetEntry& e : entries) {

@@ -12,7 +12,7 @@ using shapes::Ellipsoid;
 using shapes::smooth_step;
 
 constexpr double kEndMm = 62;  // Above and below.
-constexpr double kSkinMm = 1.8;
+constexpr double kNeckSkinMm = 1.8;
 constexpr double kLevelMm = 17;        // From vertebra to vertebra.
 constexpr double kAdventitiaMm = 0.3;  // As thick as its echo shows.
 
@@ -111,8 +111,8 @@ Eigen::AlignedBox3d column(double x0, double x1, double y0, double y1) {
 
 void add_layers(const Neck& neck, Layout& layout) {
   layout.add(Tissue::kSkin, neck.body);
-  layout.add(Tissue::kFat, [neck](const auto& p) { return kSkinMm - neck.depth(p); });
-  const double deep = kSkinMm + neck.fat_mm;
+  layout.add(Tissue::kFat, [neck](const auto& p) { return kNeckSkinMm - neck.depth(p); });
+  const double deep = kNeckSkinMm + neck.fat_mm;
   layout.add(Tissue::kFascia, [neck, deep](const auto& p) { return deep - neck.depth(p); });
   layout.add(
       Tissue::kMuscle, [neck, deep](const auto& p) { return deep + 0.6 - neck.depth(p); },
@@ -130,7 +130,7 @@ void add_layers(const Neck& neck, Layout& layout) {
 /// A band of muscle under the fat, about a line, in its sheath.
 void add_band(const Neck& neck, const Vec3d& from, const Vec3d& to, double half_width_mm,
               double thick_mm, Layout& layout) {
-  const double top = kSkinMm + neck.fat_mm + 0.7;
+  const double top = kNeckSkinMm + neck.fat_mm + 0.7;
   const Capsule line{from, to, half_width_mm};
   const auto band = [=](double more) {
     return [=](const auto& p) {

@@ -10,7 +10,7 @@ namespace {
 using shapes::Capsule;
 using shapes::Ellipsoid;
 
-constexpr double kSkinMm = 1.8;
+constexpr double kShoulderSkinMm = 1.8;
 constexpr double kTearRad = 0.85;  // From +z towards the side of the arm.
 
 /// A right shoulder about the centre of the humeral head: -x is outwards, -y in front.
@@ -49,8 +49,8 @@ struct Shoulder {
 
 void add_layers(const Shoulder& s, Layout& layout) {
   layout.add(Tissue::kSkin, [s](const auto& p) { return s.skin(p); });
-  layout.add(Tissue::kFat, [s](const auto& p) { return s.skin(p) + kSkinMm; });
-  const double deep = kSkinMm + s.fat_mm;
+  layout.add(Tissue::kFat, [s](const auto& p) { return s.skin(p) + kShoulderSkinMm; });
+  const double deep = kShoulderSkinMm + s.fat_mm;
   layout.add(Tissue::kFascia, [s, deep](const auto& p) { return s.skin(p) + deep; });
   layout.add(
       Tissue::kMuscle, [s, deep](const auto& p) { return s.skin(p) + deep + 0.5; },

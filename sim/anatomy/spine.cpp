@@ -11,7 +11,7 @@ namespace {
 using shapes::Capsule;
 using shapes::Ellipsoid;
 
-constexpr double kSkinMm = 2.2;
+constexpr double kSpineSkinMm = 2.2;
 constexpr double kCanalY = 58;
 
 /// Lumbar vertebrae, one like the other, in the back of a trunk; +y is behind.
@@ -70,8 +70,8 @@ struct Lumbar {
 
 void add_soft(const Lumbar& l, Layout& layout) {
   layout.add(Tissue::kSkin, l.trunk);
-  layout.add(Tissue::kFat, [l](const auto& p) { return l.trunk(p) + kSkinMm; });
-  const double deep = kSkinMm + l.fat_mm;
+  layout.add(Tissue::kFat, [l](const auto& p) { return l.trunk(p) + kSpineSkinMm; });
+  const double deep = kSpineSkinMm + l.fat_mm;
   layout.add(Tissue::kFascia, [l, deep](const auto& p) { return l.trunk(p) + deep; });
   layout.add(
       Tissue::kMuscle, [l, deep](const auto& p) { return l.trunk(p) + deep + 0.8; },

@@ -10,7 +10,7 @@ namespace {
 using shapes::Capsule;
 using shapes::Ellipsoid;
 
-constexpr double kSkinMm = 1.6;
+constexpr double kTendonSkinMm = 1.6;
 
 /// A right leg above the heel; the Achilles tendon runs along z behind it (+y).
 struct Leg {
@@ -49,8 +49,8 @@ struct Leg {
 
 void add_layers(const Leg& leg, Layout& layout) {
   layout.add(Tissue::kSkin, [leg](const auto& p) { return leg.skin(p); });
-  layout.add(Tissue::kFat, [leg](const auto& p) { return leg.skin(p) + kSkinMm; });
-  const double deep = kSkinMm + leg.fat_mm;
+  layout.add(Tissue::kFat, [leg](const auto& p) { return leg.skin(p) + kTendonSkinMm; });
+  const double deep = kTendonSkinMm + leg.fat_mm;
   layout.add(Tissue::kFascia, [leg, deep](const auto& p) { return leg.skin(p) + deep; });
   // The fat pad before the tendon fills what muscles and bones leave.
   layout.add(Tissue::kFat, [leg, deep](const auto& p) { return leg.skin(p) + deep + 0.5; });

@@ -16,10 +16,10 @@ namespace {
 using Vec = Eigen::Vector3d;
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
-constexpr double kStepMm = 1;
+constexpr double kPathStepMm = 1;
 constexpr double kDepthShare = 0.6;  // Of the picture's depth: how long a way is wanted.
 constexpr double kShortestMm = 10;
-constexpr double kLongestMm = 140;
+constexpr double kLongestPathMm = 140;
 constexpr double kBesideProbeMm = 6;  // Between the probe's housing and the needle.
 constexpr std::size_t kTargets = 16;
 
@@ -32,7 +32,7 @@ double half_face_mm(const ProbeModel& probe) {
 
 /// Where a way out of the patient passes the skin, unless bone or gas is met before.
 std::optional<Vec> way_out(const Anatomy& patient, const Vec& target, const Vec& out) {
-  for (double t = 0; t <= kLongestMm; t += kStepMm) {
+  for (double t = 0; t <= kLongestPathMm; t += kPathStepMm) {
     const Point<frames::Ct> p{target + t * out};
     const double skin = patient.skin_distance_mm(p);
     if (skin >= 0) return t > 0 ? std::optional<Vec>(p.mm - skin * out) : std::nullopt;

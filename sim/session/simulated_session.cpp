@@ -73,20 +73,20 @@ Vec sweet_spot(TrackerKind kind) {
   }
 }
 
-Eigen::Quaterniond random_rotation(Random& random) {
+Eigen::Quaterniond any_rotation(Random& random) {
   const double angle = random.uniform(0.8, 2.6);
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
 }
 
-Transform<Probe, Image> mount_probe(Random random) {
+Transform<Probe, Image> mounted_probe(Random random) {
   const Vec at = Vec(8.5, -31.2, 84.6) + random.offset(4);
-  return {random_rotation(random), at};
+  return {any_rotation(random), at};
 }
 
 /// On the skin, a hand's breadth from the probe.
-Transform<Ct, Reference> place_reference(const Transform<Ct, Image>& middle, Random random) {
+Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Random random) {
   const Vec at = (middle * Point<Image>{{0, -20, 0}}).mm + Vec(40, 0, 90) + random.offset(10);
-  return {random_rotation(random), at};
+  return {any_rotation(random), at};
 }
 
 /// Half way between the probe and the needle's hub, CT.
@@ -97,7 +97,7 @@ Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
 }
 
 Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& middle_ct, Random random) {
-  const Eigen::Quaterniond turn = random_rotation(random);
+  const Eigen::Quaterniond turn = any_rotation(random);
   return {turn, sweet_spot(kind) - turn * middle_ct};
 }
 
@@ -259,8 +259,8 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       path_(*patient_, middle, path_options(options)),
       ultrasound_(patient_, options.probe, options.seed),
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
-      ct_from_reference_(place_reference(middle, Random(options.seed, 0x726566))),
-      probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
+      ct_from_reference_(placed_reference(middle, Random(options.seed, 0x726566))),
+      probe_from_image_(mounted_probe(Random(options.seed, 0x6d6f756e74))),
       tracker_from_ct_(place_tracker(options.tracker,
                                      middle_of_bodies(middle * probe_from_image_.inverse(), needle),
                                      Random(options.seed, 0x63616d))),

@@ -13,7 +13,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-constexpr std::uint64_t kNoiseStream = 0x656d;
+constexpr std::uint64_t kFieldNoiseStream = 0x656d;
 
 /// 1 / (1 + q)^(3/2) has its steepest slope 3 d (1 + d²)^(−5/2) at d = 1/2: 0.858.
 constexpr double kSteepest = 0.8587;
@@ -86,9 +86,9 @@ Observation ElectromagneticTracker::observe(const Eigen::Matrix4d& truth, std::u
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint64_t counter = 6 * sample + static_cast<std::uint64_t>(axis);
     shift[axis] +=
-        growth * options_.noise_mm * normal_at(options_.seed, kNoiseStream + body, counter);
-    turn[axis] +=
-        growth * options_.noise_rad * normal_at(options_.seed, kNoiseStream + body, counter + 3);
+        growth * options_.noise_mm * normal_at(options_.seed, kFieldNoiseStream + body, counter);
+    turn[axis] += growth * options_.noise_rad *
+                  normal_at(options_.seed, kFieldNoiseStream + body, counter + 3);
   }
   Observation out{TrackingStatus::kOk, truth};
   out.pose.topRightCorner<3, 1>() = p + shift;

@@ -15,7 +15,7 @@ namespace {
 using Vec = Eigen::Vector3d;
 using Mat = Eigen::Matrix3d;
 
-constexpr std::uint64_t kNoiseStream = 0x61726d;
+constexpr std::uint64_t kArmNoiseStream = 0x61726d;
 constexpr std::uint64_t kCalibrationStream = 0x63616c;
 
 Mat turn(double angle, const Vec& axis) {
@@ -113,7 +113,7 @@ Observation EncoderArm::observe(const Eigen::Matrix4d& truth, std::uint64_t body
   const double step = resolution_rad();
   for (std::size_t i = 0; i < joints->size(); ++i) {
     const double noise =
-        options_.noise_counts * normal_at(options_.seed, kNoiseStream + body, 6 * sample + i);
+        options_.noise_counts * normal_at(options_.seed, kArmNoiseStream + body, 6 * sample + i);
     (*joints)[i] = step * std::round((*joints)[i] / step + noise) + offsets_[i];
   }
   return {TrackingStatus::kOk, pose_of(believed_, *joints)};

@@ -16,7 +16,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-constexpr std::uint64_t kNoiseStream = 0x6f707469;
+constexpr std::uint64_t kMarkerNoiseStream = 0x6f707469;
 constexpr std::uint64_t kBiasStream = 0x62696173;
 
 /// Whether the sight line from a camera to a point passes an obstacle.
@@ -124,7 +124,7 @@ Observation OpticalTracker::observe(const Eigen::Matrix4d& truth, std::uint64_t 
       const std::uint64_t counter =
           (sample * options_.markers.size() + i) * 3 + static_cast<std::uint64_t>(axis);
       noise[axis] =
-          sigma[axis == 2 ? 1 : 0] * normal_at(options_.seed, kNoiseStream + body, counter);
+          sigma[axis == 2 ? 1 : 0] * normal_at(options_.seed, kMarkerNoiseStream + body, counter);
     }
     own.push_back(marker.position_mm);
     measured.push_back(p + noise + bias(p));

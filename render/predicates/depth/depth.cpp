@@ -24,7 +24,7 @@ Segment ball_of(const FanScan& scan, const PredicatePlace& place) {
   return {apex, apex, scan.face_radius_mm};
 }
 
-Range range_of(std::span<const double> p) { return {p[0], p[1]}; }
+Range depth_range(std::span<const double> p) { return {p[0], p[1]}; }
 
 /// Depth along the scan line: of a fan or parallel lines exactly, else from the feature volume.
 class Depth final : public PredicateKind {
@@ -57,7 +57,7 @@ class Depth final : public PredicateKind {
       return depth >= p[0] && depth <= p[1];
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return test_distance(ball_of(*fan, place), s.position_mm, range_of(p));
+      return test_distance(ball_of(*fan, place), s.position_mm, depth_range(p));
     }
     return feature_.test(s, place, p);
   }
@@ -67,10 +67,10 @@ class Depth final : public PredicateKind {
       const Slab slab = slab_of(*parallel, place);
       const double middle = slab.normal.dot(0.5 * (b.low_mm + b.high_mm)) + slab.offset;
       const double reach = slab.normal.cwiseAbs().dot(0.5 * (b.high_mm - b.low_mm));
-      return within({middle - reach, middle + reach}, range_of(p));
+      return within({middle - reach, middle + reach}, depth_range(p));
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return bound_distance(ball_of(*fan, place), b.low_mm, b.high_mm, range_of(p));
+      return bound_distance(ball_of(*fan, place), b.low_mm, b.high_mm, depth_range(p));
     }
     return feature_.bounds(b, place, p);
   }
@@ -86,7 +86,7 @@ class Depth final : public PredicateKind {
       return form;
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return distance_form(ball_of(*fan, place), range_of(p));
+      return distance_form(ball_of(*fan, place), depth_range(p));
     }
     return feature_.form(place, p);
   }
@@ -102,7 +102,7 @@ class Depth final : public PredicateKind {
            {prefix + "_range", {p[0] - slab.offset, p[1] - slab.offset}}}};
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return distance_glsl(prefix, ball_of(*fan, place), range_of(p));
+      return distance_glsl(prefix, ball_of(*fan, place), depth_range(p));
     }
     return feature_.glsl(prefix, place, p);
   }
