@@ -87,6 +87,10 @@ function(nav_add_library name)
   else()
     nav_precompile(nav_${name} nav_library_headers)
     set_target_properties(nav_${name} PROPERTIES UNITY_BUILD ${SONDE_PRECOMPILE})
+    if(SONDE_PRECOMPILE)
+      # A file's own types are no header's because a batch includes the file.
+      target_compile_options(nav_${name} PRIVATE -Wno-subobject-linkage)
+    endif()
   endif()
 endfunction()
 
