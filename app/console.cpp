@@ -8,6 +8,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "nav/stopwatch.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -51,8 +53,7 @@ void Console::progress(double fraction) { draw(std::clamp(fraction, 0.0, 1.0)); 
 
 void Console::end(const std::string& outcome) {
   if (stage_.empty()) return;
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+  const double seconds = seconds_since(begun_);
   std::fprintf(stderr, "%s%s: %s (%.1f s)\n", terminal_ ? "\r\033[K" : "", stage_.c_str(),
                outcome.c_str(), seconds);
   stage_.clear();

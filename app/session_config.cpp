@@ -105,11 +105,6 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   return config;
 }
 
-/// Readable from any folder; empty stays empty.
-std::string absolute_text(const std::filesystem::path& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
-}
-
 }  // namespace
 
 Result<SessionConfig> read_session_config(const std::filesystem::path& path) {

@@ -53,10 +53,6 @@ toml::array array_of(const Vector& vector) {
   return array;
 }
 
-std::string absolute_path_text(const std::filesystem::path& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
-}
-
 void read_numbers(Section& section, PredicateOptions& o) {
   section.integer("phantom_side", o.phantom_side);
   section.number("scribble_share", o.scribble_share);
@@ -113,7 +109,7 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
   toml::table table{
       {"phantom", o.phantom},
       {"phantom_side", o.phantom_side},
-      {"set_up", render::preset_predicates(o.set_up) ? o.set_up : absolute_path_text(o.set_up)},
+      {"set_up", render::preset_predicates(o.set_up) ? o.set_up : absolute_text(o.set_up)},
       {"scribble_share", o.scribble_share},
       {"alone", o.alone},
       {"ct_importance", o.ct_importance},
@@ -129,11 +125,11 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
                                   {"scan_lines", &o.scan_lines},
                                   {"scribbles", &o.scribbles},
                                   {"save_set_up", &o.save_set_up}}) {
-    if (!path->empty()) table.insert(key, absolute_path_text(*path));
+    if (!path->empty()) table.insert(key, absolute_text(*path));
   }
   if (!o.labels.empty()) {
     toml::array labels;
-    for (const auto& path : o.labels) labels.push_back(absolute_path_text(path));
+    for (const auto& path : o.labels) labels.push_back(absolute_text(path));
     table.insert("labels", std::move(labels));
   }
   if (!o.histogram.empty()) table.insert("histogram", histogram_to_toml(o.histogram));

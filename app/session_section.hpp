@@ -18,6 +18,11 @@
 
 namespace nav::app {
 
+/// A path as a session file says it: readable from any folder; empty stays empty.
+inline std::string absolute_text(const std::filesystem::path& path) {
+  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+}
+
 /// One table of the file: hands out its values by type and, at the end, refuses what nobody asked
 /// for. The first problem is kept; later calls do nothing.
 class Section {

@@ -11,6 +11,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "nav/stopwatch.hpp"
+
 namespace nav::bench {
 
 double process_time_s() {
@@ -57,8 +59,7 @@ Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Re
       const auto wall_before = std::chrono::steady_clock::now();
       if (auto done = tasks[i](); !done) return done.error();
       cpu[i].push_back(process_time_s() - cpu_before);
-      wall[i].push_back(
-          std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_before).count());
+      wall[i].push_back(seconds_since(wall_before));
     }
   }
   std::vector<Taken> taken;

@@ -41,16 +41,6 @@ Result<Engines> make_engines(Diagnostics& diagnostics) {
   return out;
 }
 
-/// frames(), keeping what the device took.
-Task timed(Engine& engine, Scene scene, int& frame, std::vector<double>& cast_s) {
-  return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
-    const auto image = engine.render(nudged(scene, ++frame));
-    if (!image) return image.error();
-    cast_s.push_back(image->statistics.cast_s);
-    return {};
-  };
-}
-
 /// The paper's linear mean of hues, for the same picture.
 Scene as_printed(Scene scene) {
   scene.predicates->hue_mean = render::spec::HueMean::kLinear;
@@ -60,10 +50,11 @@ Scene as_printed(Scene scene) {
 Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPredicateRow& row) {
   int frame = 0;
   std::vector<double> cast_s[4];
-  const std::vector<Task> tasks{timed(*engines.standard, standard_scene(scene), frame, cast_s[0]),
-                                timed(*engines.predicates, scene, frame, cast_s[1]),
-                                timed(*engines.brute, without_tricks(scene), frame, cast_s[2]),
-                                timed(*engines.paper, as_printed(scene), frame, cast_s[3])};
+  const std::vector<Task> tasks{
+      timed_frames(*engines.standard, standard_scene(scene), frame, cast_s[0]),
+      timed_frames(*engines.predicates, scene, frame, cast_s[1]),
+      timed_frames(*engines.brute, without_tricks(scene), frame, cast_s[2]),
+      timed_frames(*engines.paper, as_printed(scene), frame, cast_s[3])};
   // Until each set has a program of its own.
   for (int warm = 0; warm <= render::GlRaycaster::kSettledAfter; ++warm) {
     for (const Task& task : {tasks[1], tasks[2]}) {

@@ -31,6 +31,17 @@ inline Task frames(render::Engine& engine, render::Scene scene, int& frame) {
   };
 }
 
+/// The same, keeping what the device took.
+inline Task timed_frames(render::Engine& engine, render::Scene scene, int& frame,
+                         std::vector<double>& cast_s) {
+  return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
+    const auto image = engine.render(nudged(scene, ++frame));
+    if (!image) return image.error();
+    cast_s.push_back(image->statistics.cast_s);
+    return {};
+  };
+}
+
 /// No bricks, no early end.
 inline render::Scene without_tricks(render::Scene scene) {
   scene.predicates->termination_error = 0;

@@ -61,17 +61,6 @@ bool is_software(const render::Engine& engine) {
                                    device.find("softpipe") != std::string::npos);
 }
 
-/// frames(), keeping what the device took.
-Task timed_frames(render::Engine& engine, render::Scene scene, int& frame,
-                  std::vector<double>& cast_s) {
-  return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
-    const auto image = engine.render(nudged(scene, ++frame));
-    if (!image) return image.error();
-    cast_s.push_back(image->statistics.cast_s);
-    return {};
-  };
-}
-
 /// Of the CT alone, the ultrasound alone, and both.
 struct Times {
   std::vector<std::unique_ptr<render::Engine>> engines;

@@ -9,8 +9,6 @@
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kTail = 3;  // A brick's byte is fetched as the first of four.
-
 std::vector<std::int32_t> packed_ranges(const BrickGrid& bricks) {
   std::vector<std::int32_t> out(bricks.low.size());
   for (std::size_t b = 0; b < out.size(); ++b) {
@@ -40,7 +38,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
   if (!distances_) make_leaps(threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
-    importance_.resize(importance_.size() + kTail);
+    importance_.resize(importance_.size() + kFetchTail);
   }
 }
 
@@ -63,21 +61,21 @@ void CpuCache::make_leaps(int threads) {
     if (map == 0) return find_depths();
     distances_ = brick_distances(*bricks_, hidden);
   });
-  leaps_.resize(depths.size() + kTail);
+  leaps_.resize(depths.size() + kFetchTail);
   std::transform(distances_->distance.begin(), distances_->distance.end(), depths.begin(),
                  leaps_.begin(), [](std::uint8_t distance, std::uint8_t depth) {
                    const int least = std::min<int>(distance, 127);
                    const int deep = std::clamp<int>(depth, 1, 127);
                    return static_cast<std::int8_t>(least > 0 ? least : 1 - deep);
                  });
-  parts_.resize(parts_.size() + kTail);
+  parts_.resize(parts_.size() + kFetchTail);
 }
 
 void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
   if (cells_of_ == adaptive) return;
   if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
   cells_ = brick_cells(*bricks_, *table_, adaptive, threads);
-  cells_.resize(cells_.size() + kTail);
+  cells_.resize(cells_.size() + kFetchTail);
   cells_of_ = adaptive;
 }
 

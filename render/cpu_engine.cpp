@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "nav/stopwatch.hpp"
 #include "render/cpu_cache.hpp"
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
@@ -23,10 +24,6 @@ namespace nav::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 Result<void> check_size(const Volume& volume) {
   if (CpuVolume::fits(volume.grid())) return {};

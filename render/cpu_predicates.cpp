@@ -12,14 +12,13 @@
 #include "nav/index.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/predicate_early_ends.hpp"
+#include "render/predicates/shader.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
 
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kMostTabulatedLeaves = 12;  // Leaves: a table of 64 KB.
-constexpr std::size_t kLeapTail = 3;              // A brick's byte is fetched as the first of four.
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// To single precision without leaving it.
@@ -196,7 +195,7 @@ void CpuPredicates::make_looks() {
   looks_.clear();
   few_looks_.clear();
   matters_.clear();
-  if (atoms_.size() > kMostTabulatedLeaves) return;
+  if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
     looks_.push_back(look_of(bits));
   make_few_looks();
@@ -272,7 +271,7 @@ void CpuPredicates::make_bricks(int threads) {
   const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
   for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
   const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
-  leaps_.assign(distances.size() + kLeapTail, 0);
+  leaps_.assign(distances.size() + kFetchTail, 0);
   for (std::size_t b = 0; b < distances.size(); ++b) {
     const int distance = std::min<int>(distances[b], 127);
     leaps_[b] =

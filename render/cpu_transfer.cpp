@@ -11,9 +11,6 @@
 namespace nav::render {
 namespace {
 
-/// Half of int32's range for all integrals together: their differences cannot overflow.
-constexpr double kLargestIntegral = 1 << 30;
-
 std::vector<Eigen::Vector4d> premultiplied(const TransferTable& table) {
   std::vector<Eigen::Vector4d> out(static_cast<std::size_t>(table.size()));
   for (std::size_t i = 0; i < out.size(); ++i) {

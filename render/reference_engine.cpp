@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "nav/stopwatch.hpp"
 #include "render/adaptive_step.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
@@ -435,8 +436,7 @@ class ReferenceEngine final : public Engine {
     image.statistics.rays = image.pixels.pixels().size();
     image.statistics.volume_samples = samples;
     image.statistics.gradient_samples = gradients;
-    image.statistics.cast_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    image.statistics.cast_s = seconds_since(start);
     return image;
   }
 

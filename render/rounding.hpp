@@ -6,6 +6,9 @@
 
 namespace nav::render {
 
+/// Of integrals kept as int32, half of its range: sums of two cannot overflow.
+inline constexpr double kLargestIntegral = 1 << 30;
+
 /// As std::lround() for x in [0, 2^31 - 1], without a call: tables have thousands of entries.
 inline std::int32_t rounded(double x) {
   const auto whole = static_cast<std::int32_t>(x);

@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kMinHu = -32768;
 constexpr double kMaxHu = 32767;
-/// Half of int32's range: sums of two integrals cannot overflow.
-constexpr double kLargestEntry = 1 << 30;
 /// Values closer than this are one value: the mean over them is the value in the middle, HU.
 constexpr double kSameHu = 1e-3;
 
@@ -81,7 +79,7 @@ void TransferTable::integrate() {
     cumulative_[i] = cumulative_[i - 1] + 0.5 * (premultiplied(i - 1) + premultiplied(i));
   }
   // Colour is at most 1, so extinction has the largest integral.
-  quantum_ = std::max(cumulative_.back()[3], 1e-12) / kLargestEntry;
+  quantum_ = std::max(cumulative_.back()[3], 1e-12) / kLargestIntegral;
   integrals_.reserve(4 * cumulative_.size());
   for (const Eigen::Vector4d& integral : cumulative_) {
     for (int c = 0; c < 4; ++c) {

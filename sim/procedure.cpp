@@ -9,7 +9,9 @@
 #include "nav/check.hpp"
 #include "nav/matrices.hpp"
 #include "sim/motion/skin_track.hpp"
+#include "sim/mount.hpp"
 #include "sim/random.hpp"
+#include "sim/shapes.hpp"
 
 namespace nav::sim {
 namespace {
@@ -31,16 +33,6 @@ constexpr double kParkedMm = 120;   // Needle tip before the entry while it wait
 constexpr double kReadyMm = 30;     // And when the approach begins.
 constexpr double kHandErrorMm = 4;  // Sideways, before the needle touches the skin.
 
-Eigen::Quaterniond random_rotation(Random& random) {
-  const double angle = random.uniform(0.8, 2.6);
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
-}
-
-double eased(double t) {
-  const double s = std::clamp(t, 0.0, 1.0);
-  return s * s * (3 - 2 * s);
-}
-
 /// Frame with given y axis, x as near as possible to a wish.
 Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
   Eigen::Matrix3d axes;
@@ -53,7 +45,7 @@ Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
 /// The hand's path below the costal arch, from the midline to the right flank, while the beam fans
 /// up and down and the probe turns about it. share: 0 to 1 of the way.
 Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
-  const double way = eased(share);
+  const double way = shapes::smooth_step(share);
   const double turn = 2 * std::numbers::pi * share;
   const Vec skin = phantom.skin_point(4.50 - 0.70 * way, 14 - 26 * way).mm;
   const Vec into = -outward(phantom, skin, kContactMm);
@@ -154,15 +146,11 @@ const ProcedureOptions& checked(const ProcedureOptions& options) {
 /// Reference body on the front of the chest.
 Transform<Ct, Reference> place_reference(Random random) {
   const Vec at = Vec(20, -125, 70) + random.offset(15);
-  return {random_rotation(random), at};
+  return {random_mount(random), at};
 }
 Transform<Tracker, Reference> place_camera(Random random) {
   const Vec at = Vec(0.15, -0.1, 1).normalized() * kCameraMm + random.offset(60);
-  return {random_rotation(random), at};
-}
-Transform<Probe, Image> mount_probe(Random random) {
-  const Vec at = Vec(8.5, -31.2, 84.6) + random.offset(4);
-  return {random_rotation(random), at};
+  return {random_mount(random), at};
 }
 
 }  // namespace
@@ -222,7 +210,7 @@ Transform<Ct, Image> Procedure::ct_from_image(Timestamp time) const {
     if (t <= sweep.end) return sweep_view(phantom_, share(sweep.begin, sweep.end));
     if (t >= approach.begin) return approach_view_;
     return interpolate(sweep_view(phantom_, 1.0), approach_view_,
-                       eased(share(sweep.end, approach.begin)));
+                       shapes::smooth_step(share(sweep.end, approach.begin)));
   };
   return with_tremor(base(), options_, to_seconds(t));
 }
@@ -231,7 +219,7 @@ Transform<Ct, Needle> Procedure::ct_from_needle(Timestamp time) const {
   const PhaseInterval& sweep = phases_[0];
   const PhaseInterval& approach = phases_[1];
   const auto share = [time](Timestamp begin, Timestamp end) {
-    return eased(to_seconds(time - begin) / to_seconds(end - begin));
+    return shapes::smooth_step(to_seconds(time - begin) / to_seconds(end - begin));
   };
   const Vec path = plan_.target_ct.mm - plan_.entry_ct.mm;
   const Vec axis = path.normalized();

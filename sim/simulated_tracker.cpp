@@ -9,8 +9,6 @@
 namespace nav::sim {
 namespace {
 
-constexpr Duration kTrackerLeadIn = std::chrono::milliseconds(500);
-
 Eigen::Matrix4d true_pose(const Procedure& procedure, TrackedBody body, Timestamp time) {
   switch (body) {
     case TrackedBody::kProbe:

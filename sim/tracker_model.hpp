@@ -18,6 +18,9 @@ struct TrackerModel {
   int dropout_samples = 10;                          ///< Length of an occlusion.
 };
 
+/// A tracker streams from so long before the first picture until so long after the last.
+inline constexpr Duration kTrackerLeadIn = std::chrono::milliseconds(500);
+
 /// Stamps of simulated pictures.
 struct ImageTiming {
   Duration stamp_offset{0};  ///< Stamped acquisition minus physical acquisition: what the pairing

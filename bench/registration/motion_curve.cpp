@@ -10,6 +10,7 @@
 
 #include "bench/measure.hpp"
 #include "bench/registration/session_case.hpp"
+#include "nav/stopwatch.hpp"
 #include "registration/moving_registration.hpp"
 
 namespace nav::bench {
@@ -84,7 +85,7 @@ Result<MotionTrial> run(const MotionCase& one, int stride, int harmonics, int th
       one.session.ct, *sweep, phases, common->ct_from_reference, fit, solver, diagnostics);
   if (!moving) return moving.error();
   trial.cpu_s = process_time_s() - trial.cpu_s;
-  trial.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  trial.wall_s = seconds_since(start);
   if (moving->at_rest) trial.error_mm = error_mm(one.session, moving->at_rest->ct_from_reference);
   return trial;
 }

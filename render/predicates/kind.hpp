@@ -142,6 +142,9 @@ class RangePredicate : public PredicateKind {
   std::vector<PredicateParameter> parameters_;
 };
 
+/// Parameters 0 and 1 as what is wanted.
+inline Range wanted_range(std::span<const double> p) { return {p[0], p[1]}; }
+
 /// Distance from a segment, mm; parameters [low, high]. Distances are negative inside its radius.
 bool test_distance(const Segment& segment, const Eigen::Vector3d& position_mm, const Range& wanted);
 Truth bound_distance(const Segment& segment, const Eigen::Vector3d& low_mm,

@@ -16,17 +16,15 @@ namespace {
 constexpr int kDeepest = 16;
 using Operator = PredicateExpression::Operator;
 
-Error malformed_model(const std::string& text) { return {ErrorCode::kMalformedData, text}; }
-
 Result<void> check_values(const std::string& entry, const PredicateExpression& e) {
   const auto kind = find_predicate_kind(e.name);
   if (!kind) return Error{kind.error().code, entry + ": " + kind.error().message};
   const auto parameters = (*kind)->parameters();
   if (e.values.empty()) return {};
   if (e.values.size() != parameters.size()) {
-    return malformed_model(entry + ": " + e.name + ": expected " +
-                           std::to_string(parameters.size()) + " parameters, found " +
-                           std::to_string(e.values.size()));
+    return malformed_predicates(entry + ": " + e.name + ": expected " +
+                                std::to_string(parameters.size()) + " parameters, found " +
+                                std::to_string(e.values.size()));
   }
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const PredicateParameter& p = parameters[i];
@@ -34,7 +32,7 @@ Result<void> check_values(const std::string& entry, const PredicateExpression& e
     std::ostringstream text;
     text << entry << ": " << e.name << "." << p.name << ": expected a number in [" << p.low << ", "
          << p.high << "], found " << e.values[i];
-    return malformed_model(text.str());
+    return malformed_predicates(text.str());
   }
   if (const auto ok = (*kind)->check(e.values); !ok) {
     return Error{ok.error().code, entry + ": " + ok.error().message};
@@ -56,14 +54,14 @@ class Checker {
   Result<void> visit(const PredicateExpression& e, int depth) {
     const std::string& name = path_.front();
     if (depth > kDeepest) {
-      return malformed_model(name + ": expected combinations at most " + std::to_string(kDeepest) +
-                             " deep, found deeper ones");
+      return malformed_predicates(name + ": expected combinations at most " +
+                                  std::to_string(kDeepest) + " deep, found deeper ones");
     }
     if (e.op == Operator::kKind) return check_values(name, e);
     if (e.op == Operator::kEntry) return follow(e.name);
     const std::size_t count = e.operands.size();
     if (count == 0 || (e.op == Operator::kNot && count != 1)) {
-      return malformed_model(
+      return malformed_predicates(
           name + ": expected " +
           (e.op == Operator::kNot ? "one operand of NOT" : "operands of AND or OR") + ", found " +
           std::to_string(count));
@@ -78,8 +76,8 @@ class Checker {
     if (std::find(path_.begin(), path_.end(), name) != path_.end()) {
       std::string cycle;
       for (const auto& step : path_) cycle += "\"" + step + "\" -> ";
-      return malformed_model("predicates: expected combinations without a cycle, found " + cycle +
-                             "\"" + name + "\"");
+      return malformed_predicates("predicates: expected combinations without a cycle, found " +
+                                  cycle + "\"" + name + "\"");
     }
     if (good_.count(name) != 0) return {};  // Once each: references may share what they refer to.
     for (const PredicateEntry& entry : model_.entries) {
@@ -90,8 +88,8 @@ class Checker {
       if (ok) good_.insert(name);
       return ok;
     }
-    return malformed_model(path_.front() + ": expected the name of an entry, found \"" + name +
-                           "\"");
+    return malformed_predicates(path_.front() + ": expected the name of an entry, found \"" + name +
+                                "\"");
   }
 
   const PredicateModel& model_;
@@ -128,18 +126,18 @@ bool same_set(const PredicateModel& a, const PredicateModel& b) {
 Result<void> validate(const PredicateModel& model) {
   const std::size_t count = model.entries.size();
   if (count < 1 || count > kMostPredicates) {
-    return malformed_model("predicates: expected 1 to " + std::to_string(kMostPredicates) +
-                           ", found " + std::to_string(count));
+    return malformed_predicates("predicates: expected 1 to " + std::to_string(kMostPredicates) +
+                                ", found " + std::to_string(count));
   }
   if (model.histogram.size() != count) {
-    return malformed_model("predicates: expected a bar for each of " + std::to_string(count) +
-                           " entries, found " + std::to_string(model.histogram.size()));
+    return malformed_predicates("predicates: expected a bar for each of " + std::to_string(count) +
+                                " entries, found " + std::to_string(model.histogram.size()));
   }
   std::set<std::string> names;
   for (const PredicateEntry& entry : model.entries) {
     if (entry.name.empty() || !names.insert(entry.name).second) {
-      return malformed_model("predicates: expected a name of its own for each entry, found \"" +
-                             entry.name + "\"");
+      return malformed_predicates(
+          "predicates: expected a name of its own for each entry, found \"" + entry.name + "\"");
     }
   }
   Checker checker(model);

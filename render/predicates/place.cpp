@@ -7,21 +7,21 @@
 namespace nav::render {
 namespace {
 
-Error malformed_place(const std::string& text) { return {ErrorCode::kMalformedData, text}; }
-
 Result<void> check(const ParallelScan& scan, const VoxelGrid&) {
-  if (!scan.face_ct.mm.allFinite()) return malformed_place("scan.face_ct: expected finite numbers");
+  if (!scan.face_ct.mm.allFinite())
+    return malformed_predicates("scan.face_ct: expected finite numbers");
   if (!scan.into_ct.v.allFinite() || !(scan.into_ct.v.norm() > 0)) {
-    return malformed_place("scan.into_ct: expected a direction, found a zero vector or NaN");
+    return malformed_predicates("scan.into_ct: expected a direction, found a zero vector or NaN");
   }
   return {};
 }
 
 Result<void> check(const FanScan& scan, const VoxelGrid&) {
-  if (!scan.apex_ct.mm.allFinite()) return malformed_place("scan.apex_ct: expected finite numbers");
+  if (!scan.apex_ct.mm.allFinite())
+    return malformed_predicates("scan.apex_ct: expected finite numbers");
   if (!(scan.face_radius_mm >= 0 && std::isfinite(scan.face_radius_mm))) {
-    return malformed_place("scan.face_radius_mm: expected a radius >= 0 mm, found " +
-                           std::to_string(scan.face_radius_mm));
+    return malformed_predicates("scan.face_radius_mm: expected a radius >= 0 mm, found " +
+                                std::to_string(scan.face_radius_mm));
   }
   return {};
 }
@@ -29,9 +29,9 @@ Result<void> check(const FanScan& scan, const VoxelGrid&) {
 Result<void> check(const VoxelScan& scan, const VoxelGrid& grid) {
   const std::size_t found = scan.into_ct ? scan.into_ct->size() : 0;
   if (found == grid.voxel_count()) return {};
-  return malformed_place("scan.into_ct: expected a direction for each of " +
-                         std::to_string(grid.voxel_count()) + " voxels, found " +
-                         std::to_string(found));
+  return malformed_predicates("scan.into_ct: expected a direction for each of " +
+                              std::to_string(grid.voxel_count()) + " voxels, found " +
+                              std::to_string(found));
 }
 
 Eigen::Vector3d unit_or_zero(const Eigen::Vector3d& v) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -13,6 +14,11 @@
 #include "nav/volume.hpp"
 
 namespace nav::render {
+
+/// What is wrong with predicates, or with what they are to be applied to.
+inline Error malformed_predicates(const std::string& text) {
+  return {ErrorCode::kMalformedData, text};
+}
 
 /// Scan lines side by side, as of a linear probe that is swept without turning.
 struct ParallelScan {

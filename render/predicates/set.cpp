@@ -13,8 +13,6 @@ namespace {
 using Operator = PredicateExpression::Operator;
 using Op = PredicateProgram::Op;
 
-Error malformed_set(const std::string& text) { return {ErrorCode::kMalformedData, text}; }
-
 bool same_grid(const VoxelGrid& a, const VoxelGrid& b) {
   return a.size == b.size && a.spacing_mm == b.spacing_mm && a.origin_mm == b.origin_mm &&
          a.directions == b.directions;
@@ -27,8 +25,8 @@ std::string size_text(const VoxelGrid& grid) {
 
 Result<void> check_grid(const std::string& name, const VoxelGrid& found, const VoxelGrid& wanted) {
   if (same_grid(found, wanted)) return {};
-  return malformed_set("feature " + name + ": expected the grid of the volume, " +
-                       size_text(wanted) + " voxels, found another of " + size_text(found));
+  return malformed_predicates("feature " + name + ": expected the grid of the volume, " +
+                              size_text(wanted) + " voxels, found another of " + size_text(found));
 }
 
 }  // namespace
@@ -122,8 +120,8 @@ class PredicateSetBuilder {
       }
     }
     if (set_.leaves_.size() == kMostLeaves) {
-      return malformed_set("predicates: expected at most " + std::to_string(kMostLeaves) +
-                           " different ones in all combinations together, found more");
+      return malformed_predicates("predicates: expected at most " + std::to_string(kMostLeaves) +
+                                  " different ones in all combinations together, found more");
     }
     push(set_.leaves_.size());
     return read(entry.name + ": " + e.name, **kind, std::move(values));
@@ -135,13 +133,14 @@ class PredicateSetBuilder {
     const PredicatePlace& place = set_.place_;
     const PredicateNeeds needs = kind.needs(place);
     if (needs.scan && !place.scan) {
-      return malformed_set(name + ": expected scan-line directions of the volume, found none");
+      return malformed_predicates(name +
+                                  ": expected scan-line directions of the volume, found none");
     }
     if (needs.needle && !place.needle) {
-      return malformed_set(name + ": expected a needle in the scene, found none");
+      return malformed_predicates(name + ": expected a needle in the scene, found none");
     }
     if (needs.target && !place.target) {
-      return malformed_set(name + ": expected a target in the scene, found none");
+      return malformed_predicates(name + ": expected a target in the scene, found none");
     }
     PredicateSet::Leaf leaf{&kind, std::move(values), {}, needs.labels, needs.position};
     for (const std::string& channel : needs.channels) {
@@ -151,7 +150,7 @@ class PredicateSetBuilder {
     }
     if (needs.labels && !set_.labels_) {
       const auto& labels = predicates_.features.labels;
-      if (!labels) return malformed_set(name + ": expected a label volume, found none");
+      if (!labels) return malformed_predicates(name + ": expected a label volume, found none");
       if (const auto ok = check_grid(labels->name(), labels->grid(), ct_->grid()); !ok) return ok;
       set_.labels_ = labels;
     }
@@ -168,8 +167,8 @@ class PredicateSetBuilder {
     if (found == volumes.end()) {
       std::string known;
       for (const auto& [key, volume] : volumes) known += (known.empty() ? "" : ", ") + key;
-      return malformed_set(who + ": expected a feature volume " + name + ", found " +
-                           (known.empty() ? "none" : "only " + known));
+      return malformed_predicates(who + ": expected a feature volume " + name + ", found " +
+                                  (known.empty() ? "none" : "only " + known));
     }
     const FeatureVolume& volume = found->second;
     if (const auto ok = check_grid(name, volume.grid(), ct_->grid()); !ok) return ok.error();

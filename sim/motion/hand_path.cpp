@@ -9,6 +9,7 @@
 #include "nav/check.hpp"
 #include "sim/named_kind.hpp"
 #include "sim/random.hpp"
+#include "sim/shapes.hpp"
 
 namespace nav::sim {
 namespace {
@@ -28,12 +29,6 @@ double band(std::uint64_t seed, std::uint64_t stream, double low_hz, double high
     sum += std::sin(2 * std::numbers::pi * (hz * s + phase));
   }
   return sum * std::sqrt(2.0 / kWaves);
-}
-
-/// A hand starts and stops gently.
-double smooth_step(double t) {
-  const double s = std::clamp(t, 0.0, 1.0);
-  return s * s * (3 - 2 * s);
 }
 
 }  // namespace
@@ -98,8 +93,8 @@ HandPath::HandPath(const Anatomy& patient, const Pose& middle, const HandPathOpt
 }
 
 HandPath::Pose HandPath::steady(Timestamp time) const {
-  const double share =
-      smooth_step(to_seconds(time - options_.begin) / to_seconds(options_.end - options_.begin));
+  const double share = shapes::smooth_step(to_seconds(time - options_.begin) /
+                                           to_seconds(options_.end - options_.begin));
   const double way = share - 0.5;
   double slide_mm = 0;
   Vec axis = Vec::UnitX();

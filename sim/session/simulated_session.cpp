@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "nav/check.hpp"
+#include "sim/mount.hpp"
 #include "sim/named_kind.hpp"
 #include "sim/random.hpp"
 #include "sim/session/free_view.hpp"
@@ -26,7 +27,6 @@ using frames::Tracker;
 constexpr std::uint64_t kProbeBody = 0;
 constexpr std::uint64_t kReferenceBody = 1;
 constexpr std::uint64_t kNeedleBody = 2;
-constexpr Duration kLeadIn = std::chrono::milliseconds(500);
 constexpr Timestamp kBegin{std::chrono::seconds(1)};
 
 class IdealSensor final : public TrackerSensor {
@@ -73,20 +73,10 @@ Vec sweet_spot(TrackerKind kind) {
   }
 }
 
-Eigen::Quaterniond any_rotation(Random& random) {
-  const double angle = random.uniform(0.8, 2.6);
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
-}
-
-Transform<Probe, Image> mounted_probe(Random random) {
-  const Vec at = Vec(8.5, -31.2, 84.6) + random.offset(4);
-  return {any_rotation(random), at};
-}
-
 /// On the skin, a hand's breadth from the probe.
 Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Random random) {
   const Vec at = (middle * Point<Image>{{0, -20, 0}}).mm + Vec(40, 0, 90) + random.offset(10);
-  return {any_rotation(random), at};
+  return {random_mount(random), at};
 }
 
 /// Half way between the probe and the needle's hub, CT.
@@ -97,7 +87,7 @@ Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
 }
 
 Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& middle_ct, Random random) {
-  const Eigen::Quaterniond turn = any_rotation(random);
+  const Eigen::Quaterniond turn = random_mount(random);
   return {turn, sweet_spot(kind) - turn * middle_ct};
 }
 
@@ -260,7 +250,7 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       ultrasound_(patient_, options.probe, options.seed),
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
       ct_from_reference_(placed_reference(middle, Random(options.seed, 0x726566))),
-      probe_from_image_(mounted_probe(Random(options.seed, 0x6d6f756e74))),
+      probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
       tracker_from_ct_(place_tracker(options.tracker,
                                      middle_of_bodies(middle * probe_from_image_.inverse(), needle),
                                      Random(options.seed, 0x63616d))),
@@ -313,8 +303,8 @@ SensorStream SimulatedSession::stream(std::uint64_t body) const {
   SensorStream stream;
   stream.sensor = sensor_;
   stream.timing = options_.timing;
-  stream.begin = kBegin - kLeadIn;
-  stream.end = frame_time(frame_count() - 1) + kLeadIn;
+  stream.begin = kBegin - kTrackerLeadIn;
+  stream.end = frame_time(frame_count() - 1) + kTrackerLeadIn;
   stream.body = body;
   stream.seed = options_.seed;
   return stream;

@@ -24,8 +24,6 @@ Segment ball_of(const FanScan& scan, const PredicatePlace& place) {
   return {apex, apex, scan.face_radius_mm};
 }
 
-Range depth_range(std::span<const double> p) { return {p[0], p[1]}; }
-
 /// Depth along the scan line: of a fan or parallel lines exactly, else from the feature volume.
 class Depth final : public PredicateKind {
  public:
@@ -57,7 +55,7 @@ class Depth final : public PredicateKind {
       return depth >= p[0] && depth <= p[1];
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return test_distance(ball_of(*fan, place), s.position_mm, depth_range(p));
+      return test_distance(ball_of(*fan, place), s.position_mm, wanted_range(p));
     }
     return feature_.test(s, place, p);
   }
@@ -67,10 +65,10 @@ class Depth final : public PredicateKind {
       const Slab slab = slab_of(*parallel, place);
       const double middle = slab.normal.dot(0.5 * (b.low_mm + b.high_mm)) + slab.offset;
       const double reach = slab.normal.cwiseAbs().dot(0.5 * (b.high_mm - b.low_mm));
-      return within({middle - reach, middle + reach}, depth_range(p));
+      return within({middle - reach, middle + reach}, wanted_range(p));
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return bound_distance(ball_of(*fan, place), b.low_mm, b.high_mm, depth_range(p));
+      return bound_distance(ball_of(*fan, place), b.low_mm, b.high_mm, wanted_range(p));
     }
     return feature_.bounds(b, place, p);
   }
@@ -86,7 +84,7 @@ class Depth final : public PredicateKind {
       return form;
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return distance_form(ball_of(*fan, place), depth_range(p));
+      return distance_form(ball_of(*fan, place), wanted_range(p));
     }
     return feature_.form(place, p);
   }
@@ -102,7 +100,7 @@ class Depth final : public PredicateKind {
            {prefix + "_range", {p[0] - slab.offset, p[1] - slab.offset}}}};
     }
     if (const auto* fan = std::get_if<FanScan>(&*place.scan)) {
-      return distance_glsl(prefix, ball_of(*fan, place), depth_range(p));
+      return distance_glsl(prefix, ball_of(*fan, place), wanted_range(p));
     }
     return feature_.glsl(prefix, place, p);
   }

@@ -5,8 +5,6 @@
 namespace nav::render {
 namespace {
 
-Range needle_range(std::span<const double> p) { return {p[0], p[1]}; }
-
 /// Distance from the needle's surface within a range; negative inside.
 class NeedleDistance final : public PredicateKind {
  public:
@@ -28,19 +26,19 @@ class NeedleDistance final : public PredicateKind {
   }
   [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace& place,
                           std::span<const double> p) const override {
-    return test_distance(*place.needle, s.position_mm, needle_range(p));
+    return test_distance(*place.needle, s.position_mm, wanted_range(p));
   }
   [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace& place,
                              std::span<const double> p) const override {
-    return bound_distance(*place.needle, b.low_mm, b.high_mm, needle_range(p));
+    return bound_distance(*place.needle, b.low_mm, b.high_mm, wanted_range(p));
   }
   [[nodiscard]] PredicateForm form(const PredicatePlace& place,
                                    std::span<const double> p) const override {
-    return distance_form(*place.needle, needle_range(p));
+    return distance_form(*place.needle, wanted_range(p));
   }
   [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
                                    std::span<const double> p) const override {
-    return distance_glsl(prefix, *place.needle, needle_range(p));
+    return distance_glsl(prefix, *place.needle, wanted_range(p));
   }
 };
 
