@@ -18,8 +18,6 @@ namespace {
 using Landmarks = std::vector<AnisotropicLandmark>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-constexpr double kMinSigmaMm = 1e-3;
-constexpr double kMaxSigmaMm = 1e3;
 // Relative to the largest element: what text formats round.
 constexpr double kAsymmetry = 1e-6;
 
@@ -51,7 +49,8 @@ Result<void> check(std::span<const AnisotropicLandmark> landmarks) {
     // Whatever the rotation, the sum's axes lie between these.
     const Eigen::Vector3d a = eigenpairs<3>(one.reference_covariance_mm2).values;
     const Eigen::Vector3d b = eigenpairs<3>(one.ct_covariance_mm2).values;
-    if (a[0] + b[0] < kMinSigmaMm * kMinSigmaMm || a[2] + b[2] > kMaxSigmaMm * kMaxSigmaMm) {
+    if (a[0] + b[0] < kLeastSigmaMm * kLeastSigmaMm ||
+        a[2] + b[2] > kGreatestSigmaMm * kGreatestSigmaMm) {
       return refuse(one, "covariances with axes of 0.001 to 1000 mm together",
                     std::to_string(std::sqrt(std::max(a[0] + b[0], 0.0))) + " to " +
                         std::to_string(std::sqrt(a[2] + b[2])) + " mm");

@@ -12,7 +12,6 @@ namespace {
 // Soft tissue; bone and air carry no finer structure that ultrasound could show.
 constexpr float kLowHu = -150;
 constexpr float kHighHu = 250;
-constexpr float kHuPerUnit = 100;
 constexpr double kTexelsPerSigma = 1 / 0.7;
 constexpr double kFinestTexelMm = 1.0;
 constexpr double kMaxTexels = 24e6;  // 384 MB

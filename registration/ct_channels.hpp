@@ -10,6 +10,9 @@
 
 namespace nav::registration {
 
+/// HU of one unit of f and g.
+inline constexpr float kHuPerUnit = 100;
+
 /// The CT as the similarity sees it on one level: soft tissue and its gradient, smoothed, on its
 /// own grid. Coordinates "Grid" are mm along the axes of the voxel grid from its first voxel:
 /// y = directionsᵀ (p_ct − origin). Grid may be left-handed.

@@ -11,7 +11,6 @@ namespace {
 
 constexpr int kSide = 5;
 constexpr std::size_t kPoints = kSide * kSide;
-constexpr double kStructureHuPerUnit = 100;  // Of the channels.
 constexpr std::size_t kLeastPatches = 100;
 
 }  // namespace
@@ -32,7 +31,7 @@ double ct_contrast_hu(const CtChannels& ct, const PatchSet& patches, std::size_t
     squares += static_cast<double>(value) * value;
   }
   const double mean = sum / kPoints;
-  return kStructureHuPerUnit * std::sqrt(std::max(squares / kPoints - mean * mean, 0.0));
+  return kHuPerUnit * std::sqrt(std::max(squares / kPoints - mean * mean, 0.0));
 }
 
 PatchSet with_ct_structure(const CtChannels& ct, const PatchSet& patches, const Pose& pose,

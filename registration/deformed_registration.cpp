@@ -15,8 +15,6 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// Farther off it is another minimum than the one that the field was fitted about.
-constexpr double kMaxSettlingMm = 3;
 // Right ones: 0.43 to 1.02 on the development seeds (docs/registration.md).
 constexpr double kMaxHalvesMm = 1.5;
 // A field explains a part of any CT: stricter than the cost of a pose alone. Right ones cost 0.15

@@ -9,6 +9,7 @@
 #include <memory>
 #include <sstream>
 
+#include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
 #include "registration/ct_structure.hpp"
 #include "registration/global_search.hpp"
@@ -24,13 +25,10 @@ namespace {
 // Distinct poses that go on from one level to the next, besides the plain one.
 constexpr std::size_t kKeptCandidates = 3;
 constexpr std::size_t kKeptOnFinest = 2;
-// Another minimum that costs so much more has lost: it is not followed any further.
-constexpr double kLostRatio = 1.4;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// Shares of the cost at which a solve is done: some 0.1 mm on the way, 0.03 mm in the end.
-constexpr double kCoarseTolerance = 3e-4;
+// Share of the cost at which a solve is done in the end: 0.03 mm.
 constexpr double kFineTolerance = 2e-5;
 // The finest level starts with every so many-th patch, where that leaves enough.
 constexpr std::size_t kFirstStride = 4;
@@ -43,14 +41,16 @@ constexpr double kSolveProgress = 0.9;
 constexpr double kJudgingShare = 0.12;
 constexpr std::size_t kLeastJudging = 200;
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+using Box = std::function<CtBox()>;
+/// The CT as the level of an index sees it, within a box at least.
+using ChannelsOf =
+    std::function<Result<std::shared_ptr<const CtChannels>>(std::size_t index, const Box& within)>;
 
 /// One rung of the ladder, ready to be evaluated.
 struct Level {
   const PreparedLevel& prepared;
-  const CtChannels& channels;
+  std::shared_ptr<const CtChannels> channels;
+  double channels_s;
   Lc2Cost cost;
   [[nodiscard]] const PatchSet& patches() const { return prepared.patches; }
 };
@@ -84,32 +84,34 @@ struct Candidate {
 
 class Registrar {
  public:
-  Registrar(const PreparedCt& ct, const PreparedSweep& sweep, const Pose& initial,
-            const ImageRegistrationOptions& options, const std::function<bool(double)>& progress)
+  Registrar(const VoxelGrid& ct, ChannelsOf channels_of, const PreparedSweep& sweep,
+            const Pose& initial, const ImageRegistrationOptions& options,
+            const std::function<bool(double)>& progress)
       : ct_(ct),
+        channels_of_(std::move(channels_of)),
+        sweep_(sweep),
         initial_(initial),
         options_(options),
         progress_(progress),
-        points_(sweep.points()) {
-    for (const PreparedLevel& level : sweep.levels()) {
-      const CtChannels& channels = *ct.levels()[level.index];
-      levels_.push_back(
-          {level, channels,
-           Lc2Cost(channels, level.patches, options.ridge, options.threads, options.similarity)});
-    }
-    judging_ = judging(sweep.levels().back());
+        points_(sweep.points()),
+        judging_(judging(sweep.levels().back())) {
+    levels_.reserve(sweep.levels().size());
   }
 
   Result<ImageRegistrationResult> run();
 
  private:
+  /// Readies the next level, with the CT near where the one before has come to.
+  Result<void> add_level();
   void solve_starts(const Level& level);
   void solve_candidates(const Level& level, std::size_t keep);
   PoseSolution solve(const Level& level, const Pose& start);
   PoseSolution solve_on(const Level& level, const PatchSet& patches, const Pose& start,
                         double tolerance);
   PoseSolution solve_where_structured(const Level& level, const Pose& start);
-  [[nodiscard]] bool finest(const Level& level) const { return &level == &levels_.back(); }
+  [[nodiscard]] bool finest(const Level& level) const {
+    return &level.prepared == &sweep_.levels().back();
+  }
   /// What a solve on these patches makes least: on the finest level with the loss.
   [[nodiscard]] Lc2Cost solved_cost(const Level& level, const PatchSet& patches) const {
     return level.cost.on(patches).robust(finest(level) ? options_.loss : RobustLoss{});
@@ -126,13 +128,15 @@ class Registrar {
     return {ErrorCode::kCancelled, "image registration: cancelled by the caller"};
   }
 
-  const PreparedCt& ct_;
+  const VoxelGrid& ct_;
+  ChannelsOf channels_of_;
+  const PreparedSweep& sweep_;
   const Pose& initial_;
   const ImageRegistrationOptions& options_;
   const std::function<bool(double)>& progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   const SweepPoints& points_;
-  std::vector<Level> levels_;
+  std::vector<Level> levels_;  // As many as were begun.
   std::vector<Candidate> candidates_;
   PatchSet judging_;  // Of the finest level.
   std::optional<double> lost_margin_;
@@ -170,11 +174,11 @@ void Registrar::solve_starts(const Level& level) {
 PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
   if (options_.similarity == Similarity::kMutualInformation) return patches;
-  return with_ct_structure(level.channels, patches, pose, options_.min_ct_contrast_hu);
+  return with_ct_structure(*level.channels, patches, pose, options_.min_ct_contrast_hu);
 }
 
 PoseSolution Registrar::solve(const Level& level, const Pose& start) {
-  if (finest(level) && levels_.size() > 1) return solve_where_structured(level, start);
+  if (finest(level) && sweep_.levels().size() > 1) return solve_where_structured(level, start);
   return solve_on(level, level.patches(), start, kCoarseTolerance);
 }
 
@@ -300,7 +304,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0,
       finest.cost.on(judging_).cost(initial_).cost,
       best.solution.final_cost,
-      overlap(ct_.grid(), points_, pose),
+      overlap(ct_, points_, pose),
       static_cast<int>(finest.patches().patches.size()),
       covariance.uncertainty,
       covariance.valid,
@@ -323,23 +327,43 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
     result.levels.push_back(
         {level.prepared.options.sample_step_mm, static_cast<int>(level.patches().patches.size()),
          level.patches().frames, solve.candidates, solve.iterations, solve.initial_cost,
-         solve.final_cost, level.prepared.seconds, solve.seconds});
+         solve.final_cost, level.prepared.seconds + level.channels_s, solve.seconds});
   }
   result.total_s = seconds_since(start_);
   return result;
 }
 
+Result<void> Registrar::add_level() {
+  const auto start = std::chrono::steady_clock::now();
+  const PreparedLevel& prepared = sweep_.levels()[levels_.size()];
+  const auto box = [&] {
+    if (levels_.empty()) return reachable_box(sweep_, initial_, options_);
+    // The initial pose is judged as well.
+    std::vector<Pose> poses{initial_};
+    for (const Candidate& candidate : candidates_) poses.push_back(candidate.solution.pose);
+    return box_around(points_, poses, kNearTravelMm);
+  };
+  auto channels = channels_of_(prepared.index, box);
+  if (!channels) return channels.error();
+  const Lc2Cost cost(**channels, prepared.patches, options_.ridge, options_.threads,
+                     options_.similarity);
+  levels_.push_back({prepared, *std::move(channels), seconds_since(start), cost});
+  return {};
+}
+
 Result<ImageRegistrationResult> Registrar::run() {
-  for (std::size_t i = 0; i < levels_.size(); ++i) {
+  const std::size_t count = sweep_.levels().size();
+  for (std::size_t i = 0; i < count; ++i) {
     if (!keep_going()) return cancelled();
+    if (auto ok = add_level(); !ok) return ok.error();
     if (i == 0) {
       solve_starts(levels_[i]);
     } else {
-      const bool before_finest = i + 2 == levels_.size();
+      const bool before_finest = i + 2 == count;
       solve_candidates(levels_[i], before_finest ? kKeptOnFinest : kKeptCandidates);
     }
     if (cancelled_) return cancelled();
-    fraction_ = kSolveProgress * static_cast<double>(i + 1) / static_cast<double>(levels_.size());
+    fraction_ = kSolveProgress * static_cast<double>(i + 1) / static_cast<double>(count);
   }
   if (!keep_going()) return cancelled();
   const auto best = std::min_element(candidates_.begin(), candidates_.end(),
@@ -369,7 +393,26 @@ Result<ImageRegistrationResult> register_prepared(
   if (const auto ok = validate(options); !ok) return ok.error();
   NAV_CHECK(ct.sample_steps_mm() == sweep.sample_steps_mm(), ct.name());
   NAV_CHECK(ct.levels().size() == options.levels.size(), options.levels.size());
-  return Registrar(ct, sweep, initial, options, progress).run();
+  const auto channels_of = [&](std::size_t index,
+                               const Box&) -> Result<std::shared_ptr<const CtChannels>> {
+    return ct.levels()[index];
+  };
+  return Registrar(ct.grid(), channels_of, sweep, initial, options, progress).run();
+}
+
+Result<ImageRegistrationResult> register_prepared(
+    const Volume& ct, const PreparedSweep& sweep,
+    const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options, const std::function<bool(double fraction)>& progress) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  NAV_CHECK(sweep.levels().back().index < options.levels.size(), options.levels.size());
+  const auto channels_of = [&](std::size_t index,
+                               const Box& within) -> Result<std::shared_ptr<const CtChannels>> {
+    auto made = make_ct_channels(ct, within(), sigma_of(options.levels[index].sample_step_mm));
+    if (!made) return made.error();
+    return std::make_shared<const CtChannels>(*std::move(made));
+  };
+  return Registrar(ct.grid(), channels_of, sweep, initial, options, progress).run();
 }
 
 Result<ImageRegistrationResult> register_sweep(
@@ -380,9 +423,7 @@ Result<ImageRegistrationResult> register_sweep(
   const auto prepared =
       PreparedSweep::create(sweep, options, diagnostics, [&] { return !progress || progress(0); });
   if (!prepared) return prepared.error();
-  const auto channels = PreparedCt::create(ct, options, reachable_box(*prepared, initial, options));
-  if (!channels) return channels.error();
-  auto result = register_prepared(*channels, *prepared, initial, options, progress);
+  auto result = register_prepared(ct, *prepared, initial, options, progress);
   if (result) result->total_s = seconds_since(start);
   return result;
 }

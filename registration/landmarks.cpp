@@ -19,8 +19,6 @@ using Pairs = std::vector<LandmarkPair>;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
 // Weights are 1/σ²; beyond this range their ratio eats the digits of a double.
-constexpr double kLeastSigmaMm = 1e-3;
-constexpr double kGreatestSigmaMm = 1e3;
 // Second over first singular value of the centred points: below it the rotation about their line
 // rests on less than 1 mm of lever arm per 100 mm of extent.
 constexpr double kMinSpreadRatio = 1e-2;

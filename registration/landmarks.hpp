@@ -12,6 +12,10 @@
 
 namespace nav::registration {
 
+/// Standard deviations of a point that can be computed with, mm.
+inline constexpr double kLeastSigmaMm = 1e-3;
+inline constexpr double kGreatestSigmaMm = 1e3;
+
 /// One anatomical or fiducial point, seen in both frames.
 struct LandmarkPair {
   std::string name;                    ///< Unique, for messages.

@@ -13,6 +13,7 @@
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
+#include "registration/sandwich.hpp"
 
 namespace nav::registration {
 namespace {
@@ -24,12 +25,6 @@ constexpr std::size_t kMinPicturePatches = 10;
 constexpr double kTinyStepMm = 1e-3;
 /// Pictures in a row show nearly the same: one of so many is weighed.
 constexpr int kWeighEvery = 3;
-
-Matrix6d twist_from_scaled() {
-  Vector6d diagonal = Vector6d::Ones();
-  diagonal.head<3>() /= kRotationScaleMm;
-  return diagonal.asDiagonal();
-}
 
 /// Scaled twists about one centre as scaled twists about another: the shift takes the rotation's
 /// arm along.

@@ -21,6 +21,9 @@ struct MotionEvidence {
 /// patients who lay still by up to 9 mm, and pictures that were left out agreed.
 inline constexpr LevelOptions kMotionLevel{1.2, 9, 5000, 1.5, PatchChoice::kEven};
 
+/// Farther from the pose that a motion or deformation was fitted about it is another minimum.
+inline constexpr double kMaxSettlingMm = 3;
+
 /// Patches of one level, those where the CT has structure at the pose where the level chooses
 /// evenly. Errors: those of shadow_masks() and make_ct_channels().
 Result<MotionEvidence> motion_evidence(const Volume& ct, const Sweep& sweep,

@@ -29,8 +29,6 @@ constexpr double kRestHalfWidth = 1.0 / 6;
 // rest, where right poses cost more and halves of the sweep disagree for it; hardly about rest.
 constexpr double kJudgedHalfWidth = 0.25;
 constexpr std::size_t kLeastJudged = 12;
-// Farther off it is another minimum than the one that the phases were fitted about.
-constexpr double kMaxPhaseSettlingMm = 3;
 
 double phase_distance(double a, double b) {
   const double apart = std::abs(a - b);
@@ -128,10 +126,10 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
                 const Point<frames::Ct>& target) {
   NAV_CHECK(moving.at_rest.has_value(), moving.phases.reason);
   Decision decision = decide(*moving.at_rest, limits, target);
-  if (!(moving.settled_mm <= kMaxPhaseSettlingMm)) {
+  if (!(moving.settled_mm <= kMaxSettlingMm)) {
     std::ostringstream text;
     text.precision(3);
-    text << "pose at rest: expected at most " << kMaxPhaseSettlingMm
+    text << "pose at rest: expected at most " << kMaxSettlingMm
          << " mm from where the phases put it, found " << moving.settled_mm << " mm";
     decision.refuse(text.str());
   }

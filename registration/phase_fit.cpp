@@ -16,8 +16,6 @@
 namespace nav::registration {
 namespace {
 
-constexpr double kMaxTravelMm = 60;  // Of any coefficient.
-
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// visit(i) for each of n, side by side.

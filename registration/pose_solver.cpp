@@ -13,9 +13,6 @@
 namespace nav::registration {
 namespace {
 
-// A start that needs more than this from one level is in another basin.
-constexpr double kMaxPoseTravelMm = 60;
-
 /// Equation: R(δ)ᵀR(δ) = E(moved(start, c, δ)); 7 residuals, dimensionless; δ = [60 ω | t] mm.
 class TwistCost final : public ceres::SizedCostFunction<7, 6> {
  public:
@@ -31,7 +28,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const Eigen::Map<const Vector6d> delta(parameters[0]);
-    if (!delta.allFinite() || delta.norm() > kMaxPoseTravelMm) return false;
+    if (!delta.allFinite() || delta.norm() > kMaxTravelMm) return false;
     const Vector6d twist = twist_of(parameters[0]);
     const Pose pose = moved(start_, centre_, twist);
     Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);

@@ -14,6 +14,12 @@ namespace nav::registration {
 /// One radian turns a sweep by about this much at its edge; with rotations in these mm the
 /// problem's condition number is near 10 instead of 10⁵.
 inline constexpr double kRotationScaleMm = 60;
+/// A start that needs more than this from one level is in another basin.
+inline constexpr double kMaxTravelMm = 60;
+/// Another minimum that costs so much more has lost: it is not followed any further.
+inline constexpr double kLostRatio = 1.4;
+/// Share of the cost at which a solve on the way is done: some 0.1 mm.
+inline constexpr double kCoarseTolerance = 3e-4;
 
 /// A pose and how it was found.
 struct PoseSolution {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <sstream>
 
+#include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
 #include "registration/picture_outline.hpp"
 
@@ -13,17 +14,11 @@ namespace nav::registration {
 namespace {
 
 constexpr const char* kSource = "registration";
-// Room around the sweep for the way that a solve travels.
-constexpr double kTravelMm = 12;
 
 std::vector<double> steps_of(const ImageRegistrationOptions& options) {
   std::vector<double> steps;
   for (const LevelOptions& level : options.levels) steps.push_back(level.sample_step_mm);
   return steps;
-}
-
-double preparation_s_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 std::string too_few(std::size_t level, double step_mm, std::size_t found) {
@@ -35,15 +30,13 @@ std::string too_few(std::size_t level, double step_mm, std::size_t found) {
 
 }  // namespace
 
-Result<PreparedCt> PreparedCt::create(const Volume& ct, const ImageRegistrationOptions& options,
-                                      const std::optional<CtBox>& region) {
+Result<PreparedCt> PreparedCt::create(const Volume& ct, const ImageRegistrationOptions& options) {
   if (const auto ok = validate(options); !ok) return ok.error();
   PreparedCt prepared;
   prepared.grid_ = ct.grid();
   prepared.name_ = ct.name();
   prepared.steps_ = steps_of(options);
-  CtBox box = region.value_or(CtBox{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
-  if (!region) box = box_of(ct.grid());
+  const CtBox box = box_of(ct.grid());
   for (const LevelOptions& level : options.levels) {
     auto channels = make_ct_channels(ct, box, sigma_of(level.sample_step_mm));
     if (!channels) return channels.error();
@@ -72,7 +65,7 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
     PatchSet patches = make_patches(sweep, *masks, level, sigma_of(level.sample_step_mm));
     const std::size_t found = patches.patches.size();
     if (found >= kMinPatches && !prepared.points_.points.empty()) {
-      prepared.levels_.push_back({i, level, std::move(patches), preparation_s_since(start)});
+      prepared.levels_.push_back({i, level, std::move(patches), seconds_since(start)});
       continue;
     }
     const std::string text = too_few(i, level.sample_step_mm, found);
@@ -91,7 +84,7 @@ CtBox reachable_box(const PreparedSweep& sweep,
                                                  options.start_range_rad * sweep.points().radius_mm
                                            : 0.0;
   // The random poses that the result is judged by go farther than a solve without starts.
-  return box_around(sweep.points(), {initial}, std::max(search + kTravelMm, kRandomPoseMm));
+  return box_around(sweep.points(), {initial}, std::max(search + kNearTravelMm, kRandomPoseMm));
 }
 
 }  // namespace nav::registration

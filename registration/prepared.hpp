@@ -23,10 +23,8 @@ constexpr double sigma_of(double sample_step_mm) { return 0.75 * sample_step_mm;
 /// thread-safe to read.
 class PreparedCt {
  public:
-  /// region: the part that poses may reach; absent: the whole CT. Errors: those of
-  /// validate(options) and of make_ct_channels().
-  static Result<PreparedCt> create(const Volume& ct, const ImageRegistrationOptions& options,
-                                   const std::optional<CtBox>& region = {});
+  /// The whole CT. Errors: those of validate(options) and of make_ct_channels().
+  static Result<PreparedCt> create(const Volume& ct, const ImageRegistrationOptions& options);
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -73,7 +71,10 @@ class PreparedSweep {
   std::vector<double> steps_;
 };
 
-/// Part of the CT that a registration from this start can reach.
+/// How far a solve from a start near the minimum may travel: room around the sweep, mm.
+inline constexpr double kNearTravelMm = 12;
+
+/// Part of the CT that a registration from this start can reach, its random poses included.
 CtBox reachable_box(const PreparedSweep& sweep,
                     const Transform<frames::Ct, frames::Reference>& initial,
                     const ImageRegistrationOptions& options);
@@ -82,6 +83,14 @@ CtBox reachable_box(const PreparedSweep& sweep,
 /// those of the options are a Bug.
 Result<ImageRegistrationResult> register_prepared(
     const PreparedCt& ct, const PreparedSweep& sweep,
+    const Transform<frames::Ct, frames::Reference>& initial,
+    const ImageRegistrationOptions& options,
+    const std::function<bool(double fraction)>& progress = {});
+
+/// The same for once: of the CT every level prepares what the poses of the one before can reach.
+/// Errors besides: those of make_ct_channels().
+Result<ImageRegistrationResult> register_prepared(
+    const Volume& ct, const PreparedSweep& sweep,
     const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options,
     const std::function<bool(double fraction)>& progress = {});

@@ -27,16 +27,9 @@ constexpr double kMinCurvatureRatio = 1e-3;
 
 constexpr std::size_t kHessianPatches = 600;
 
-/// Rotations in mm: twist = scale · parameter.
-Matrix6d unscaled_twist() {
-  Vector6d diagonal = Vector6d::Ones();
-  diagonal.head<3>() /= kRotationScaleMm;
-  return diagonal.asDiagonal();
-}
-
 Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector3d& centre,
                       double step_mm) {
-  const Matrix6d scale = unscaled_twist();
+  const Matrix6d scale = twist_from_scaled();
   Matrix6d h;
   for (Eigen::Index i = 0; i < 6; ++i) {
     const Vector6d step = scale.col(i) * step_mm;
@@ -79,11 +72,17 @@ std::string describe(const Vector6d& direction) {
 
 }  // namespace
 
+Matrix6d twist_from_scaled() {
+  Vector6d diagonal = Vector6d::Ones();
+  diagonal.head<3>() /= kRotationScaleMm;
+  return diagonal.asDiagonal();
+}
+
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}};
   shape.patch_gradients = cost.gradient(pose, centre_ct.mm, true).patch_gradients;
-  for (Vector6d& g : shape.patch_gradients) g = unscaled_twist() * g;
+  for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
   const std::size_t stride =
       (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;
   std::size_t index = 0;
@@ -116,14 +115,12 @@ double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const S
   const Eigen::LLT<Matrix6d> llt(shape.hessian);
   if (llt.info() != Eigen::Success) return kNone;
   const Vector6d apart =
-      unscaled_twist() * llt.solve(gradient[0] / weight[0] - gradient[1] / weight[1]);
-  double sum = 0;
-  for (const auto& p : sweep.points) {
-    const Eigen::Vector3d r = (pose * p).mm - shape.centre_ct.mm;
-    sum += (apart.head<3>().cross(r) + apart.tail<3>()).squaredNorm();
-  }
+      twist_from_scaled() * llt.solve(gradient[0] / weight[0] - gradient[1] / weight[1]);
+  const Eigen::Matrix3d turn = cross_matrix(apart.head<3>());
+  const Eigen::Vector3d shift =
+      turn * ((pose * sweep.centroid) - shape.centre_ct).v + apart.tail<3>();
   const double rms =
-      std::sqrt(sum / static_cast<double>(std::max<std::size_t>(sweep.points.size(), 1)));
+      std::sqrt(shift.squaredNorm() + spread_mm2(sweep, turn * pose.rotation().toRotationMatrix()));
   return std::isfinite(rms) ? rms : kNone;
 }
 
@@ -156,7 +153,7 @@ SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& 
   const Matrix6d inverse = symmetric_inverse(h);
   Matrix6d sigma = inverse * scatter * inverse;
   sigma += bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
-  const Matrix6d scale = unscaled_twist();
+  const Matrix6d scale = twist_from_scaled();
   sigma = scale * sigma * scale;
   result.uncertainty.covariance = 0.5 * (sigma + sigma.transpose());
   result.valid = true;

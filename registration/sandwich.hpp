@@ -11,6 +11,9 @@
 
 namespace nav::registration {
 
+/// Twist [ω | t], rad and mm, of scaled parameters [60 ω | t] mm: a diagonal.
+Matrix6d twist_from_scaled();
+
 /// The cost about a minimum, in scaled parameters [60 ω | t] mm about a centre.
 struct LocalShape {
   Point<frames::Ct> centre_ct;

@@ -129,7 +129,7 @@ Eigen::Matrix3d bound_part(ShapeKind kind, const Eigen::Vector3d& axis) {
   return kind == ShapeKind::kSurface ? along : Eigen::Matrix3d::Identity() - along;
 }
 
-/// FieldCell and fractions of a point, held inside the grid.
+/// Cell and fractions of a point, held inside the grid.
 struct FieldCell {
   std::array<int, 3> base{};
   std::array<double, 3> w{};

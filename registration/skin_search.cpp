@@ -9,6 +9,7 @@
 #include "registration/body_surface.hpp"
 #include "registration/global_search.hpp"
 #include "registration/picture_outline.hpp"
+#include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 
 namespace nav::registration {
@@ -25,12 +26,7 @@ constexpr std::size_t kFacesLookedAt = 12;
 constexpr std::size_t kPointsLookedAt = 60;
 constexpr double kSamePlaceMm = 5;
 constexpr double kSamePoseMm = 1;
-// As in register_sweep(): another place that costs so much more has lost.
-constexpr double kLostOnSkinRatio = 1.4;
 constexpr std::size_t kKeptPlaces = 2;
-constexpr double kPlaceTolerance = 3e-4;
-// How far a place moves on the second level.
-constexpr double kPlaceTravelMm = 12;
 
 /// The middle of the transducer's face, Image.
 Point<frames::Image> face_of(const UltrasoundFrame& frame) {
@@ -161,7 +157,7 @@ RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::v
     const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads,
                        options.similarity);
     place = solve_pose(cost, place.pose, sweep.points().centroid,
-                       {options.max_iterations, kPlaceTolerance}, {});
+                       {options.max_iterations, kCoarseTolerance}, {});
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
@@ -172,7 +168,7 @@ RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::v
     });
     if (known) continue;
     const double ratio = place.final_cost / std::max(all.front().final_cost, 1e-12);
-    if (ratio < kLostOnSkinRatio && out.places.size() < kKeptPlaces) {
+    if (ratio < kLostRatio && out.places.size() < kKeptPlaces) {
       out.places.push_back(place);
     } else if (distance_mm(sweep.points(), all.front().pose, place.pose) > kSamePlaceMm) {
       out.margin = std::min(out.margin.value_or(ratio - 1), ratio - 1);
@@ -258,9 +254,8 @@ Result<ImageRegistrationResult> register_on_skin(
   plain.starts = 0;
   std::vector<ImageRegistrationResult> ends;
   for (const PoseSolution& place : rivals.places) {
-    const auto ready = PreparedCt::create(ct, plain, reachable_box(*prepared, place.pose, plain));
-    if (!ready) continue;  // A place outside the CT.
-    auto end = register_prepared(*ready, *prepared, place.pose, plain, progress);
+    auto end = register_prepared(ct, *prepared, place.pose, plain, progress);
+    if (!end && end.error().code == ErrorCode::kRefused) continue;  // A place outside the CT.
     if (!end) return end.error();
     ends.push_back(std::move(*end));
   }

@@ -11,7 +11,6 @@
 namespace nav::registration {
 namespace {
 
-constexpr double kMaxStretchTravelMm = 60;
 constexpr double kMaxStrain = 0.1;
 constexpr Eigen::Index kPose = 6;
 
@@ -79,7 +78,7 @@ class StretchCost final : public ceres::CostFunction {
                 double** jacobians) const override {
     const Parameters delta = Eigen::Map<const Parameters>(parameters[0], size_);
     const Eigen::VectorXd m = delta.tail(size_ - kPose);
-    if (!delta.allFinite() || delta.head<kPose>().norm() > kMaxStretchTravelMm ||
+    if (!delta.allFinite() || delta.head<kPose>().norm() > kMaxTravelMm ||
         m.cwiseAbs().maxCoeff() > kMaxStrain * kRotationScaleMm) {
       return false;
     }

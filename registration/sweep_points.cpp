@@ -42,25 +42,33 @@ double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose
   std::size_t inside = 0;
   const Eigen::Array3d last =
       Eigen::Array3d(grid.size[0], grid.size[1], grid.size[2]) - Eigen::Array3d::Ones();
+  const Eigen::Array3d middle = grid.index_of(pose * sweep.centroid).array();
+  const Eigen::Matrix3d turn = grid.spacing_mm.cwiseInverse().asDiagonal() *
+                               grid.directions.transpose() * pose.rotation().toRotationMatrix();
   for (const auto& p : sweep.points) {
-    const Eigen::Array3d index = grid.index_of(pose * p).array();
+    const Eigen::Array3d index = middle + (turn * (p - sweep.centroid).v).array();
     if ((index >= 0).all() && (index <= last).all()) ++inside;
   }
   return static_cast<double>(inside) / static_cast<double>(sweep.points.size());
 }
 
+double spread_mm2(const SweepPoints& sweep, const Eigen::Matrix3d& m) {
+  return std::max((m * sweep.spread_mm2 * m.transpose()).trace(), 0.0);
+}
+
 double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b) {
   const Eigen::Vector3d shift = (a * sweep.centroid).mm - (b * sweep.centroid).mm;
   const Eigen::Matrix3d turn = a.rotation().toRotationMatrix() - b.rotation().toRotationMatrix();
-  const double squared = shift.squaredNorm() + (turn * sweep.spread_mm2 * turn.transpose()).trace();
-  return std::sqrt(std::max(squared, 0.0));
+  return std::sqrt(shift.squaredNorm() + spread_mm2(sweep, turn));
 }
 
 CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm) {
   CtBox box{Eigen::Vector3d::Constant(1e300), Eigen::Vector3d::Constant(-1e300)};
   for (const Pose& pose : poses) {
+    const Eigen::Matrix3d turn = pose.rotation().toRotationMatrix();
+    const Eigen::Vector3d middle = (pose * sweep.centroid).mm;
     for (const auto& p : sweep.points) {
-      const Eigen::Vector3d q = (pose * p).mm;
+      const Eigen::Vector3d q = middle + turn * (p - sweep.centroid).v;
       box.low = box.low.cwiseMin(q);
       box.high = box.high.cwiseMax(q);
     }

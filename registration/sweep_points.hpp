@@ -26,6 +26,9 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
 /// Fraction of the points inside the box of voxel centres, [0, 1]; 0 without points.
 double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
 
+/// Mean |M (p − centroid)|² of the points, mm².
+double spread_mm2(const SweepPoints& sweep, const Eigen::Matrix3d& m);
+
 /// RMS distance of the points between two poses, mm; in closed form from their spread.
 double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
 

@@ -33,8 +33,9 @@ struct PeerOptions {
   std::vector<ElastixEffort> efforts{
       {150, 2000, 1}, {150, 2000, 2}, {150, 2000, 3}, {500, 2000, 3}};
   registration::ImageRegistrationOptions local, global;
-  std::vector<LocalEffort> local_efforts{{0.1, 4, 2}, {0.1, 4, 1.6}, {0.1, 4}, {0.25, 4},
-                                         {0.25, 1},   {0.5, 1},      {1, 1}};
+  std::vector<LocalEffort> local_efforts{{0.05, 4, 2},  {0.05, 4}, {0.1, 4, 2},
+                                         {0.1, 4, 1.6}, {0.1, 4},  {0.25, 4},
+                                         {0.25, 1},     {0.5, 1},  {1, 1}};
 };
 
 /// One way to register, over all cases from one distance.

@@ -19,6 +19,7 @@ using test::BlobPatient;
 constexpr double kStartMm = 10;
 constexpr double kStartRad = 8 * M_PI / 180;
 // A quarter of a 2 mm voxel on a patient that follows the model, with 4 grey levels of noise.
+constexpr double kSameAnswerMm = 0.05;
 constexpr double kToleranceMm = 0.5;
 
 ImageRegistrationOptions quick_options() {
@@ -87,6 +88,13 @@ TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
     const auto result = register_prepared(*ct, *sweep, start, options);
     ASSERT_TRUE(test::has_value(result));
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm);
+    // Prepared only where the poses of each level reach: the texels of coarse levels lie elsewhere.
+    const auto once = register_prepared(scene().ct, *sweep, start, options);
+    ASSERT_TRUE(test::has_value(once));
+    EXPECT_LT(test::cube_error_mm(once->ct_from_reference, result->ct_from_reference),
+              kSameAnswerMm);
+    EXPECT_NEAR(once->final_cost, result->final_cost, 0.01);
+    EXPECT_NEAR(once->initial_cost, result->initial_cost, 0.01);
   }
 }
 
