@@ -6,6 +6,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "nav/index.hpp"
+
 namespace nav::registration {
 namespace {
 
@@ -74,6 +76,8 @@ Scalars block_means(const Volume& ct, const Crop& crop) {
   const float scale =
       1.0f / (kHuPerUnit * static_cast<float>(crop.block[0] * crop.block[1] * crop.block[2]));
   const auto hu = ct.hu();
+  const int voxels = crop.size[0] * crop.block[0];
+  std::vector<float> line(as_size(voxels));
   for (int k = 0; k < crop.size[2] * crop.block[2]; ++k) {
     for (int j = 0; j < crop.size[1] * crop.block[1]; ++j) {
       const std::size_t row =
@@ -82,12 +86,18 @@ Scalars block_means(const Volume& ct, const Crop& crop) {
               static_cast<std::size_t>(n[0]) +
           static_cast<std::size_t>(crop.first[0]);
       float* target = &out.values[out.index(0, j / crop.block[1], k / crop.block[2])];
+      for (int i = 0; i < voxels; ++i) {
+        line[as_size(i)] =
+            std::min(std::max(static_cast<float>(hu[row + as_size(i)]), kLowHu), kHighHu);
+      }
+      if (crop.block[0] == 1) {
+        for (int i = 0; i < voxels; ++i) target[i] += scale * line[as_size(i)];
+        continue;
+      }
+      const float* from = line.data();
       for (int i = 0; i < crop.size[0]; ++i) {
         float sum = 0;
-        for (int b = 0; b < crop.block[0]; ++b) {
-          const auto voxel = row + static_cast<std::size_t>(i * crop.block[0] + b);
-          sum += std::clamp(static_cast<float>(hu[voxel]), kLowHu, kHighHu);
-        }
+        for (int b = 0; b < crop.block[0]; ++b) sum += *from++;
         target[i] += scale * sum;
       }
     }
@@ -138,17 +148,18 @@ void fill_row(const Scalars& f, int j, int k, const Eigen::Vector3f& scale,
   const float* k0 = &f.values[f.index(0, j, last_k)];
   const float* k1 = &f.values[f.index(0, j, next_k)];
   const int n = f.size[0];
-  for (int i = 0; i < n; ++i) {
-    row[static_cast<std::size_t>(i)] = {here[i], 0, by_j * (j1[i] - j0[i]), by_k * (k1[i] - k0[i])};
-  }
-  const auto set_by_i = [&](int i, int low, int high) {
-    row[static_cast<std::size_t>(i)][1] = per(scale[0], high - low) * (here[high] - here[low]);
+  const auto texel = [&](int i, int low, int high, float by_i) {
+    return std::array<float, 4>{here[i], by_i * (here[high] - here[low]), by_j * (j1[i] - j0[i]),
+                                by_k * (k1[i] - k0[i])};
   };
-  for (int i = 1; i + 1 < n; ++i) set_by_i(i, i - 1, i + 1);
-  set_by_i(0, 0, std::min(1, n - 1));
-  set_by_i(n - 1, std::max(n - 2, 0), n - 1);
+  const float by_i = per(scale[0], 2);
+  for (int i = 1; i + 1 < n; ++i) row[as_size(i)] = texel(i, i - 1, i + 1, by_i);
+  const int next = std::min(1, n - 1);
+  const int last = std::max(n - 2, 0);
+  row[0] = texel(0, 0, next, per(scale[0], next));
+  row[as_size(n - 1)] = texel(n - 1, last, n - 1, per(scale[0], n - 1 - last));
   // A single texel is repeated.
-  std::fill(row.begin() + n, row.end(), row[static_cast<std::size_t>(n - 1)]);
+  std::fill(row.begin() + n, row.end(), row[as_size(n - 1)]);
 }
 
 }  // namespace
@@ -192,10 +203,9 @@ Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double s
   smooth(f, sigma_texels);
 
   for (std::size_t a = 0; a < 3; ++a) out.size[a] = std::max(f.size[a], 2);
-  out.texels.reserve(static_cast<std::size_t>(out.size[0]) * static_cast<std::size_t>(out.size[1]) *
-                     static_cast<std::size_t>(out.size[2]));
+  out.texels.reserve(as_size(out.size[0]) * as_size(out.size[1]) * as_size(out.size[2]));
   const Eigen::Vector3f scale = (sigma_mm * out.spacing_mm.cwiseInverse()).cast<float>();
-  std::vector<std::array<float, 4>> row(static_cast<std::size_t>(out.size[0]));
+  std::vector<std::array<float, 4>> row(as_size(out.size[0]));
   for (int k = 0; k < out.size[2]; ++k) {
     for (int j = 0; j < out.size[1]; ++j) {
       fill_row(f, std::min(j, f.size[1] - 1), std::min(k, f.size[2] - 1), scale, row);

@@ -20,7 +20,7 @@ inline constexpr int kPartVoxels = kBrickVoxels / 2;
 
 /// Bytes past the last brick's in a table of one byte per brick: a byte is fetched as the first of
 /// four.
-inline constexpr std::size_t kFetchTail = 3;
+inline constexpr std::size_t kBrickTail = 3;
 
 /// Least and greatest HU of every brick of a volume. Brick b holds the trilinear samples whose
 /// lower voxel is in [8b, 8b + 8) along each axis, so its range includes one voxel beyond (the

@@ -38,7 +38,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
   if (!distances_) make_leaps(threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
-    importance_.resize(importance_.size() + kFetchTail);
+    importance_.resize(importance_.size() + kBrickTail);
   }
 }
 
@@ -61,21 +61,21 @@ void CpuCache::make_leaps(int threads) {
     if (map == 0) return find_depths();
     distances_ = brick_distances(*bricks_, hidden);
   });
-  leaps_.resize(depths.size() + kFetchTail);
+  leaps_.resize(depths.size() + kBrickTail);
   std::transform(distances_->distance.begin(), distances_->distance.end(), depths.begin(),
                  leaps_.begin(), [](std::uint8_t distance, std::uint8_t depth) {
                    const int least = std::min<int>(distance, 127);
                    const int deep = std::clamp<int>(depth, 1, 127);
                    return static_cast<std::int8_t>(least > 0 ? least : 1 - deep);
                  });
-  parts_.resize(parts_.size() + kFetchTail);
+  parts_.resize(parts_.size() + kBrickTail);
 }
 
 void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
   if (cells_of_ == adaptive) return;
   if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
   cells_ = brick_cells(*bricks_, *table_, adaptive, threads);
-  cells_.resize(cells_.size() + kFetchTail);
+  cells_.resize(cells_.size() + kBrickTail);
   cells_of_ = adaptive;
 }
 

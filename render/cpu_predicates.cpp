@@ -271,7 +271,7 @@ void CpuPredicates::make_bricks(int threads) {
   const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
   for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
   const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
-  leaps_.assign(distances.size() + kFetchTail, 0);
+  leaps_.assign(distances.size() + kBrickTail, 0);
   for (std::size_t b = 0; b < distances.size(); ++b) {
     const int distance = std::min<int>(distances[b], 127);
     leaps_[b] =
