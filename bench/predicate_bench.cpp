@@ -189,6 +189,31 @@ Result<void> measure_gl(const std::vector<PredicateVolume>& volumes,
   return {};
 }
 
+std::string cpu_text(const PredicateBenchReport& report) {
+  std::string out =
+      "\nCPU engine, process time per picture, ms; samples in millions\n"
+      "scene                          standard  predicates      brute   ratio   samples: standard "
+      "predicates  brute   max error /255  identical  edit ms  set ms  fps (wall)\n";
+  char line[256];
+  for (const auto& row : report.rows) {
+    std::snprintf(
+        line, sizeof line,
+        "%-30s %8.1f %11.1f %10.1f %7.2f %18.1f %10.1f %6.1f %16.3f %10s %8.1f %7.1f %11.1f\n",
+        row.scene.c_str(), row.standard_cpu_ms, row.predicate_cpu_ms, row.brute_cpu_ms,
+        row.standard_cpu_ms / row.predicate_cpu_ms,
+        1e-6 * static_cast<double>(row.standard_samples),
+        1e-6 * static_cast<double>(row.predicate_samples),
+        1e-6 * static_cast<double>(row.brute_samples), 255 * row.max_error,
+        row.identical ? "yes" : "NO", row.prepare_ms, row.set_edit_ms, 1e3 / row.predicate_wall_ms);
+    out += line;
+  }
+  std::snprintf(line, sizeof line,
+                "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
+                "beside the volumes, the engines and their features: %.0f MB\n",
+                report.predicate_over_standard(), report.brute_over_predicate(), report.megabytes);
+  return out + line;
+}
+
 }  // namespace
 
 double PredicateBenchReport::predicate_over_standard() const {
@@ -246,33 +271,13 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
 }
 
 std::string to_text(const PredicateBenchReport& report) {
-  std::string out =
-      "\nCPU engine, process time per picture, ms; samples in millions\n"
-      "scene                          standard  predicates      brute   ratio   samples: standard "
-      "predicates  brute   max error /255  identical  edit ms  set ms  fps (wall)\n";
   char line[256];
-  for (const auto& row : report.rows) {
-    std::snprintf(
-        line, sizeof line,
-        "%-30s %8.1f %11.1f %10.1f %7.2f %18.1f %10.1f %6.1f %16.3f %10s %8.1f %7.1f %11.1f\n",
-        row.scene.c_str(), row.standard_cpu_ms, row.predicate_cpu_ms, row.brute_cpu_ms,
-        row.standard_cpu_ms / row.predicate_cpu_ms,
-        1e-6 * static_cast<double>(row.standard_samples),
-        1e-6 * static_cast<double>(row.predicate_samples),
-        1e-6 * static_cast<double>(row.brute_samples), 255 * row.max_error,
-        row.identical ? "yes" : "NO", row.prepare_ms, row.set_edit_ms, 1e3 / row.predicate_wall_ms);
-    out += line;
-  }
   std::snprintf(line, sizeof line,
-                "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
                 "early termination: %d violations of the bound in %d rays; stopping by opacity "
                 "alone errs by up to %.2f\n",
-                report.predicate_over_standard(), report.brute_over_predicate(),
                 report.bound_violations, report.rays_checked, report.naive_error);
-  out += line;
-  std::snprintf(line, sizeof line, "beside the volumes, the engines and their features: %.0f MB\n",
-                report.megabytes);
-  return out + line + (report.gl ? to_text(*report.gl) : "");
+  return (report.rows.empty() ? "" : cpu_text(report)) + line +
+         (report.gl ? to_text(*report.gl) : "");
 }
 
 }  // namespace nav::bench
