@@ -432,7 +432,7 @@ that converges over {last["peer_ours"] or "ours"} at the nearest start:
 {number(last["cpu_ratio_elastix"])} with everything,
 {number(last["solve_cpu_ratio_elastix"])} without reading and preparation.
 
-x0.1: a tenth of the patches; 1/4: every fourth picture.
+x0.1: a tenth of the patches; 1/4: every fourth picture; 2 mm: between samples of the finest level.
 
 {success_lines(report["peer"])}
 """
