@@ -405,10 +405,9 @@ Result<ImageRegistrationResult> register_prepared(
     const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options, const std::function<bool(double fraction)>& progress) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  NAV_CHECK(sweep.levels().back().index < options.levels.size(), options.levels.size());
   const auto channels_of = [&](std::size_t index,
                                const Box& within) -> Result<std::shared_ptr<const CtChannels>> {
-    auto made = make_ct_channels(ct, within(), sigma_of(options.levels[index].sample_step_mm));
+    auto made = make_ct_channels(ct, within(), sigma_of(sweep.sample_steps_mm()[index]));
     if (!made) return made.error();
     return std::make_shared<const CtChannels>(*std::move(made));
   };
