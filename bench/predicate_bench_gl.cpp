@@ -50,11 +50,10 @@ Scene as_printed(Scene scene) {
 Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPredicateRow& row) {
   int frame = 0;
   std::vector<double> cast_s[4];
-  const std::vector<Task> tasks{
-      timed_frames(*engines.standard, standard_scene(scene), frame, cast_s[0]),
-      timed_frames(*engines.predicates, scene, frame, cast_s[1]),
-      timed_frames(*engines.brute, without_tricks(scene), frame, cast_s[2]),
-      timed_frames(*engines.paper, as_printed(scene), frame, cast_s[3])};
+  const std::vector<Task> tasks{frames(*engines.standard, standard_scene(scene), frame, &cast_s[0]),
+                                frames(*engines.predicates, scene, frame, &cast_s[1]),
+                                frames(*engines.brute, without_tricks(scene), frame, &cast_s[2]),
+                                frames(*engines.paper, as_printed(scene), frame, &cast_s[3])};
   // Until each set has a program of its own.
   for (int warm = 0; warm <= render::GlRaycaster::kSettledAfter; ++warm) {
     for (const Task& task : {tasks[1], tasks[2]}) {

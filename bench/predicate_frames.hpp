@@ -22,22 +22,14 @@ inline double largest_difference(const render::RenderedImage& a, const render::R
   return most;
 }
 
-/// Draws frames that differ by micrometres, so that every one is cast.
-inline Task frames(render::Engine& engine, render::Scene scene, int& frame) {
-  return [&engine, scene = std::move(scene), &frame]() -> Result<void> {
+/// Draws frames that differ by micrometres, so that every one is cast. cast_s, where there is one,
+/// gets what the device took for each.
+inline Task frames(render::Engine& engine, render::Scene scene, int& frame,
+                   std::vector<double>* cast_s = nullptr) {
+  return [&engine, scene = std::move(scene), &frame, cast_s]() -> Result<void> {
     const auto image = engine.render(nudged(scene, ++frame));
     if (!image) return image.error();
-    return {};
-  };
-}
-
-/// The same, keeping what the device took.
-inline Task timed_frames(render::Engine& engine, render::Scene scene, int& frame,
-                         std::vector<double>& cast_s) {
-  return [&engine, scene = std::move(scene), &frame, &cast_s]() -> Result<void> {
-    const auto image = engine.render(nudged(scene, ++frame));
-    if (!image) return image.error();
-    cast_s.push_back(image->statistics.cast_s);
+    if (cast_s != nullptr) cast_s->push_back(image->statistics.cast_s);
     return {};
   };
 }

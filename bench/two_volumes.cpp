@@ -74,7 +74,7 @@ struct Times {
     engines.push_back(*std::move(made));
     const auto read = samples_of(*engines.back(), scene);
     if (!read) return read.error();
-    tasks.push_back(timed_frames(*engines.back(), scene, frame, cast_s[tasks.size()]));
+    tasks.push_back(frames(*engines.back(), scene, frame, &cast_s[tasks.size()]));
     // Until a set of predicates has a program of its own.
     for (int warm = 0; engines.back()->name() == "gl" && warm < kWarm; ++warm) {
       if (auto ok = tasks.back()(); !ok) return ok.error();

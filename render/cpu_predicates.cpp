@@ -12,7 +12,7 @@
 #include "nav/index.hpp"
 #include "render/cpu_inputs.hpp"
 #include "render/predicate_early_ends.hpp"
-#include "render/predicates/shader.hpp"
+#include "render/predicates/set.hpp"
 #include "render/ray_spec.hpp"
 #include "render/surfaces.hpp"
 

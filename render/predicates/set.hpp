@@ -16,6 +16,8 @@ namespace nav::render {
 
 /// Different point predicates of a model, at most: one bit each.
 inline constexpr std::size_t kMostLeaves = 32;
+/// Most conditions with a table of how samples look: 2^12 entries, 64 KB.
+inline constexpr std::size_t kMostTabulated = 12;
 
 /// A model made ready for a volume: its different point predicates ("leaves"), what they read, and
 /// how they combine. Immutable, thread-safe.

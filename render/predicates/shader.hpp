@@ -16,7 +16,6 @@ enum class PredicateClasses {
   kEntries,  ///< The entries that are true: at most kMostTabulated.
   kNone,     ///< More of both: Eqs. 6 to 8 for every sample.
 };
-inline constexpr std::size_t kMostTabulated = 12;
 PredicateClasses classes_of(const PredicateSet& set);
 
 /// Where a feature is on the device.
