@@ -71,7 +71,7 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
   const Scene standard = standard_scene(scene);
   // One each, so that none rebuilds what another threw away.
   std::unique_ptr<Engine> engines[3];
-  for (auto& engine : engines) engine = render::make_cpu_engine({options.threads, true});
+  for (auto& engine : engines) engine = render::make_cpu_engine({options.threads});
   int frame = 0;
   std::vector<Task> tasks{frames(*engines[0], standard, frame), frames(*engines[1], scene, frame),
                           frames(*engines[2], without_tricks(scene), frame)};

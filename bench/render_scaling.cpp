@@ -35,7 +35,7 @@ Result<ScalingPoint> measure(const std::string& axis, double x, const render::Sc
                              int threads, const Repeats& repeats) {
   ScalingPoint point{axis, scene.transfer.name(), x};
   const std::size_t before = resident_bytes();
-  const auto engine = render::make_cpu_engine({threads, true});
+  const auto engine = render::make_cpu_engine({threads});
   const auto first = engine->render(scene);
   if (!first) return first.error();
   const std::size_t after = resident_bytes();

@@ -72,8 +72,8 @@ struct CutBlock {
   float shift;  ///< Greatest distance between the origins, mm, rounded up.
 };
 
-/// Eight rays and where the surfaces meet them.
-struct alignas(32) CutRays {
+/// The rays of a packet and where the surfaces meet them.
+struct alignas(64) CutRays {
   float origin[3][kPacketLanes];
   float direction[3][kPacketLanes];
   float t1[kPacketLanes];  ///< From the foot, mm; -1e30: nowhere.

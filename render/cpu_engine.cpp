@@ -9,6 +9,7 @@
 #include "render/cpu_cache.hpp"
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
+#include "render/cpu_marches.hpp"
 #include "render/cpu_painter.hpp"
 #include "render/cpu_picture.hpp"
 #include "render/cpu_predicate_painter.hpp"
@@ -40,14 +41,14 @@ spec::CutawayObjects<double> cut_objects(const Scene& scene, bool by_field) {
 class CpuEngine final : public Engine {
  public:
   explicit CpuEngine(const CpuOptions& options)
-      : options_(options), vector_(options.allow_vector ? vector_marches() : MarchSet{}) {}
+      : options_(options), marches_(cpu_marches(options.lanes)) {}
 
   [[nodiscard]] std::string name() const override { return "cpu"; }
   [[nodiscard]] std::string device() const override {
     const unsigned threads = options_.threads > 0 ? static_cast<unsigned>(options_.threads)
                                                   : std::thread::hardware_concurrency();
-    return std::string(vector_.composite != nullptr ? "AVX2, " : "portable, ") +
-           std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+    return std::string(marches_.name) + ", " + std::to_string(threads) +
+           (threads == 1 ? " thread" : " threads");
   }
 
   Result<RenderedImage> render(const Scene& scene) override {
@@ -97,9 +98,8 @@ class CpuEngine final : public Engine {
     const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
     if (!keep) find_spans(scene);
-    CpuPainter painter(scene, in, key, vector_.composite != nullptr ? vector_ : portable_marches(),
-                       cutaway, field_ ? &*field_ : nullptr, picture_, keep,
-                       spans_ ? &*spans_ : nullptr, sparse_rays(scene));
+    CpuPainter painter(scene, in, key, marches_.rays, cutaway, field_ ? &*field_ : nullptr,
+                       picture_, keep, spans_ ? &*spans_ : nullptr, sparse_rays(scene));
     for (int pass = 0; pass < painter.passes(); ++pass) {
       for_each_index(painter.tiles(), options_.threads,
                      [&](int tile) { painter.paint_tile(tile, pass); });
@@ -126,8 +126,8 @@ class CpuEngine final : public Engine {
     predicates_.update(scene, options_.threads);
     picture_.start(scene.width, scene.height, nullptr);
     const double prepare_s = seconds_since(start);
-    CpuPredicatePainter painter(scene, predicates_, vector_.composite != nullptr, cutaway,
-                                field_ ? &*field_ : nullptr, picture_, {});
+    CpuPredicatePainter painter(scene, predicates_, marches_, cutaway, field_ ? &*field_ : nullptr,
+                                picture_, {});
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates_.bricks();
@@ -152,10 +152,9 @@ class CpuEngine final : public Engine {
     const CutPlan cutaway(cut_objects(other, field != nullptr));
     const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
-    const bool vector = vector_.composite != nullptr;
-    const CpuCtBeside ct(scene, in, key, vector ? vector_ : portable_marches(), ct_cutaway, field);
+    const CpuCtBeside ct(scene, in, key, marches_.rays, ct_cutaway, field);
     const double error = std::exchange(other.predicates->termination_error, 0.0);
-    CpuPredicatePainter painter(other, predicates_, vector, cutaway,
+    CpuPredicatePainter painter(other, predicates_, marches_, cutaway,
                                 other_field_ ? &*other_field_ : nullptr, picture_,
                                 {&ct, ultrasound.ct_importance, error});
     const double prepare_s = seconds_since(start);
@@ -172,7 +171,7 @@ class CpuEngine final : public Engine {
   }
 
   CpuOptions options_;
-  MarchSet vector_;
+  CpuMarches marches_;
   CpuCache cache_;
   CpuPredicates predicates_;
   std::optional<CutawayField> field_;

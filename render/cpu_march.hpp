@@ -4,12 +4,12 @@
 
 #include <cstdint>
 
-// Plain data only: some of the files that include this are compiled for AVX2, and an inline
-// function shared with the others could be linked in from there.
+// Plain data only: some of the files that include this are compiled for AVX2 or AVX-512, and an
+// inline function shared with the others could be linked in from there.
 namespace nav::render {
 
-/// Lanes of a packet: as a rule a block of 4 × 2 pixels.
-inline constexpr int kPacketLanes = 8;
+/// Lanes of a packet: as a rule a block of 4 × 4 pixels.
+inline constexpr int kPacketLanes = 16;
 inline constexpr int kPacketWidth = 4;
 inline constexpr int kPacketHeight = kPacketLanes / kPacketWidth;
 
@@ -85,7 +85,7 @@ struct MarchInputs {
 };
 
 /// Rays in voxel indices, counted in cells from each ray's own base cell.
-struct alignas(32) RayPacket {
+struct alignas(64) RayPacket {
   float origin[3][kPacketLanes];  ///< Index of sample 0: the begin of cell 0 pre-integrated, else
                                   ///< its middle.
   float step[3][kPacketLanes];    ///< Index per cell.
@@ -193,10 +193,11 @@ struct MarchSet {
   CutAim aim;
 };
 MarchSet portable_marches();
-/// Needs AVX2 and FMA; ask for it through vector_marches().
+// Ask for these through cpu_marches(): they need AVX2 and FMA, and what x86-64-v4 has.
 MarchSet avx2_marches();
-/// The fastest marches for this processor besides the portable ones; null pointers when there are
-/// none.
-MarchSet vector_marches();
+MarchSet avx512_marches();
+/// Whether this processor, which has AVX-512, fetches sixteen numbers from all over about as fast
+/// as one after the other: some do not. Takes a tenth of a millisecond.
+bool avx512_gathers_pay();
 
 }  // namespace nav::render

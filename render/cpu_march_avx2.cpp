@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mfma and entered only through vector_marches().
+// Compiled with -mavx2 -mfma and entered only through cpu_marches().
 #include "render/cpu_kernel.hpp"
 #include "render/cpu_kernel_cull.hpp"
 #include "render/cpu_kernel_project.hpp"

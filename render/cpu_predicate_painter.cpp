@@ -46,7 +46,7 @@ struct CpuPredicatePainter::Tile {
 };
 
 CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates,
-                                         bool vector, const CutPlan& cutaway,
+                                         const CpuMarches& marches, const CutPlan& cutaway,
                                          const CutawayField* field, CpuPicture& picture,
                                          const Beside& beside)
     : scene_(scene),
@@ -58,14 +58,11 @@ CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates
       initial_importance_(predicates.initial()),
       beside_(beside),
       ct_importance_(predicates.of_impact(beside.importance)),
-      rays_of_(scene, vector ? vector_marches() : portable_marches(), cutaway, field, kSampleInCell,
-               in_.base.overlay_cells),
+      rays_of_(scene, marches.rays, cutaway, field, kSampleInCell, in_.base.overlay_cells),
       tiles_across_((scene.width + kPredicateTile - 1) / kPredicateTile),
       tiles_down_((scene.height + kPredicateTile - 1) / kPredicateTile) {
-  const PredicateMarchSet marches =
-      vector ? avx2_predicate_marches() : portable_predicate_marches();
-  plain_ = marches.march(how_, false);
-  fading_ = marches.march(how_, true);
+  plain_ = marches.predicates.march(how_, false);
+  fading_ = marches.predicates.march(how_, true);
 }
 
 void CpuPredicatePainter::paint_tile(int index) {

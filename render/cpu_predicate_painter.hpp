@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "render/cpu_ct_beside.hpp"
+#include "render/cpu_marches.hpp"
 #include "render/cpu_picture.hpp"
 #include "render/cpu_predicates.hpp"
 #include "render/cpu_rays.hpp"
@@ -24,12 +25,11 @@ class CpuPredicatePainter {
     double importance = 1;            ///< Its impact.
     double termination_error = 0;     ///< The ray ends when no more than this may still change.
   };
-  /// All must outlive it. vector: with the marches of vector_marches(), which there must be then.
-  /// beside: with a CT the scene's own termination error must be 0, since its bricks do not know
-  /// what of the CT is still to come.
-  CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates, bool vector,
-                      const CutPlan& cutaway, const CutawayField* field, CpuPicture& picture,
-                      const Beside& beside);
+  /// All but the marches must outlive it. beside: with a CT the scene's own termination error must
+  /// be 0, since its bricks do not know what of the CT is still to come.
+  CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates,
+                      const CpuMarches& marches, const CutPlan& cutaway, const CutawayField* field,
+                      CpuPicture& picture, const Beside& beside);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);

@@ -45,15 +45,21 @@ class Engine {
   virtual ~Engine() = default;
   /// Stable lower-case name: "cpu", "gl", "reference".
   [[nodiscard]] virtual std::string name() const = 0;
-  /// What it runs on, for reports ("AVX2, 2 threads", "llvmpipe (LLVM 15.0.6, 256 bits)").
+  /// What it runs on, for reports ("AVX-512, 2 threads", "llvmpipe (LLVM 15.0.6, 256 bits)").
   [[nodiscard]] virtual std::string device() const = 0;
   /// Refuses an invalid scene; never returns a NaN pixel.
   virtual Result<RenderedImage> render(const Scene& scene) = 0;
 };
 
+/// What the CPU engine computes with. The vector sets draw the same bytes; the portable one rounds
+/// products apart from sums.
+enum class CpuLanes { kPortable, kAvx2, kAvx512, kFastest };
+
 struct CpuOptions {
-  int threads = 0;           ///< 0: all cores. The picture does not depend on it, byte for byte.
-  bool allow_vector = true;  ///< False: the portable path, for tests and comparison.
+  int threads = 0;  ///< 0: all cores. The picture does not depend on it, byte for byte.
+  /// The widest that may be used, for tests and comparison; less where the processor has less.
+  /// kFastest: AVX-512 only where its gathers are fast.
+  CpuLanes lanes = CpuLanes::kFastest;
 };
 /// Vectorised multithreaded ray caster; needs no GPU.
 std::unique_ptr<Engine> make_cpu_engine(const CpuOptions& options = {});

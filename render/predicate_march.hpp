@@ -90,7 +90,7 @@ struct PredicateInputs {
 };
 
 /// The state of a packet's rays besides RayPacket, whose colour is not premultiplied here.
-struct alignas(32) PredicateRays {
+struct alignas(64) PredicateRays {
   float picture[kPacketLanes];     ///< Share of the ultrasound picture in the colour.
   float importance[kPacketLanes];  ///< spec::ImportanceState::importance.
   float left_out[kPacketLanes];    ///< spec::LeftOut::spent; 0: nothing was.
@@ -104,7 +104,8 @@ struct PredicateMarchSet {
   PredicateMarch (*march)(PredicateBlend, bool fade);
 };
 PredicateMarchSet portable_predicate_marches();
-/// Needs AVX2 and FMA; a null pointer on processors of another family.
+// As avx2_marches() and avx512_marches().
 PredicateMarchSet avx2_predicate_marches();
+PredicateMarchSet avx512_predicate_marches();
 
 }  // namespace nav::render

@@ -3,6 +3,7 @@
 // The CPU engine's cutaway, culled by blocks of pixels, against spec::meet_cutaway().
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
+#include "render/cpu_marches.hpp"
 #include "render/cpu_rays.hpp"
 #include "tests/render/scene_support.hpp"
 
@@ -101,9 +102,8 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
 
 TEST(CpuCutawayTest, MeetsEveryRayWhereTheSpecificationSays) {
   constexpr double kToleranceMm = 0.01;  // Single precision at theta = 0.1.
-  for (const bool vector : {false, true}) {
-    const MarchSet marches = vector ? vector_marches() : portable_marches();
-    if (marches.cull == nullptr) continue;
+  for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
+    const CpuMarches marches = cpu_marches(lanes);
     std::mt19937 random(21);
     double shares = 0;
     constexpr int kScenes = 40;
@@ -111,7 +111,8 @@ TEST(CpuCutawayTest, MeetsEveryRayWhereTheSpecificationSays) {
       const Scene scene = random_scene(random);
       if (spec::make_cutaway(scene, true).empty()) continue;
       double share = 0;
-      EXPECT_LE(worst_error(scene, marches, share), kToleranceMm) << vector << ", scene " << i;
+      EXPECT_LE(worst_error(scene, marches.rays, share), kToleranceMm)
+          << marches.name << ", scene " << i;
       shares += share;
     }
     // Blocks of 8 of only 96 pixels are wide: far fewer edges are left in pictures of use.

@@ -167,11 +167,11 @@ VoxelGrid random_grid(int i) {
   return test::centred_grid({33, 29, 17 + 8 * (i % 4)}, spacing, turn);
 }
 
-class SkippingTest : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Vector, SkippingTest, ::testing::Bool());
+class SkippingTest : public ::testing::TestWithParam<CpuLanes> {};
+INSTANTIATE_TEST_SUITE_P(Instructions, SkippingTest, test::every_lanes(), test::lanes_name);
 
 TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
-  std::mt19937 random(GetParam() ? 1 : 2);
+  std::mt19937 random(GetParam() == CpuLanes::kPortable ? 2 : 1);
   const auto engine = make_cpu_engine({1, GetParam()});
   std::uint64_t with = 0;
   std::uint64_t without = 0;
@@ -227,8 +227,8 @@ TEST_P(SkippingTest, EmptyAndFullVolumesAreTheSameToo) {
   }
 }
 
-class AgreementTest : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Vector, AgreementTest, ::testing::Bool());
+class AgreementTest : public ::testing::TestWithParam<CpuLanes> {};
+INSTANTIATE_TEST_SUITE_P(Instructions, AgreementTest, test::every_lanes(), test::lanes_name);
 
 TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
@@ -246,8 +246,8 @@ TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
 
 TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
   std::mt19937 random(3);
-  const auto one = make_cpu_engine({1, true});
-  const auto two = make_cpu_engine({2, true});
+  const auto one = make_cpu_engine({1});
+  const auto two = make_cpu_engine({2});
   for (int i = 0; i < 20; ++i) {
     Scene scene = random_scene(random, random_volume(random, random_grid(i)));
     scene.width = 131;
@@ -261,9 +261,9 @@ TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
 
 TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
   constexpr float kTolerance = 1e-4F;  // Fused against separate rounding, over whole rays.
-  const auto vector = make_cpu_engine({0, true});
-  const auto portable = make_cpu_engine({0, false});
-  if (vector->device().substr(0, 4) != "AVX2") GTEST_SKIP() << "this processor has no AVX2";
+  const auto vector = make_cpu_engine({0});
+  const auto portable = make_cpu_engine({0, CpuLanes::kPortable});
+  if (vector->device().substr(0, 3) != "AVX") GTEST_SKIP() << "this processor has no AVX2";
   EXPECT_EQ(portable->device().substr(0, 8), "portable");
   std::mt19937 random(4);
   for (int i = 0; i < 60; ++i) {
@@ -272,6 +272,19 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
     EXPECT_LT(test::max_difference(test::draw(*vector, scene), test::draw(*portable, scene)),
               kTolerance)
         << i;
+  }
+}
+
+TEST(CpuEngineTest, EightAndSixteenLanesDrawTheSameBytes) {
+  const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
+  const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
+  if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
+  EXPECT_EQ(eight->device().substr(0, 4), "AVX2");
+  std::mt19937 random(14);
+  for (int i = 0; i < 120; ++i) {
+    const Scene scene = random_scene(random, random_volume(random, random_grid(i)));
+    EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), test::draw(*sixteen, scene)))
+        << i << ": " << description(scene);
   }
 }
 

@@ -62,7 +62,7 @@ bool same_pixels(const RenderedImage& a, const RenderedImage& b) {
                     });
 }
 
-class LiveTest : public ::testing::TestWithParam<bool> {
+class LiveTest : public ::testing::TestWithParam<CpuLanes> {
  protected:
   /// The engine's picture after all that it drew before, and whether a new engine draws the same.
   RenderedImage draw() {
@@ -225,10 +225,7 @@ TEST_P(LiveTest, ALargeMeshCutsAsTheReferenceDoes) {
   EXPECT_LT(test::max_difference(image, test::draw(*make_reference_engine(), scene_)), 2.0 / 255);
 }
 
-INSTANTIATE_TEST_SUITE_P(Instructions, LiveTest, ::testing::Values(true, false),
-                         [](const auto& instance) {
-                           return instance.param ? "vector" : "portable";
-                         });
+INSTANTIATE_TEST_SUITE_P(Instructions, LiveTest, test::every_lanes(), test::lanes_name);
 
 }  // namespace
 }  // namespace nav::render

@@ -164,6 +164,18 @@ inline render::NeedleShape needle(const Eigen::Vector3d& tip_ct, const Eigen::Ve
   return {{tip_ct}, {hub_ct}, 0.8, {0.95, 0.95, 1.0}, {state, "test"}};
 }
 
+/// What the CPU engine may compute with, for parameters of a test.
+inline auto every_lanes() {
+  using render::CpuLanes;
+  return ::testing::Values(CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512);
+}
+
+inline std::string lanes_name(const ::testing::TestParamInfo<render::CpuLanes>& info) {
+  return info.param == render::CpuLanes::kPortable ? "portable"
+         : info.param == render::CpuLanes::kAvx2   ? "avx2"
+                                                   : "avx512";
+}
+
 /// Every CPU-side engine, for tests that all must pass.
 struct EngineCase {
   const char* name;
@@ -173,8 +185,12 @@ inline const std::vector<EngineCase>& engine_cases() {
   static const std::vector<EngineCase> cases{
       {"reference", [] { return render::make_reference_engine(); }},
       {"vector", [] { return render::make_cpu_engine(); }},
+      {"avx2",
+       [] {
+         return render::make_cpu_engine({0, render::CpuLanes::kAvx2});
+       }},
       {"portable", [] {
-         return render::make_cpu_engine({0, false});
+         return render::make_cpu_engine({0, render::CpuLanes::kPortable});
        }}};
   return cases;
 }

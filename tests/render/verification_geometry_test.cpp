@@ -196,13 +196,13 @@ TEST_P(GeometryVerificationTest, PictureIsTheSameTwice) {
 
 TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
   const Scene scene = full_scene();
-  const RenderedImage one = test::draw(*make_cpu_engine({1, true}), scene);
-  const RenderedImage portable = test::draw(*make_cpu_engine({1, false}), scene);
+  const RenderedImage one = test::draw(*make_cpu_engine({1}), scene);
+  const RenderedImage portable = test::draw(*make_cpu_engine({1, CpuLanes::kPortable}), scene);
   const RenderedImage reference = test::draw(*make_reference_engine({1}), scene);
   for (const int threads : {2, 3, 7}) {
-    EXPECT_TRUE(test::same_bytes(one, test::draw(*make_cpu_engine({threads, true}), scene)))
-        << threads;
-    EXPECT_TRUE(test::same_bytes(portable, test::draw(*make_cpu_engine({threads, false}), scene)))
+    EXPECT_TRUE(test::same_bytes(one, test::draw(*make_cpu_engine({threads}), scene))) << threads;
+    EXPECT_TRUE(test::same_bytes(
+        portable, test::draw(*make_cpu_engine({threads, CpuLanes::kPortable}), scene)))
         << threads;
     EXPECT_TRUE(test::same_bytes(reference, test::draw(*make_reference_engine({threads}), scene)))
         << threads;

@@ -73,7 +73,7 @@ TEST(ThreadsTest, EnginesShareNothingAndThePictureDoesNotDependOnTheirThreads) {
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back([&, t] {
-      const auto engine = render::make_cpu_engine({.threads = 1 + t % 3, .allow_vector = true});
+      const auto engine = render::make_cpu_engine({.threads = 1 + t % 3});
       const auto picture = engine->render(shown);
       if (picture) pictures[static_cast<std::size_t>(t)] = render::to_8bit(picture->pixels);
     });

@@ -27,11 +27,11 @@ VoxelGrid grid_of(int i) {
   return test::centred_grid({29, 26, 17 + 8 * (i % 2)}, spacing, turn);
 }
 
-class PredicateEngineTest : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Vector, PredicateEngineTest, ::testing::Bool());
+class PredicateEngineTest : public ::testing::TestWithParam<CpuLanes> {};
+INSTANTIATE_TEST_SUITE_P(Instructions, PredicateEngineTest, test::every_lanes(), test::lanes_name);
 
 TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
-  std::mt19937 random(GetParam() ? 1 : 2);
+  std::mt19937 random(GetParam() == CpuLanes::kPortable ? 2 : 1);
   const auto engine = make_cpu_engine({1, GetParam()});
   std::uint64_t with = 0;
   std::uint64_t without = 0;
@@ -116,11 +116,24 @@ TEST_P(PredicateEngineTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
 }
 
+TEST(PredicateCpuEngineTest, EightAndSixteenLanesDrawTheSameBytes) {
+  const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
+  const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
+  if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
+  std::mt19937 random(24);
+  for (int i = 0; i < 60; ++i) {
+    const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
+    Scene scene = test::random_predicate_scene(random, ct,
+                                               test::random_features(ct, static_cast<unsigned>(i)));
+    EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), test::draw(*sixteen, scene))) << i;
+  }
+}
+
 TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
   constexpr float kTolerance = 1e-4F;
-  const auto vector = make_cpu_engine({0, true});
-  const auto portable = make_cpu_engine({0, false});
-  if (vector->device().substr(0, 4) != "AVX2") GTEST_SKIP() << "this processor has no AVX2";
+  const auto vector = make_cpu_engine({0});
+  const auto portable = make_cpu_engine({0, CpuLanes::kPortable});
+  if (vector->device().substr(0, 3) != "AVX") GTEST_SKIP() << "this processor has no AVX2";
   std::mt19937 random(4);
   double beyond = 0;
   for (int i = 0; i < 30; ++i) {
@@ -136,8 +149,8 @@ TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
 
 TEST(PredicateCpuEngineTest, PictureDoesNotDependOnThreads) {
   std::mt19937 random(3);
-  const auto one = make_cpu_engine({1, true});
-  const auto two = make_cpu_engine({2, true});
+  const auto one = make_cpu_engine({1});
+  const auto two = make_cpu_engine({2});
   for (int i = 0; i < 8; ++i) {
     const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
     Scene scene = test::random_predicate_scene(random, ct,

@@ -85,8 +85,8 @@ TEST_P(TwoVolumesTest, ProjectionsLeaveTheUltrasoundOut) {
   EXPECT_TRUE(test::same_bytes(both, test::draw(*engine_, scene)));
 }
 
-class TwoVolumesCpuTest : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Vector, TwoVolumesCpuTest, ::testing::Bool());
+class TwoVolumesCpuTest : public ::testing::TestWithParam<CpuLanes> {};
+INSTANTIATE_TEST_SUITE_P(Instructions, TwoVolumesCpuTest, test::every_lanes(), test::lanes_name);
 
 TEST_P(TwoVolumesCpuTest, AgreesWithTheReferenceOnEverythingAtOnce) {
   constexpr float kTwoGreyLevels = 2.0F / 255;

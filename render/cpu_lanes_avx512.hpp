@@ -1,0 +1,312 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <immintrin.h>
+
+#include "render/cpu_march.hpp"
+
+namespace nav::render {
+namespace {
+
+/// Sixteen lanes of AVX-512. Every lane does what a lane of Avx2 does, in the same order, so that
+/// both draw the same bytes.
+struct Avx512 {
+  using F = __m512;
+  struct I {
+    __m512i v;
+  };
+  struct M {
+    __mmask16 v;
+  };
+  static constexpr int kLanes = 16;
+
+  static double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(x))); }
+  static F set(float x) { return _mm512_set1_ps(x); }
+  static I set_int(int x) { return {_mm512_set1_epi32(x)}; }
+  static F load(const float* p) { return _mm512_loadu_ps(p); }
+  static void store(float* p, F x) { _mm512_storeu_ps(p, x); }
+  static F add(F a, F b) { return _mm512_add_ps(a, b); }
+  static F sub(F a, F b) { return _mm512_sub_ps(a, b); }
+  static F mul(F a, F b) { return _mm512_mul_ps(a, b); }
+  static F div(F a, F b) { return _mm512_div_ps(a, b); }
+  static F madd(F a, F b, F c) { return _mm512_fmadd_ps(a, b, c); }
+  static F min(F a, F b) { return _mm512_min_ps(a, b); }
+  static F max(F a, F b) { return _mm512_max_ps(a, b); }
+  static F abs(F a) { return _mm512_abs_ps(a); }
+  static F sqrt(F a) { return _mm512_sqrt_ps(a); }
+  static F floor(F a) { return _mm512_roundscale_ps(a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC); }
+  static I add(I a, I b) { return {_mm512_add_epi32(a.v, b.v)}; }
+  static I subtract(I a, I b) { return {_mm512_sub_epi32(a.v, b.v)}; }
+  static I mul(I a, I b) { return {_mm512_mullo_epi32(a.v, b.v)}; }
+  static I max_int(I a, I b) { return {_mm512_max_epi32(a.v, b.v)}; }
+  static I shift_right_3(I a) { return {_mm512_srai_epi32(a.v, 3)}; }
+  static I shift_left_3(I a) { return {_mm512_slli_epi32(a.v, 3)}; }
+  static I shift_right(I a, I by) { return {_mm512_srlv_epi32(a.v, by.v)}; }
+  static I bits(I a, int kept) { return {_mm512_and_si512(a.v, _mm512_set1_epi32(kept))}; }
+  static I mask_int(M m, I a) { return {_mm512_maskz_mov_epi32(m.v, a.v)}; }
+  static I truncate(F a) { return {_mm512_cvttps_epi32(a)}; }
+  static F to_float(I a) { return _mm512_cvtepi32_ps(a.v); }
+  static M less(F a, F b) { return {_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)}; }
+  static M not_less(F a, F b) { return {_mm512_cmp_ps_mask(a, b, _CMP_GE_OQ)}; }
+  static M both(M a, M b) { return {_kand_mask16(a.v, b.v)}; }
+  static M either(M a, M b) { return {_kor_mask16(a.v, b.v)}; }
+  static M exclusive(M a, M b) { return {_kxor_mask16(a.v, b.v)}; }
+  static M none() { return {0}; }
+  static M negate(M a) { return {_knot_mask16(a.v)}; }
+  static bool any(M a) { return a.v != 0; }
+  static int count(M a) { return __builtin_popcount(a.v); }
+  static F select(M m, F a, F b) { return _mm512_mask_blend_ps(m.v, b, a); }
+  static F mask(M m, F a) { return _mm512_maskz_mov_ps(m.v, a); }
+
+  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r, Taylor series in r.
+  static void split_exp(F y, F& scale, F& part) {
+    const F clamped = max(y, set(-87.0F));
+    const F n = _mm512_roundscale_ps(mul(clamped, set(1.44269504F)),
+                                     _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+    F r = _mm512_fnmadd_ps(n, set(0.693359375F), clamped);
+    r = _mm512_fnmadd_ps(n, set(-2.12194440e-4F), r);
+    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
+    p = madd(p, r, set(1.0F / 120));
+    p = madd(p, r, set(1.0F / 24));
+    p = madd(p, r, set(1.0F / 6));
+    p = madd(p, r, set(0.5F));
+    part = madd(mul(p, r), r, r);
+    const __m512i exponent = _mm512_add_epi32(_mm512_cvtps_epi32(n), _mm512_set1_epi32(127));
+    scale = _mm512_castsi512_ps(_mm512_slli_epi32(exponent, 23));
+  }
+  /// 1 - e^-x without cancellation for small x >= 0.
+  static F one_minus_exp(F x) {
+    F scale;
+    F part;
+    split_exp(sub(set(0.0F), x), scale, part);
+    return _mm512_fnmadd_ps(scale, part, sub(set(1.0F), scale));
+  }
+  /// Natural logarithm of x >= 1e-38, after Cephes logf.
+  static F log(F x) {
+    const __m512i bits = _mm512_castps_si512(x);
+    __m512i e = _mm512_sub_epi32(_mm512_srli_epi32(bits, 23), _mm512_set1_epi32(126));
+    F m = _mm512_castsi512_ps(_mm512_or_si512(_mm512_and_si512(bits, _mm512_set1_epi32(0x007fffff)),
+                                              _mm512_set1_epi32(0x3f000000)));  // In [0.5, 1).
+    const M small = less(m, set(0.707106781F));
+    e = _mm512_mask_sub_epi32(e, small.v, e, _mm512_set1_epi32(1));
+    m = sub(add(m, mask(small, m)), set(1.0F));
+    constexpr float kLog[9] = {7.0376836292e-2F,  -1.1514610310e-1F, 1.1676998740e-1F,
+                               -1.2420140846e-1F, 1.4249322787e-1F,  -1.6668057665e-1F,
+                               2.0000714765e-1F,  -2.4999993993e-1F, 3.3333331174e-1F};
+    F p = set(kLog[0]);
+    for (int i = 1; i < 9; ++i) p = madd(p, m, set(kLog[i]));
+    const F n = _mm512_cvtepi32_ps(e);
+    const F square = mul(m, m);
+    F log = mul(mul(p, m), square);
+    log = madd(n, set(-2.12194440e-4F), log);
+    log = _mm512_fnmadd_ps(set(0.5F), square, log);
+    log = add(log, m);
+    return madd(n, set(0.693359375F), log);
+  }
+  /// log(1 + x) for x in (-1, 0]: the rounding of 1 + x is divided out.
+  static F log1p(F x) {
+    const F u = add(set(1.0F), x);
+    const F d = sub(u, set(1.0F));
+    const M tiny = {_mm512_cmp_ps_mask(d, set(0.0F), _CMP_EQ_OQ)};
+    const F exact = mul(log(u), div(x, select(tiny, set(1.0F), d)));
+    return select(tiny, x, exact);
+  }
+  /// base^exponent for base in [0, 1], exponent >= 0.
+  static F power(F base, float exponent) {
+    const F x = max(base, set(1.17549435e-38F));
+    F scale;
+    F part;
+    split_exp(min(mul(log(x), set(exponent)), set(0.0F)), scale, part);
+    return madd(scale, part, scale);
+  }
+
+  static F low_half(__m512i pair) {
+    return _mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pair, 16), 16));
+  }
+  static F high_half(__m512i pair) { return _mm512_cvtepi32_ps(_mm512_srai_epi32(pair, 16)); }
+
+  /// Voxels at and at + 1.
+  static __m512i voxel_pair(const std::int16_t* p, I at) {
+    return _mm512_i32gather_epi32(at.v, reinterpret_cast<const int*>(p), 2);
+  }
+  static __m512i voxel_pair(const std::int16_t* p, I at, M needed) {
+    return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), needed.v, at.v,
+                                       reinterpret_cast<const int*>(p), 2);
+  }
+  /// Voxels at and at + 1, at a place and one row, one slice, and both further on.
+  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+    const int offset[4] = {0, row, slice, row + slice};
+    for (int i = 0; i < 4; ++i) {
+      const __m512i pair = voxel_pair(p + offset[i], at);
+      pairs[i][0] = low_half(pair);
+      pairs[i][1] = high_half(pair);
+    }
+  }
+
+  static F lerp(F a, F b, F w) { return madd(w, sub(b, a), a); }
+
+  /// Voxels around lanes' places: which of them a fetch is for is fixed by its place alone.
+  struct Around {
+    const std::int16_t* p;
+    int row;
+    int slice;
+    I base;
+    M needed;
+    /// Those at x + dx and x + dx + 1 of the row and slice so many further on.
+    void pair(int dx, int dy, int dz, F* out) const {
+      const __m512i both = voxel_pair(p + dx + dy * row + dz * slice, base, needed);
+      out[0] = low_half(both);
+      out[1] = high_half(both);
+    }
+  };
+  /// Trilinear central differences along each axis, index steps of two.
+  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+                          M needed, F* g) {
+    const Around around{voxels, row, slice, base, needed};
+    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
+    F along_y[2][2];  // At x and x + 1: differences along y.
+    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
+    for (int z = 0; z < 2; ++z) {
+      F here[4];
+      F next[4];
+      F before[2];
+      F after[2];
+      around.pair(-1, 0, z, here);
+      around.pair(1, 0, z, here + 2);
+      around.pair(-1, 1, z, next);
+      around.pair(1, 1, z, next + 2);
+      around.pair(0, -1, z, before);
+      around.pair(0, 2, z, after);
+      for (int x = 0; x < 4; ++x) value[z][x] = lerp(here[x], next[x], w[1]);
+      for (int x = 0; x < 2; ++x) {
+        along_y[z][x] = lerp(sub(next[x + 1], before[x]), sub(after[x], here[x + 1]), w[1]);
+      }
+      F low[2];
+      F high[2];
+      around.pair(0, 0, 3 * z - 1, low);
+      around.pair(0, 1, 3 * z - 1, high);
+      for (int x = 0; x < 2; ++x) outer[z][x] = lerp(low[x], high[x], w[1]);
+    }
+    F row_of[4];
+    for (int x = 0; x < 4; ++x) row_of[x] = lerp(value[0][x], value[1][x], w[2]);
+    F y[2];
+    F z[2];
+    for (int x = 0; x < 2; ++x) {
+      y[x] = lerp(along_y[0][x], along_y[1][x], w[2]);
+      z[x] = lerp(sub(value[1][x + 1], outer[0][x]), sub(outer[1][x], value[0][x + 1]), w[2]);
+    }
+    g[0] = lerp(sub(row_of[2], row_of[0]), sub(row_of[3], row_of[1]), w[0]);
+    g[1] = lerp(y[0], y[1], w[0]);
+    g[2] = lerp(z[0], z[1], w[0]);
+  }
+  static __m512i load_words(const void* p, I at) {
+    return _mm512_i32gather_epi32(at.v, static_cast<const int*>(p), 1);
+  }
+  static I load_signed_byte(const std::int8_t* p, I at) {
+    return {_mm512_srai_epi32(_mm512_slli_epi32(load_words(p, at), 24), 24)};
+  }
+  static I load_byte(const std::uint8_t* p, I at) { return bits({load_words(p, at)}, 0xff); }
+  static F load_float(const float* p, I at) { return _mm512_i32gather_ps(at.v, p, 4); }
+  /// Two signed 16-bit numbers.
+  static void load_range(const std::int32_t* p, I at, F& low, F& high) {
+    const __m512i word = _mm512_i32gather_epi32(at.v, p, 4);
+    low = low_half(word);
+    high = high_half(word);
+  }
+
+  /// Lanes i, i + 4, i + 8, i + 12, each four times.
+  template <int i>
+  static F spread(F x) {
+    return _mm512_shuffle_ps(x, x, i * 0x55);
+  }
+  template <int i>
+  static __mmask16 spread(M m) {
+    // Four times the bit of each four, by a product without carries.
+    return static_cast<__mmask16>(((m.v >> i) & 0x1111U) * 0xFU);
+  }
+  /// Four numbers of four lanes.
+  static F load_four(const float* a, const float* b, const float* c, const float* d) {
+    F four = _mm512_castps128_ps512(_mm_load_ps(a));
+    four = _mm512_insertf32x4(four, _mm_load_ps(b), 1);
+    four = _mm512_insertf32x4(four, _mm_load_ps(c), 2);
+    return _mm512_insertf32x4(four, _mm_load_ps(d), 3);
+  }
+  struct Lanes {
+    alignas(64) int at[kLanes];
+    explicit Lanes(I i) { _mm512_store_si512(at, i.v); }
+  };
+  template <int i, class Entry>
+  static F load_four(const Entry* table, const Lanes& lanes, const float (Entry::*member)[4]) {
+    return load_four(table[lanes.at[i]].*member, table[lanes.at[i + 4]].*member,
+                     table[lanes.at[i + 8]].*member, table[lanes.at[i + 12]].*member);
+  }
+  /// From four numbers of lanes (i, i + 4, i + 8, i + 12) to four numbers of sixteen lanes.
+  static void transpose(const F* four, F* out) {
+    const F t0 = _mm512_unpacklo_ps(four[0], four[1]);
+    const F t1 = _mm512_unpackhi_ps(four[0], four[1]);
+    const F t2 = _mm512_unpacklo_ps(four[2], four[3]);
+    const F t3 = _mm512_unpackhi_ps(four[2], four[3]);
+    out[0] = _mm512_shuffle_ps(t0, t2, 0x44);
+    out[1] = _mm512_shuffle_ps(t0, t2, 0xEE);
+    out[2] = _mm512_shuffle_ps(t1, t3, 0x44);
+    out[3] = _mm512_shuffle_ps(t1, t3, 0xEE);
+  }
+
+  template <int i>
+  static F lookup_four(const TableEntry* table, const Lanes& lanes, F w) {
+    return madd(spread<i>(w), load_four<i>(table, lanes, &TableEntry::to_next),
+                load_four<i>(table, lanes, &TableEntry::value));
+  }
+  /// One entry per lane, interpolated.
+  static void lookup(const TableEntry* table, I at, F w, F* out) {
+    const Lanes lanes(at);
+    const F four[4] = {lookup_four<0>(table, lanes, w), lookup_four<1>(table, lanes, w),
+                       lookup_four<2>(table, lanes, w), lookup_four<3>(table, lanes, w)};
+    transpose(four, out);
+  }
+
+  /// Four integrals and their derivatives, in fours of lanes as load_four().
+  struct Integral {
+    __m512i sum[4];
+    F slope[4];
+  };
+  template <int i>
+  static void integral_four(const IntegralEntry* table, const Lanes& lanes, F w, Integral& out) {
+    const auto before = [&](int lane) {
+      return reinterpret_cast<const float*>(table[lanes.at[lane]].before);
+    };
+    const F weight = spread<i>(w);
+    const F here = load_four<i>(table, lanes, &IntegralEntry::here);
+    const F rise = mul(weight, load_four<i>(table, lanes, &IntegralEntry::bend));
+    const __m512i part = _mm512_cvtps_epi32(mul(weight, add(here, rise)));
+    const F sum = load_four(before(i), before(i + 4), before(i + 8), before(i + 12));
+    out.sum[i] = _mm512_add_epi32(_mm512_castps_si512(sum), part);
+    out.slope[i] = add(here, add(rise, rise));
+  }
+  static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
+    const Lanes lanes(at);
+    integral_four<0>(table, lanes, w, out);
+    integral_four<1>(table, lanes, w, out);
+    integral_four<2>(table, lanes, w, out);
+    integral_four<3>(table, lanes, w, out);
+  }
+  template <int i>
+  static F mean_four(const Integral& a, const Integral& b, M close, F bow, F scale) {
+    const F sums = _mm512_cvtepi32_ps(_mm512_sub_epi32(b.sum[i], a.sum[i]));
+    const F change = madd(spread<i>(bow), sub(b.slope[i], a.slope[i]), sums);
+    const F slopes = add(a.slope[i], b.slope[i]);
+    return mul(_mm512_mask_blend_ps(spread<i>(close), change, slopes), spread<i>(scale));
+  }
+  /// scale times the change of the integrals and bow times that of their derivatives; where close,
+  /// scale times the sum of the derivatives.
+  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
+    const F four[4] = {mean_four<0>(a, b, close, bow, scale), mean_four<1>(a, b, close, bow, scale),
+                       mean_four<2>(a, b, close, bow, scale),
+                       mean_four<3>(a, b, close, bow, scale)};
+    transpose(four, out);
+  }
+};
+
+}  // namespace
+}  // namespace nav::render

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_march.hpp"
+#include "render/engine.hpp"
+#include "render/predicate_march.hpp"
+
+namespace nav::render {
+
+/// What the CPU engine marches with, compiled for one instruction set.
+struct CpuMarches {
+  const char* name;  ///< "AVX-512", "AVX2" or "portable".
+  MarchSet rays;
+  PredicateMarchSet predicates;
+};
+
+/// The fastest of this processor, no wider than asked for. Thread-safe.
+CpuMarches cpu_marches(CpuLanes widest);
+
+}  // namespace nav::render
