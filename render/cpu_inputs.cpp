@@ -90,6 +90,10 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.diffuse = static_cast<float>(shading.diffuse);
   in.specular = static_cast<float>(shading.specular);
   in.shininess = static_cast<float>(shading.shininess);
+  const bool whole = shading.shininess == std::floor(shading.shininess);
+  in.whole_shininess = whole ? static_cast<int>(shading.shininess) : -1;
+  // Squares go up to less than twice the exponent.
+  in.least_cosine = static_cast<float>(std::pow(10.0, -37 / std::max(2 * shading.shininess, 1.0)));
   in.cool_share = static_cast<float>(shading.cool_share);
   in.warm_share = static_cast<float>(shading.warm_share);
   in.silhouette = static_cast<float>(shading.silhouette);

@@ -122,9 +122,14 @@ class Marcher {
     const M cut_a = V::less(part.cell, part.t_a);
     const M cut_b = V::less(part.t_b, next);
     const F rise = V::sub(v1, v0);
-    part.v_a = V::select(cut_a, V::madd(V::sub(part.t_a, part.cell), rise, v0), v0);
-    part.v_b = V::select(cut_b, V::madd(V::sub(part.t_b, part.cell), rise, v0), v1);
-    M bowed = V::both(V::negate(V::either(cut_a, cut_b)), V::less(V::set(1.5F), part.cell));
+    const M cut = V::either(cut_a, cut_b);
+    part.v_a = v0;
+    part.v_b = v1;
+    if (V::any(cut)) {
+      part.v_a = V::select(cut_a, V::madd(V::sub(part.t_a, part.cell), rise, v0), v0);
+      part.v_b = V::select(cut_b, V::madd(V::sub(part.t_b, part.cell), rise, v0), v1);
+    }
+    M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
     if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
     set_before(part.cell, V::both(part.active, bowed), fresh);
     const F rise_before = V::sub(v0, before_);

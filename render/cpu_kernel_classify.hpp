@@ -71,7 +71,7 @@ struct Integrals {
   using F = typename V::F;
   using I = typename V::I;
   using M = typename V::M;
-  using State = typename V::Integral;  ///< The integral up to a value and its derivative there.
+  using State = typename V::Integral;  ///< The integral up to a value and half of its derivative.
 
   const MarchInputs& in;
 
@@ -84,22 +84,33 @@ struct Integrals {
     V::integral(in.integrals, i, V::sub(x, start), state);
   }
 
+  static F twice(F x) { return V::add(x, x); }
+
   /// Mean colour, weighted by extinction, and mean extinction per mm.
   void mean(F a_hu, F b_hu, F bow_hu, const State& a, const State& b, F* rgb, F& tau) const {
     const F nothing = V::set(0.0F);
+    const F one = V::set(1.0F);
     const F change = V::sub(b_hu, a_hu);
     const M close = V::less(V::abs(change), V::set(kCloseHu));
     const F most = V::mul(V::abs(change), V::set(kMarchMaxBowShare));
     const F bow = V::max(V::min(bow_hu, most), V::sub(nothing, most));
-    F value[4];
-    V::mean(a, b, close, V::mask(V::negate(close), bow),
-            V::div(V::set(1.0F), V::select(close, V::set(2.0F), change)), value);
-    const F sum = V::max(value[3], nothing);
-    const F per_sum = V::div(V::set(1.0F), V::max(sum, V::set(1e-20F)));
+    // Values that are close: their trapezoid weighs in as an interval of two, or the quanta would
+    // show.
+    const F sign = V::select(V::less(change, nothing), V::sub(nothing, one), one);
+    const F even = V::mask(close, sign);
+    const F lean = V::mask(V::negate(close), bow);
+    F integral[4];  // Means times over.
+    V::change(a, b, twice(V::sub(even, lean)), twice(V::add(even, lean)), integral);
+    const F over = V::add(change, twice(even));
+    // One division for both quotients: processors divide slowly.
+    const F product = V::mul(integral[3], over);
+    const F per_product = V::div(one, V::max(product, V::set(1e-20F)));
+    const F per_integral = V::mul(per_product, over);
     for (int c = 0; c < 3; ++c) {
-      rgb[c] = V::max(nothing, V::min(V::set(1.0F), V::mul(value[c], per_sum)));
+      rgb[c] = V::max(nothing, V::min(one, V::mul(integral[c], per_integral)));
     }
-    tau = V::mul(sum, V::set(in.quantum));
+    const F mean = V::mul(V::mul(integral[3], per_product), integral[3]);
+    tau = V::mask(V::less(nothing, product), V::mul(mean, V::set(in.quantum)));
   }
 };
 

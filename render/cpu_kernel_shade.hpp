@@ -16,9 +16,22 @@ struct Shader {
 
   static F clamp01(F x) { return V::max(V::set(0.0F), V::min(V::set(1.0F), x)); }
 
+  /// cosine^shininess. Whole exponents take few products, and no logarithm to wait for; what is so
+  /// small that these would underflow is raised to what still is nothing beside 1.
+  static F shine(const MarchInputs& in, F cosine) {
+    if (in.whole_shininess < 0) return V::power(cosine, in.shininess);
+    F square = V::max(cosine, V::set(in.least_cosine));
+    F product = V::set(1.0F);
+    for (int left = in.whole_shininess; left > 0; left >>= 1) {
+      if ((left & 1) != 0) product = V::mul(product, square);
+      square = V::mul(square, square);
+    }
+    return product;
+  }
+
   static void phong(const MarchInputs& in, const F* rgb, F cosine, F* full) {
     const F lit = V::madd(cosine, V::set(in.diffuse), V::set(in.ambient));
-    const F gloss = V::mul(V::set(in.specular), V::power(cosine, in.shininess));
+    const F gloss = V::mul(V::set(in.specular), shine(in, cosine));
     for (int c = 0; c < 3; ++c) full[c] = clamp01(V::madd(rgb[c], lit, gloss));
   }
 

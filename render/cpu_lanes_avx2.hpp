@@ -60,27 +60,34 @@ struct Avx2 {
   static F select(M m, F a, F b) { return _mm256_blendv_ps(b, a, m.v); }
   static F mask(M m, F a) { return _mm256_and_ps(m.v, a); }
 
-  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r, Taylor series in r.
+  /// e^r - 1 for |r| <= ln 2 / 2: Taylor series.
+  static F small_exp(F r) {
+    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
+    p = madd(p, r, set(1.0F / 120));
+    p = madd(p, r, set(1.0F / 24));
+    p = madd(p, r, set(1.0F / 6));
+    p = madd(p, r, set(0.5F));
+    return madd(mul(p, r), r, r);
+  }
+  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r.
   static void split_exp(F y, F& scale, F& part) {
     const F clamped = max(y, set(-87.0F));
     const F n = _mm256_round_ps(mul(clamped, set(1.44269504F)),
                                 _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
     F r = _mm256_fnmadd_ps(n, set(0.693359375F), clamped);
     r = _mm256_fnmadd_ps(n, set(-2.12194440e-4F), r);
-    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
-    p = madd(p, r, set(1.0F / 120));
-    p = madd(p, r, set(1.0F / 24));
-    p = madd(p, r, set(1.0F / 6));
-    p = madd(p, r, set(0.5F));
-    part = madd(mul(p, r), r, r);
+    part = small_exp(r);
     const __m256i exponent = _mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127));
     scale = _mm256_castsi256_ps(_mm256_slli_epi32(exponent, 23));
   }
   /// 1 - e^-x without cancellation for small x >= 0.
   static F one_minus_exp(F x) {
+    const F y = sub(set(0.0F), x);
+    // Then n is 0 in all lanes, and the rest the same.
+    if (!any(less(set(0.34F), x))) return sub(set(0.0F), small_exp(y));
     F scale;
     F part;
-    split_exp(sub(set(0.0F), x), scale, part);
+    split_exp(y, scale, part);
     return _mm256_fnmadd_ps(scale, part, sub(set(1.0F), scale));
   }
   /// Natural logarithm of x >= 1e-38, after Cephes logf.
@@ -270,21 +277,21 @@ struct Avx2 {
     transpose(pair, out);
   }
 
-  /// Four integrals and their derivatives, in pairs of lanes as load_two().
+  /// Four integrals and halves of their derivatives, in pairs of lanes as load_two().
   struct Integral {
     __m256i sum[4];
-    F slope[4];
+    F half[4];
   };
   template <int i>
   static void integral_two(const IntegralEntry* table, const Lanes& lanes, F w, Integral& out) {
     const IntegralEntry& low = table[lanes.at[i]];
     const IntegralEntry& high = table[lanes.at[i + 4]];
     const F weight = spread<i>(w);
-    const F here = load_two(low.here, high.here);
-    const F rise = mul(weight, load_two(low.bend, high.bend));
-    const __m256i part = _mm256_cvtps_epi32(mul(weight, add(here, rise)));
+    const F half = load_two(low.half, high.half);
+    const F there = madd(weight, load_two(low.bend, high.bend), half);
+    const __m256i part = _mm256_cvtps_epi32(mul(weight, add(half, there)));
     out.sum[i] = _mm256_add_epi32(load_two(low.before, high.before), part);
-    out.slope[i] = add(here, add(rise, rise));
+    out.half[i] = there;
   }
   static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
     const Lanes lanes(at);
@@ -294,18 +301,14 @@ struct Avx2 {
     integral_two<3>(table, lanes, w, out);
   }
   template <int i>
-  static F mean_two(const Integral& a, const Integral& b, F close, F bow, F scale) {
+  static F change_two(const Integral& a, const Integral& b, F of_a, F of_b) {
     const F sums = _mm256_cvtepi32_ps(_mm256_sub_epi32(b.sum[i], a.sum[i]));
-    const F change = madd(spread<i>(bow), sub(b.slope[i], a.slope[i]), sums);
-    const F slopes = add(a.slope[i], b.slope[i]);
-    return mul(_mm256_blendv_ps(change, slopes, spread<i>(close)), spread<i>(scale));
+    return madd(spread<i>(of_a), a.half[i], madd(spread<i>(of_b), b.half[i], sums));
   }
-  /// scale times the change of the integrals and bow times that of their derivatives; where close,
-  /// scale times the sum of the derivatives.
-  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
-    const F pair[4] = {
-        mean_two<0>(a, b, close.v, bow, scale), mean_two<1>(a, b, close.v, bow, scale),
-        mean_two<2>(a, b, close.v, bow, scale), mean_two<3>(a, b, close.v, bow, scale)};
+  /// The change of the integrals and so much of the halves of their derivatives.
+  static void change(const Integral& a, const Integral& b, F of_a, F of_b, F* out) {
+    const F pair[4] = {change_two<0>(a, b, of_a, of_b), change_two<1>(a, b, of_a, of_b),
+                       change_two<2>(a, b, of_a, of_b), change_two<3>(a, b, of_a, of_b)};
     transpose(pair, out);
   }
 };

@@ -59,27 +59,34 @@ struct Avx512 {
   static F select(M m, F a, F b) { return _mm512_mask_blend_ps(m.v, b, a); }
   static F mask(M m, F a) { return _mm512_maskz_mov_ps(m.v, a); }
 
-  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r, Taylor series in r.
+  /// e^r - 1 for |r| <= ln 2 / 2: Taylor series.
+  static F small_exp(F r) {
+    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
+    p = madd(p, r, set(1.0F / 120));
+    p = madd(p, r, set(1.0F / 24));
+    p = madd(p, r, set(1.0F / 6));
+    p = madd(p, r, set(0.5F));
+    return madd(mul(p, r), r, r);
+  }
+  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r.
   static void split_exp(F y, F& scale, F& part) {
     const F clamped = max(y, set(-87.0F));
     const F n = _mm512_roundscale_ps(mul(clamped, set(1.44269504F)),
                                      _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
     F r = _mm512_fnmadd_ps(n, set(0.693359375F), clamped);
     r = _mm512_fnmadd_ps(n, set(-2.12194440e-4F), r);
-    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
-    p = madd(p, r, set(1.0F / 120));
-    p = madd(p, r, set(1.0F / 24));
-    p = madd(p, r, set(1.0F / 6));
-    p = madd(p, r, set(0.5F));
-    part = madd(mul(p, r), r, r);
+    part = small_exp(r);
     const __m512i exponent = _mm512_add_epi32(_mm512_cvtps_epi32(n), _mm512_set1_epi32(127));
     scale = _mm512_castsi512_ps(_mm512_slli_epi32(exponent, 23));
   }
   /// 1 - e^-x without cancellation for small x >= 0.
   static F one_minus_exp(F x) {
+    const F y = sub(set(0.0F), x);
+    // Then n is 0 in all lanes, and the rest the same.
+    if (!any(less(set(0.34F), x))) return sub(set(0.0F), small_exp(y));
     F scale;
     F part;
-    split_exp(sub(set(0.0F), x), scale, part);
+    split_exp(y, scale, part);
     return _mm512_fnmadd_ps(scale, part, sub(set(1.0F), scale));
   }
   /// Natural logarithm of x >= 1e-38, after Cephes logf.
@@ -220,11 +227,6 @@ struct Avx512 {
   static F spread(F x) {
     return _mm512_shuffle_ps(x, x, i * 0x55);
   }
-  template <int i>
-  static __mmask16 spread(M m) {
-    // Four times the bit of each four, by a product without carries.
-    return static_cast<__mmask16>(((m.v >> i) & 0x1111U) * 0xFU);
-  }
   /// Four numbers of four lanes.
   static F load_four(const float* a, const float* b, const float* c, const float* d) {
     F four = _mm512_castps128_ps512(_mm_load_ps(a));
@@ -232,14 +234,23 @@ struct Avx512 {
     four = _mm512_insertf32x4(four, _mm_load_ps(c), 2);
     return _mm512_insertf32x4(four, _mm_load_ps(d), 3);
   }
+  /// Offsets of entries, bytes: reckoned for all lanes at once.
+  template <class Entry>
+  static I offsets(I at) {
+    return {_mm512_mullo_epi32(at.v, _mm512_set1_epi32(sizeof(Entry)))};
+  }
+  template <class Entry>
+  static const Entry* entry(const Entry* table, std::uint32_t offset) {
+    return reinterpret_cast<const Entry*>(reinterpret_cast<const char*>(table) + offset);
+  }
   struct Lanes {
-    alignas(64) int at[kLanes];
+    alignas(64) std::uint32_t at[kLanes];
     explicit Lanes(I i) { _mm512_store_si512(at, i.v); }
   };
   template <int i, class Entry>
   static F load_four(const Entry* table, const Lanes& lanes, const float (Entry::*member)[4]) {
-    return load_four(table[lanes.at[i]].*member, table[lanes.at[i + 4]].*member,
-                     table[lanes.at[i + 8]].*member, table[lanes.at[i + 12]].*member);
+    const auto of = [&](int lane) { return entry(table, lanes.at[lane])->*member; };
+    return load_four(of(i), of(i + 4), of(i + 8), of(i + 12));
   }
   /// From four numbers of lanes (i, i + 4, i + 8, i + 12) to four numbers of sixteen lanes.
   static void transpose(const F* four, F* out) {
@@ -260,50 +271,46 @@ struct Avx512 {
   }
   /// One entry per lane, interpolated.
   static void lookup(const TableEntry* table, I at, F w, F* out) {
-    const Lanes lanes(at);
+    const Lanes lanes(offsets<TableEntry>(at));
     const F four[4] = {lookup_four<0>(table, lanes, w), lookup_four<1>(table, lanes, w),
                        lookup_four<2>(table, lanes, w), lookup_four<3>(table, lanes, w)};
     transpose(four, out);
   }
 
-  /// Four integrals and their derivatives, in fours of lanes as load_four().
+  /// Four integrals and halves of their derivatives, in fours of lanes as load_four().
   struct Integral {
     __m512i sum[4];
-    F slope[4];
+    F half[4];
   };
   template <int i>
   static void integral_four(const IntegralEntry* table, const Lanes& lanes, F w, Integral& out) {
     const auto before = [&](int lane) {
-      return reinterpret_cast<const float*>(table[lanes.at[lane]].before);
+      return reinterpret_cast<const float*>(entry(table, lanes.at[lane])->before);
     };
     const F weight = spread<i>(w);
-    const F here = load_four<i>(table, lanes, &IntegralEntry::here);
-    const F rise = mul(weight, load_four<i>(table, lanes, &IntegralEntry::bend));
-    const __m512i part = _mm512_cvtps_epi32(mul(weight, add(here, rise)));
+    const F half = load_four<i>(table, lanes, &IntegralEntry::half);
+    const F there = madd(weight, load_four<i>(table, lanes, &IntegralEntry::bend), half);
+    const __m512i part = _mm512_cvtps_epi32(mul(weight, add(half, there)));
     const F sum = load_four(before(i), before(i + 4), before(i + 8), before(i + 12));
     out.sum[i] = _mm512_add_epi32(_mm512_castps_si512(sum), part);
-    out.slope[i] = add(here, add(rise, rise));
+    out.half[i] = there;
   }
   static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
-    const Lanes lanes(at);
+    const Lanes lanes(offsets<IntegralEntry>(at));
     integral_four<0>(table, lanes, w, out);
     integral_four<1>(table, lanes, w, out);
     integral_four<2>(table, lanes, w, out);
     integral_four<3>(table, lanes, w, out);
   }
   template <int i>
-  static F mean_four(const Integral& a, const Integral& b, M close, F bow, F scale) {
+  static F change_four(const Integral& a, const Integral& b, F of_a, F of_b) {
     const F sums = _mm512_cvtepi32_ps(_mm512_sub_epi32(b.sum[i], a.sum[i]));
-    const F change = madd(spread<i>(bow), sub(b.slope[i], a.slope[i]), sums);
-    const F slopes = add(a.slope[i], b.slope[i]);
-    return mul(_mm512_mask_blend_ps(spread<i>(close), change, slopes), spread<i>(scale));
+    return madd(spread<i>(of_a), a.half[i], madd(spread<i>(of_b), b.half[i], sums));
   }
-  /// scale times the change of the integrals and bow times that of their derivatives; where close,
-  /// scale times the sum of the derivatives.
-  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
-    const F four[4] = {mean_four<0>(a, b, close, bow, scale), mean_four<1>(a, b, close, bow, scale),
-                       mean_four<2>(a, b, close, bow, scale),
-                       mean_four<3>(a, b, close, bow, scale)};
+  /// The change of the integrals and so much of the halves of their derivatives.
+  static void change(const Integral& a, const Integral& b, F of_a, F of_b, F* out) {
+    const F four[4] = {change_four<0>(a, b, of_a, of_b), change_four<1>(a, b, of_a, of_b),
+                       change_four<2>(a, b, of_a, of_b), change_four<3>(a, b, of_a, of_b)};
     transpose(four, out);
   }
 };

@@ -98,21 +98,21 @@ struct Scalar {
   }
   struct Integral {
     std::int32_t sum[4];
-    F slope[4];
+    F half[4];
   };
   static void integral(const IntegralEntry* table, I at, F w, Integral& out) {
     const IntegralEntry& entry = table[at];
     for (int i = 0; i < 4; ++i) {
-      const F rise = w * entry.bend[i];
+      const F there = entry.half[i] + w * entry.bend[i];
       out.sum[i] =
-          entry.before[i] + static_cast<std::int32_t>(std::nearbyint(w * (entry.here[i] + rise)));
-      out.slope[i] = entry.here[i] + (rise + rise);
+          entry.before[i] + static_cast<std::int32_t>(std::nearbyint(w * (entry.half[i] + there)));
+      out.half[i] = there;
     }
   }
-  static void mean(const Integral& a, const Integral& b, M close, F bow, F scale, F* out) {
+  static void change(const Integral& a, const Integral& b, F of_a, F of_b, F* out) {
     for (int i = 0; i < 4; ++i) {
-      const F change = madd(bow, b.slope[i] - a.slope[i], static_cast<F>(b.sum[i] - a.sum[i]));
-      out[i] = scale * (close ? a.slope[i] + b.slope[i] : change);
+      const auto sums = static_cast<F>(b.sum[i] - a.sum[i]);
+      out[i] = madd(of_a, a.half[i], madd(of_b, b.half[i], sums));
     }
   }
 };

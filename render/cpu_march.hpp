@@ -21,10 +21,11 @@ struct alignas(32) TableEntry {
 };
 
 /// The integral of colour times extinction, and of extinction, over the values up to w beyond a
-/// whole HU, in quanta: before + round(w (here + w bend)). Its derivative is here + 2 w bend.
+/// whole HU, in quanta: before + round(w (half + there)), where there = half + w bend is half of
+/// its derivative.
 struct alignas(64) IntegralEntry {
   std::int32_t before[4];
-  float here[4];
+  float half[4];
   float bend[4];
 };
 
@@ -75,6 +76,8 @@ struct MarchInputs {
   float diffuse;
   float specular;
   float shininess;
+  int whole_shininess;  ///< The same where it is a whole number, else -1.
+  float least_cosine;   ///< Less counts as this much; no power of it in use underflows.
   float cool_share;
   float warm_share;
   float silhouette;

@@ -26,7 +26,7 @@ IntegralEntry stretch(const Eigen::Vector4d& before, const Eigen::Vector4d& valu
   IntegralEntry entry{};
   for (int c = 0; c < 4; ++c) {
     entry.before[c] = rounded(before[c] / quantum);
-    entry.here[c] = static_cast<float>(value[c] / quantum);
+    entry.half[c] = static_cast<float>(0.5 * value[c] / quantum);
     entry.bend[c] = static_cast<float>(0.5 * change[c] / quantum);
   }
   return entry;
