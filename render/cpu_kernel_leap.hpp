@@ -15,20 +15,42 @@ inline constexpr float kLeapMargin = 1.0F / 64;
 /// A step below this, in voxels, changes no position along any ray.
 inline constexpr float kStill = 1e-20F;
 
-/// Bricks along a packet of rays.
+/// Bricks along a packet of rays. Leaps wait for one another, so what is known before a brick's
+/// entry has been fetched is reckoned before it.
 template <class V>
 struct Bricks {
   using F = typename V::F;
   using I = typename V::I;
   using M = typename V::M;
 
+  /// Along one axis, where the face of a cube lies that rays leave it through: so many cells per
+  /// voxel, and so many for a cube of 8 or 4 voxels at the origin. Far away where rays do not move.
+  struct Axis {
+    F per_voxel;
+    F of_8;
+    F of_4;
+    F per_brick;  ///< What a cube that is larger by one brick all around adds.
+  };
+
   const Sampler<V>& sampler;
-  F per_step[3];
+  Axis axes[3];
 
   explicit Bricks(const Sampler<V>& s) : sampler(s) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const M moves = V::less(V::set(kStill), V::abs(s.step[axis]));
-      per_step[axis] = V::div(V::set(1.0F), V::select(moves, s.step[axis], V::set(1.0F)));
+    const F margin = V::set(kLeapMargin);
+    const F nothing = V::set(0.0F);
+    for (int i = 0; i < 3; ++i) {
+      const F step = s.step[i];
+      const M moves = V::less(V::set(kStill), V::abs(step));
+      const M forward = V::less(nothing, step);
+      const F per = V::div(V::set(1.0F), V::select(moves, step, V::set(1.0F)));
+      const auto leave = [&](float side) {
+        const F face = V::select(forward, V::sub(V::set(side), margin), margin);
+        return V::select(moves, V::mul(V::sub(face, s.origin[i]), per), V::set(1e9F));
+      };
+      axes[i].per_voxel = V::mask(moves, per);
+      axes[i].of_8 = leave(8);
+      axes[i].of_4 = leave(4);
+      axes[i].per_brick = V::mask(moves, V::mul(V::set(8.0F), V::abs(per)));
     }
   }
 
@@ -46,9 +68,8 @@ struct Bricks {
       index[axis] = V::shift_right_3(b.voxel[axis]);
     }
     const MarchInputs& in = sampler.in;
-    b.at = V::add(V::mul(V::add(V::mul(index[2], V::set_int(in.bricks[1])), index[1]),
-                         V::set_int(in.bricks[0])),
-                  index[0]);
+    const I slice = V::mul(index[2], V::set_int(in.bricks[1] * in.bricks[0]));
+    b.at = V::add(slice, V::add(V::mul(index[1], V::set_int(in.bricks[0])), index[0]));
     return b;
   }
 
@@ -61,26 +82,30 @@ struct Bricks {
     return V::less(V::set(0.0F), V::to_float(V::bits(V::shift_right(parts, bit), 1)));
   }
 
-  /// The first sample after one that may lie outside the cube of reach bricks around its own;
-  /// where halved, for which reach is 0, outside its part of the brick.
-  F leave(const Brick& brick, I reach, F sample, M halved = V::none()) const {
+  /// The first sample after one that may lie outside the cube of reach bricks around its own.
+  F leave(const Brick& brick, F reach, F sample) const {
     F out = V::set(1e9F);
-    const I around = V::shift_left_3(reach);
-    const I edge = V::subtract(V::add(V::set_int(8), V::add(around, around)),
-                               V::mask_int(halved, V::set_int(4)));
-    for (int axis = 0; axis < 3; ++axis) {
-      const I voxel = brick.voxel[axis];
-      const I half = V::mask_int(halved, V::bits(voxel, 4));
-      const I least = V::subtract(V::add(V::bits(voxel, ~7), half), around);
-      const F low = V::to_float(least);
-      const F high = V::to_float(V::add(least, edge));
-      const M forward = V::less(V::set(0.0F), sampler.step[axis]);
-      const F face =
-          V::select(forward, V::sub(high, V::set(kLeapMargin)), V::add(low, V::set(kLeapMargin)));
-      const F there = V::mul(V::sub(face, sampler.origin[axis]), per_step[axis]);
-      const M moves = V::less(V::set(kStill), V::abs(sampler.step[axis]));
-      out = V::min(out, V::select(moves, there, out));
+    for (int i = 0; i < 3; ++i) {
+      const F low = V::to_float(V::bits(brick.voxel[i], ~7));
+      const F own = V::madd(low, axes[i].per_voxel, axes[i].of_8);
+      out = V::min(out, V::madd(reach, axes[i].per_brick, own));
     }
+    return after(out, sample);
+  }
+  /// The same of its own brick alone.
+  F leave(const Brick& brick, F sample) const { return leave(brick, V::set(0.0F), sample); }
+  /// The same; where halved, of its part of the brick.
+  F leave(const Brick& brick, F reach, F sample, M halved) const {
+    F out = V::set(1e9F);
+    for (int i = 0; i < 3; ++i) {
+      const F low = V::to_float(V::bits(brick.voxel[i], ~3));
+      out = V::min(out, V::madd(low, axes[i].per_voxel, axes[i].of_4));
+    }
+    return V::select(halved, after(out, sample), leave(brick, reach, sample));
+  }
+
+ private:
+  static F after(F out, F sample) {
     const F one = V::set(1.0F);
     return V::max(V::add(V::floor(out), one), V::add(sample, one));
   }
@@ -139,13 +164,14 @@ struct Leaper {
     if constexpr (kFade) {
       reach = V::select(V::either(empty, V::not_less(sample, hiding.t2)), reach, V::set(0.0F));
     }
-    M halved = V::none();
     if (in.brick_parts != nullptr) {
       const I parts = V::load_byte(in.brick_parts, brick.at);
-      halved = V::less(V::to_float(parts), V::set(255.0F));
+      const M halved = V::less(V::to_float(parts), V::set(255.0F));
       empty = V::either(empty, V::both(halved, V::negate(Bricks<V>::among(brick, parts))));
+      leave = bricks.leave(brick, reach, sample, halved);
+    } else {
+      leave = bricks.leave(brick, reach, sample);
     }
-    leave = bricks.leave(brick, V::truncate(reach), sample, halved);
     if constexpr (!kFade) return V::select(empty, leave, sample);
     const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
     // Samples up to here end cells that are hidden; the next cell is as well.

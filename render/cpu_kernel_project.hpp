@@ -67,7 +67,7 @@ class Projector {
       F low;
       F high;
       V::load_range(in_.brick_range, brick.at, low, high);
-      const F leave = bricks.leave(brick, V::set_int(0), cell);
+      const F leave = bricks.leave(brick, cell);
       const M useless = kProject == MarchProject::kMaximum
                             ? V::less(V::add(high, V::set(kRangeMargin)), found)
                             : V::less(found, V::sub(low, V::set(kRangeMargin)));

@@ -26,7 +26,7 @@ struct Segments {
     if (V::any(open)) {
       const auto brick = bricks.find(cell);
       const F allowed = V::to_float(V::load_byte(bricks.sampler.in.brick_cells, brick.at));
-      known = V::select(open, bricks.leave(brick, V::set_int(0), cell), known);
+      known = V::select(open, bricks.leave(brick, cell), known);
       most = V::select(open, allowed, most);
     }
     const F one = V::set(1.0F);

@@ -202,7 +202,7 @@ class PredicateMarcher {
     while (V::any(open)) {
       const auto brick = bricks_.find(cell);
       const F most = V::load_float(in_.brick_importance, brick.at);
-      const F leave = bricks_.leave(brick, V::set_int(0), cell);
+      const F leave = bricks_.leave(brick, cell);
       const F paid = V::max(importance_, paid_);
       const F rise = V::max(V::set(0.0F), V::sub(most, paid));
       const F spent = V::add(spent_so_far(), cost_of(rise));
@@ -266,7 +266,7 @@ class PredicateMarcher {
     while (V::any(open)) {
       const auto brick = bricks_.find(at);
       const F most = V::load_float(in_.brick_importance, brick.at);
-      const F leave = bricks_.leave(brick, V::set_int(0), at);
+      const F leave = bricks_.leave(brick, at);
       const M more = V::both(open, V::not_less(most, greatest_));
       greatest_ = V::select(more, most, greatest_);
       greatest_until_ = V::select(more, leave, greatest_until_);
