@@ -39,30 +39,31 @@ Json fixed_point_summary(const bench::RenderBenchReport& report) {
   return out;
 }
 
-double median_skip(const std::vector<bench::SkipRatio>& skipping) {
-  std::vector<double> ratios;
-  for (const auto& one : skipping) ratios.push_back(one.ratio());
-  return bench::median(std::move(ratios));
-}
+using SkipMeasure = double (bench::SkipRatio::*)() const;
 
-/// Median over the scenes that show vessels alone; NaN when none was drawn.
-double median_skip_vessels(const std::vector<bench::SkipRatio>& skipping) {
+/// Over the scenes whose name contains this; NaN when none was drawn.
+double median_skip(const BenchRenderReport& report, SkipMeasure measure,
+                   const std::string& containing = "") {
   std::vector<double> ratios;
-  for (const auto& one : skipping) {
-    if (one.scene.find("vessels-only") != std::string::npos) ratios.push_back(one.ratio());
+  for (const auto& one : report.skipping) {
+    if (one.scene.find(containing) != std::string::npos) ratios.push_back((one.*measure)());
   }
   return bench::median(std::move(ratios));
 }
 
 Json skip_summary(const BenchRenderReport& report) {
+  constexpr SkipMeasure kSkipping = &bench::SkipRatio::ratio;
+  constexpr SkipMeasure kAll = &bench::SkipRatio::brute_ratio;
   Json scenes = Json::object();
   bool identical = true;
   for (const auto& one : report.skipping) {
-    scenes[one.scene] = one.ratio();
+    scenes[one.scene] = {{"skipping", one.ratio()}, {"and_early_end", one.brute_ratio()}};
     identical = identical && one.identical;
   }
-  return {{"median", json_number(median_skip(report.skipping))},
-          {"vessels_only", json_number(median_skip_vessels(report.skipping))},
+  return {{"median", json_number(median_skip(report, kSkipping))},
+          {"vessels_only", json_number(median_skip(report, kSkipping, "vessels-only"))},
+          {"and_early_end_median", json_number(median_skip(report, kAll))},
+          {"and_early_end_vessels_only", json_number(median_skip(report, kAll, "vessels-only"))},
           {"full_volume_overhead", json_number(report.full_volume_overhead)},
           {"bit_identical", identical},
           {"scenes", std::move(scenes)}};
@@ -255,12 +256,17 @@ Json json_of(const std::vector<bench::ScalingPoint>& points) {
 }
 
 std::string live_text(const BenchRenderReport& report) {
+  constexpr SkipMeasure kSkipping = &bench::SkipRatio::ratio;
+  constexpr SkipMeasure kAll = &bench::SkipRatio::brute_ratio;
   std::ostringstream out;
   out << std::fixed << std::setprecision(1)
-      << "\nVolume samples without skipping over with it: median " << median_skip(report.skipping)
+      << "\nVolume samples without skipping over with it: median " << median_skip(report, kSkipping)
       << " of " << report.skipping.size() << " scenes, vessels only "
-      << median_skip_vessels(report.skipping) << "; a volume that is nowhere empty takes "
-      << 100 * report.full_volume_overhead << " % longer.\n"
+      << median_skip(report, kSkipping, "vessels-only")
+      << "; without early termination either, median " << median_skip(report, kAll)
+      << ", vessels only " << median_skip(report, kAll, "vessels-only")
+      << "; a volume that is nowhere empty takes " << 100 * report.full_volume_overhead
+      << " % longer.\n"
       << "Plane and cutaway: " << 100 * report.cutaway->own_fraction()
       << " % of a frame for their own work, " << 100 * report.cutaway->net_fraction()
       << " % with the samples they save; samples " << report.cutaway->ct_samples << " (CT), "

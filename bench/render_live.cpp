@@ -101,8 +101,11 @@ Result<SkipRatio> measure_skipping(const NamedScene& named) {
   scene.quality.skip_empty_bricks = false;
   const auto off = engine->render(scene);
   if (!off) return off.error();
+  scene.quality.opaque_at = 1;
+  const auto brute = engine->render(scene);
+  if (!brute) return brute.error();
   return SkipRatio{named.name, on->statistics.volume_samples, off->statistics.volume_samples,
-                   same_bytes(*on, *off)};
+                   brute->statistics.volume_samples, same_bytes(*on, *off)};
 }
 
 Result<double> full_volume_overhead(const render::Scene& scene, const Repeats& repeats) {

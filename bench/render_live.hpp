@@ -49,9 +49,13 @@ struct SkipRatio {
   std::string scene;
   std::uint64_t on = 0;
   std::uint64_t off = 0;
-  bool identical = false;  ///< Byte for byte.
+  std::uint64_t brute = 0;  ///< Without early termination either: all that the rays' parts hold.
+  bool identical = false;   ///< Byte for byte.
   [[nodiscard]] double ratio() const {
     return static_cast<double>(off) / static_cast<double>(on > 0 ? on : 1);
+  }
+  [[nodiscard]] double brute_ratio() const {
+    return static_cast<double>(brute) / static_cast<double>(on > 0 ? on : 1);
   }
 };
 Result<SkipRatio> measure_skipping(const NamedScene& named);

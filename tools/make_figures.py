@@ -339,6 +339,9 @@ that step, so that its other lights are forgiven. GL device: {report['gl_device'
 {table(["what the CPU engine skips", "found"],
        [["volume samples, skipping off / on, median of scenes", number(skip["median"])],
         ["the same, vessels only", number(skip["vessels_only"])],
+        ["without early termination either, median of scenes",
+         number(skip["and_early_end_median"])],
+        ["the same, vessels only", number(skip["and_early_end_vessels_only"])],
         ["pictures with and without skipping are the same bytes",
          "yes" if skip["bit_identical"] else "NO"]])}
 """

@@ -188,6 +188,14 @@ BENCHMARK_CAPTURE(reclassify, vessels, "cta-vessels")
     ->UseRealTime()
     ->MeasureProcessCPUTime();
 BENCHMARK(plane_only)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(with_plane, vessels, "cta-vessels")
+    ->ArgNames({"plane", "cutaway"})
+    ->Args({0, 0})
+    ->Args({1, 0})
+    ->Args({1, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(with_plane, soft_tissue, "ct-soft-tissue")
     ->ArgNames({"plane", "cutaway"})
     ->Args({0, 0})
