@@ -38,7 +38,12 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
       ->capture_default_str();
   verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
   verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
-  verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
+  verb.add_option("--step", out.step_voxels,
+                  "sampling distance, voxels; not given: what --rms-error needs");
+  verb.add_option("--rms-error", out.rms_error,
+                  "root mean square error of the picture's colours that the step is chosen for")
+      ->check(CLI::Range(1e-5, 1.0))
+      ->capture_default_str();
   verb.add_option("--pixel-error", out.pixel_error,
                   "pixels between rays that differ by no more have none of their own; 0: all have")
       ->check(CLI::Range(0.0, 1.0))

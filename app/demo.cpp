@@ -228,6 +228,7 @@ Result<void> Demo::write_report() {
   json["rejected_poses"] = navigator_.rejected_poses();
   json["final_tip_to_target_mm"] =
       last_guidance_ ? Json(last_guidance_->tip_to_target_mm) : Json(nullptr);
+  json["sampling"] = json_of(presenter_.step());
   json["views_cast"] = presenter_.views_cast();
   json["views_reused"] = presenter_.views_reused();
   json["cast_seconds"] = presenter_.cast_seconds();
@@ -331,6 +332,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
                         options.output.width,
                         options.output.height,
                         options.output.step_voxels,
+                        options.output.rms_error,
                         options.output.pixel_error,
                         {}};
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));

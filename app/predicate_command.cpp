@@ -97,7 +97,7 @@ void add_view_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--height", out.height, "of each part of the picture, pixels")
       ->check(CLI::Range(200, 4096))
       ->capture_default_str();
-  verb.add_option("--step", out.step_voxels, "sampling distance, voxels")->capture_default_str();
+  verb.add_option("--step", out.step_voxels, "sampling distance, voxels; not given: 0.5");
 }
 
 }  // namespace

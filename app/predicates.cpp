@@ -31,7 +31,7 @@ render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
   if (std::abs(scene.camera.up_ct.v.normalized().dot(from)) > kNearlyAlong) {
     scene.camera.up_ct = {axes.col(2)};
   }
-  scene.quality.step_voxels = config.output.step_voxels;
+  scene.quality.step_voxels = config.output.step_voxels.value_or(scene.quality.step_voxels);
   if (options.target) {
     scene.spheres = {{{options.target->head<3>()}, options.target->w()}};
     scene.spheres.front().opacity = 0.5;

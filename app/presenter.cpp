@@ -77,7 +77,8 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   scene.cutaway = look_.cutaway;
   scene.projection = look_.projection;
   scene.grey = look_.grey;
-  scene.quality.step_voxels = options_.step_voxels;
+  if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
+  if (step_) scene.quality.step_voxels = step_->step_voxels;
   scene.quality.pixel_error = options_.pixel_error;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
@@ -113,7 +114,19 @@ void Presenter::set_registration_warnings(const std::vector<std::string>& warnin
   warning_ = "registration warned" + count + ": " + warnings.front();
 }
 
+Result<void> Presenter::choose_step(const Epoch& epoch) {
+  if (options_.step_voxels || step_) return {};
+  const render::Scene first = scene(epoch);
+  // What the search would draw is not what these show.
+  if (first.predicates || first.projection != render::Projection::kComposite) return {};
+  auto choice = render::step_for_error(*engine_, first, options_.rms_error);
+  if (!choice) return choice.error();
+  step_ = *choice;
+  return {};
+}
+
 Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
+  if (auto ok = choose_step(epoch); !ok) return ok.error();
   const render::Scene wanted = scene(epoch);
   const bool empty = !wanted.plane && !wanted.needle;
   Image2d<Rgba8> view;

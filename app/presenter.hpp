@@ -13,6 +13,7 @@
 #include "render/canvas.hpp"
 #include "render/engine.hpp"
 #include "render/slice.hpp"
+#include "render/step_search.hpp"
 
 namespace nav::app {
 
@@ -20,11 +21,12 @@ namespace nav::app {
 struct PresenterOptions {
   SessionConfig::Look look;
   SessionConfig::View view;
-  int width = 800;   ///< Of the 3D view, pixels.
-  int height = 600;  ///< Of the 3D view, pixels.
-  double step_voxels = 0.5;
-  double pixel_error = 0;   ///< Of render::Quality.
-  render::HuWindow window;  ///< Of the CT slice.
+  int width = 800;                                   ///< Of the 3D view, pixels.
+  int height = 600;                                  ///< Of the 3D view, pixels.
+  std::optional<double> step_voxels = std::nullopt;  ///< Absent: what rms_error needs.
+  double rms_error = render::kDefaultRms;            ///< Of the picture of the CT, estimated.
+  double pixel_error = 0;                            ///< Of render::Quality.
+  render::HuWindow window;                           ///< Of the CT slice.
 };
 
 /// Turns epochs into pictures: the 3D view at the left, the live ultrasound and the CT along the
@@ -61,12 +63,16 @@ class Presenter {
 
   /// The whole picture of an epoch.
   Result<Image2d<Rgba8>> present(const Epoch& epoch);
+  /// Finds the step for the error that was asked for, once; present() does so by itself.
+  Result<void> choose_step(const Epoch& epoch);
   /// The 3D scene of an epoch, as every engine draws it.
   [[nodiscard]] render::Scene scene(const Epoch& epoch) const;
   [[nodiscard]] render::Engine& engine() { return *engine_; }
   /// Times that a 3D view was cast, and times that the last one was still right.
   [[nodiscard]] int views_cast() const { return views_cast_; }
   [[nodiscard]] int views_reused() const { return views_reused_; }
+  /// What the 3D view is sampled with, once one was cast: given, or chosen for rms_error.
+  [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
   /// Seconds of the casting, all views.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
@@ -90,6 +96,7 @@ class Presenter {
   std::string warning_;                       ///< Of the registration.
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;                          ///< Of the engine about its last picture.
+  std::optional<render::StepChoice> step_;
   int views_cast_ = 0;
   int views_reused_ = 0;
   double cast_seconds_ = 0;

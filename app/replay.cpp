@@ -196,6 +196,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["sector"] = sector_json(session_.outline());
   json["ledger"] = json_of(ledger);
   json["rejected_poses"] = session_.navigator().rejected_poses();
+  json["sampling"] = json_of(presenter_.step());
   json["views_cast"] = presenter_.views_cast();
   json["cast_seconds"] = presenter_.cast_seconds();
   json["frames"] = out_.files();
@@ -294,6 +295,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                       config.output.width,
                                       config.output.height,
                                       config.output.step_voxels,
+                                      config.output.rms_error,
                                       config.output.pixel_error,
                                       {}},
                                      shared_ct, std::move(*engine));

@@ -113,6 +113,13 @@ Json json_of(const registration::ImageRegistrationResult& result,
   return json;
 }
 
+Json json_of(const std::optional<render::StepChoice>& step) {
+  if (!step) return nullptr;
+  return {{"step_voxels", step->step_voxels},
+          {"estimated_rms", json_number(step->rms)},
+          {"reached", step->reached}};
+}
+
 Json json_of(const std::vector<DiagnosticEntry>& entries) {
   Json list = Json::array();
   for (const DiagnosticEntry& entry : entries) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
 #include "render/engine.hpp"
+#include "render/step_search.hpp"
 
 namespace nav::app {
 
@@ -21,6 +23,8 @@ Json json_of(const registration::Decision& decision);
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target);
 Json json_of(const std::vector<DiagnosticEntry>& entries);
+/// Null where the user gave a step.
+Json json_of(const std::optional<render::StepChoice>& step);
 /// One line of the log for each warning that a registration was accepted with.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// 16 numbers, row-major.

@@ -98,6 +98,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   output.integer("width_px", config.output.width);
   output.integer("height_px", config.output.height);
   output.number("step_voxels", config.output.step_voxels);
+  output.number("rms_error", config.output.rms_error);
   output.number("pixel_error", config.output.pixel_error);
   output.integer("frames", config.output.frames);
   output.flag("window", config.output.window);
@@ -153,8 +154,11 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(output.threads, 0, 1024)) {
     return refuse("output.threads", "0 (all cores) to 1024", output.threads);
   }
-  if (!within(output.step_voxels, 1.0 / 64, 16)) {
-    return refuse("output.step_voxels", "1/64 to 16", output.step_voxels);
+  if (output.step_voxels && !within(*output.step_voxels, 1.0 / 64, 16)) {
+    return refuse("output.step_voxels", "1/64 to 16", *output.step_voxels);
+  }
+  if (!within(output.rms_error, 1e-5, 1)) {
+    return refuse("output.rms_error", "1e-5 to 1", output.rms_error);
   }
   if (!within(output.pixel_error, 0, 1)) {
     return refuse("output.pixel_error", "0 to 1", output.pixel_error);
@@ -228,10 +232,11 @@ std::string to_toml(const SessionConfig& config) {
                      {"threads", config.output.threads},
                      {"width_px", config.output.width},
                      {"height_px", config.output.height},
-                     {"step_voxels", config.output.step_voxels},
+                     {"rms_error", config.output.rms_error},
                      {"pixel_error", config.output.pixel_error},
                      {"frames", config.output.frames},
                      {"window", config.output.window}};
+  if (config.output.step_voxels) output.insert("step_voxels", *config.output.step_voxels);
   root.insert("ct", std::move(ct));
   root.insert("source", std::move(source));
   root.insert("placement", std::move(placement));

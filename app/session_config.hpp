@@ -10,6 +10,7 @@
 
 #include "app/predicate_options.hpp"
 #include "nav/result.hpp"
+#include "render/step_search.hpp"
 #include "render/transfer_function.hpp"
 #include "render/transfer_presets.hpp"
 
@@ -99,9 +100,11 @@ struct SessionConfig {
     int threads = 0;
     int width = 800;   ///< Of the 3D view, pixels.
     int height = 600;  ///< Of the 3D view, pixels.
-    double step_voxels = 0.5;
-    double pixel_error = 0;  ///< Of the engine's quality: rays are spared; 0: none.
-    int frames = 0;          ///< Most pictures written; 0: all.
+    /// Absent: what rms_error needs, found out at the first picture; by predicates half a voxel.
+    std::optional<double> step_voxels = std::nullopt;
+    double rms_error = render::kDefaultRms;  ///< Of the picture of the CT, estimated.
+    double pixel_error = 0;                  ///< Of the engine's quality: rays are spared; 0: none.
+    int frames = 0;                          ///< Most pictures written; 0: all.
     bool window = false;
   } output;
 };

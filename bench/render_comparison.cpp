@@ -132,6 +132,8 @@ class Comparison {
   Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,
                         const SparsePoint& quality, const Picture& truth,
                         const std::vector<Picture>& own_truths);
+  Result<void> run_chosen(const NamedScene& named, const Picture& truth,
+                          const std::vector<Picture>& own_truths);
   void add_ratios(const NamedScene& named);
   void add_ratio(const NamedScene& named, const std::string& name, const RenderBenchCurve& ours,
                  const RenderBenchCurve& theirs);
@@ -210,8 +212,24 @@ Result<void> Comparison::run(const NamedScene& named) {
   for (const SparsePoint& quality : own) {
     if (auto ok = run_step(named, ours_, quality, *truth, own_truths); !ok) return ok;
   }
+  if (auto ok = run_chosen(named, *truth, own_truths); !ok) return ok;
   add_ratios(named);
   return {};
+}
+
+Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& truth,
+                                    const std::vector<Picture>& own_truths) {
+  const auto engine = render::make_cpu_engine();
+  // What the engine makes of the volume is made for every picture, not for the search.
+  if (auto warm = engine->render(small(named.scene)); !warm) return warm.error();
+  const double start = process_time_s();
+  const auto choice = render::step_for_error(*engine, named.scene, render::kDefaultRms);
+  if (!choice) return choice.error();
+  report_.chosen.push_back({named.name, *choice, process_time_s() - start});
+  const auto cpu = std::find_if(ours_.begin(), ours_.end(),
+                                [](const Contestant& who) { return who.name == "cpu"; });
+  NAV_CHECK(cpu != ours_.end());
+  return run_step(named, {*cpu}, {choice->step_voxels, 0}, truth, own_truths);
 }
 
 void Comparison::add_ratios(const NamedScene& named) {

@@ -10,6 +10,7 @@
 #include "bench/scene_set.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
+#include "render/step_search.hpp"
 
 namespace nav::bench {
 
@@ -79,6 +80,13 @@ struct SceneTruth {
   double self_convergence;  ///< Rms between the reference at its step and at twice that.
 };
 
+/// The step that the CPU engine takes by itself.
+struct ChosenStep {
+  std::string scene;
+  render::StepChoice choice;
+  double search_cpu_s = 0;  ///< Process time to find it, once for a volume and a look.
+};
+
 struct RenderBenchReport {
   std::string gl_device;
   int reference_width = 0;
@@ -87,6 +95,7 @@ struct RenderBenchReport {
   std::vector<SceneTruth> truths;
   std::vector<RenderBenchRow> rows;
   std::vector<RenderBenchRatio> ratios;
+  std::vector<ChosenStep> chosen;
 };
 
 /// Runs all engines in turn in one process: same camera, picture size, transfer function, shading

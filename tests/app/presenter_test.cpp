@@ -24,6 +24,14 @@ std::shared_ptr<const Volume> cube() {
   return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "cube"));
 }
 
+/// The same with marbles of bone.
+std::shared_ptr<const Volume> marbles() {
+  const auto plain = cube();
+  std::vector<std::int16_t> hu(plain->hu().begin(), plain->hu().end());
+  for (std::size_t i = 0; i < hu.size(); i += 7) hu[i] = 700;
+  return std::make_shared<const Volume>(*Volume::create(plain->grid(), std::move(hu), "marbles"));
+}
+
 /// An epoch whose ultrasound is a bright picture in the middle of the cube.
 Epoch epoch(SafetyState state, const std::string& cause) {
   UltrasoundFrame frame{Timestamp{},
@@ -47,7 +55,7 @@ Epoch epoch(SafetyState state, const std::string& cause) {
 class PresenterTest : public ::testing::Test {
  protected:
   PresenterTest()
-      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, 0, {}}, cube(),
+      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, 0.1, 0, {}}, cube(),
                                       render::make_cpu_engine({.threads = 1}))) {}
   Image2d<Rgba8> present(const Epoch& shown) {
     auto picture = presenter_.present(shown);
@@ -154,12 +162,35 @@ TEST(PatientDirectionTest, NamesTheWayInLps) {
 }
 
 TEST(PresenterOptionsTest, QualityIsTheScenes) {
-  const auto made = Presenter::create({{}, {}, kWidth, kHeight, 0.25, 0.125, {}}, cube(),
+  const auto made = Presenter::create({{}, {}, kWidth, kHeight, 0.25, 0.1, 0.125, {}}, cube(),
                                       render::make_cpu_engine());
   ASSERT_TRUE(test::has_value(made));
   const render::Quality quality = made->scene(Epoch{}).quality;
   EXPECT_EQ(quality.step_voxels, 0.25);
   EXPECT_EQ(quality.pixel_error, 0.125);
+}
+
+TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  present(shown);
+  EXPECT_FALSE(presenter_.step()) << "2 voxels were asked for";
+  EXPECT_EQ(presenter_.scene(shown).quality.step_voxels, 2);
+  std::vector<double> steps;
+  for (const double rms : {3e-2, 5e-3}) {
+    PresenterOptions options;
+    options.width = kWidth;
+    options.height = kHeight;
+    options.rms_error = rms;
+    auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+    ASSERT_TRUE(test::has_value(made));
+    ASSERT_TRUE(test::has_value(made->present(shown)));
+    ASSERT_TRUE(made->step());
+    EXPECT_TRUE(made->step()->reached);
+    EXPECT_LE(made->step()->rms, rms);
+    EXPECT_EQ(made->scene(shown).quality.step_voxels, made->step()->step_voxels);
+    steps.push_back(made->step()->step_voxels);
+  }
+  EXPECT_GT(steps[0], steps[1]);
 }
 
 TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
