@@ -15,7 +15,7 @@ constexpr int kColumns = 64;
 constexpr double kCoarsest = 4;      // Voxels.
 constexpr int kSteps = 11;           // Down to 1/8 voxel.
 constexpr std::size_t kPerHalf = 2;  // Steps from one to half of it.
-constexpr double kMargin = 0.85;     // The estimate may say too little.
+constexpr double kMargin = 0.95;     // The estimate may say too little.
 
 /// The CT alone, in few pixels.
 Scene few_rays(const Scene& scene) {
