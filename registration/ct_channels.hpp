@@ -38,9 +38,13 @@ struct CtBox {
 /// The box of all voxel centres.
 CtBox box_of(const VoxelGrid& grid);
 
+/// How far texels are apart, in the Gaussian's sigmas.
+inline constexpr double kTexelSigmas = 0.7;
+
 /// Crops the CT to the box (whole voxels, at least 2 along each axis), smooths with a Gaussian of
-/// sigma_mm and keeps about every 0.7 sigma_mm one texel, but none finer than 1 mm or the CT.
-/// An axis with one voxel is repeated. Refuses a box that does not touch the CT (kRefused).
-Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double sigma_mm);
+/// sigma_mm and keeps about every texel_sigmas · sigma_mm one texel, but none finer than 1 mm or
+/// the CT. An axis with one voxel is repeated. Refuses a box that does not touch the CT (kRefused).
+Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double sigma_mm,
+                                    double texel_sigmas = kTexelSigmas);
 
 }  // namespace nav::registration

@@ -13,6 +13,7 @@
 #include "registration/assessment.hpp"
 #include "registration/ct_structure.hpp"
 #include "registration/global_search.hpp"
+#include "registration/patch_channels.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/sandwich.hpp"
@@ -41,15 +42,24 @@ constexpr double kSolveProgress = 0.9;
 constexpr double kJudgingShare = 0.12;
 constexpr std::size_t kLeastJudging = 200;
 
-using Box = std::function<CtBox()>;
-/// The CT as the level of an index sees it, within a box at least.
-using ChannelsOf =
-    std::function<Result<std::shared_ptr<const CtChannels>>(std::size_t index, const Box& within)>;
+/// The CT as a level sees it.
+struct LevelCt {
+  std::shared_ptr<const CtChannels> channels;
+  std::shared_ptr<PatchChannels> near;  ///< Where it is there, the channels have no texels.
+};
+
+/// Where a level looks at the CT.
+struct Reach {
+  std::function<CtBox()> box;
+  const PreparedLevel& level;
+  const std::vector<Pose>& poses;  ///< From which solves start; empty on the first level.
+};
+using ChannelsOf = std::function<Result<LevelCt>(const Reach& reach)>;
 
 /// One rung of the ladder, ready to be evaluated.
 struct Level {
   const PreparedLevel& prepared;
-  std::shared_ptr<const CtChannels> channels;
+  LevelCt ct;
   double channels_s;
   Lc2Cost cost;
   [[nodiscard]] const PatchSet& patches() const { return prepared.patches; }
@@ -121,6 +131,7 @@ class Registrar {
   void drop_duplicates(std::size_t keep);
   bool lost(const Candidate& best, const Candidate& other);
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
+  [[nodiscard]] double initial_cost(const Level& level) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   void stretch(Candidate& best);
   bool keep_going();
@@ -174,7 +185,8 @@ void Registrar::solve_starts(const Level& level) {
 PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
   if (options_.similarity == Similarity::kMutualInformation) return patches;
-  return with_ct_structure(*level.channels, patches, pose, options_.min_ct_contrast_hu);
+  return with_ct_structure(*level.ct.channels, patches, pose, options_.min_ct_contrast_hu,
+                           level.ct.near.get());
 }
 
 PoseSolution Registrar::solve(const Level& level, const Pose& start) {
@@ -289,6 +301,15 @@ void Registrar::stretch(Candidate& best) {
   stretch_ = found.stretch;
 }
 
+/// Of some patches where the CT would have to be prepared for nothing else there.
+double Registrar::initial_cost(const Level& level) const {
+  constexpr std::size_t kStride = 5;
+  if (level.ct.near == nullptr) return level.cost.on(judging_).cost(initial_).cost;
+  std::size_t index = 0;
+  const PatchSet some = subset(judging_, [&](const Patch&) { return index++ % kStride == 0; });
+  return level.cost.on(some).cost(initial_).cost;
+}
+
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
@@ -302,7 +323,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       best.solution.termination,
       best.solution.message,
       0,
-      finest.cost.on(judging_).cost(initial_).cost,
+      initial_cost(finest),
       best.solution.final_cost,
       overlap(ct_, points_, pose),
       static_cast<int>(finest.patches().patches.size()),
@@ -336,18 +357,21 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
 Result<void> Registrar::add_level() {
   const auto start = std::chrono::steady_clock::now();
   const PreparedLevel& prepared = sweep_.levels()[levels_.size()];
+  std::vector<Pose> poses;
+  for (const Candidate& candidate : candidates_) poses.push_back(candidate.solution.pose);
   const auto box = [&] {
     if (levels_.empty()) return reachable_box(sweep_, initial_, options_);
     // The initial pose is judged as well.
-    std::vector<Pose> poses{initial_};
-    for (const Candidate& candidate : candidates_) poses.push_back(candidate.solution.pose);
-    return box_around(points_, poses, kNearTravelMm);
+    std::vector<Pose> judged{initial_};
+    judged.insert(judged.end(), poses.begin(), poses.end());
+    return box_around(points_, judged, kNearTravelMm);
   };
-  auto channels = channels_of_(prepared.index, box);
-  if (!channels) return channels.error();
-  const Lc2Cost cost(**channels, prepared.patches, options_.ridge, options_.threads,
-                     options_.similarity);
-  levels_.push_back({prepared, *std::move(channels), seconds_since(start), cost});
+  auto ct = channels_of_({box, prepared, poses});
+  if (!ct) return ct.error();
+  const Lc2Cost cost = Lc2Cost(*ct->channels, prepared.patches, options_.ridge, options_.threads,
+                               options_.similarity)
+                           .where(ct->near.get());
+  levels_.push_back({prepared, *std::move(ct), seconds_since(start), cost});
   return {};
 }
 
@@ -384,6 +408,25 @@ Result<ImageRegistrationResult> Registrar::run() {
   return result;
 }
 
+/// The CT near each patch, or nothing where these together have no fewer texels than the CT. The
+/// initial pose is looked at besides those that solves start from.
+Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const Reach& reach) {
+  constexpr double kShare = 0.5;  // A texel of many small boxes takes about twice as long.
+  const PatchSet& patches = reach.level.patches;
+  auto near = PatchChannels::create(ct, sigma_of(reach.level.options.sample_step_mm),
+                                    reach.level.options.texel_sigmas, patches.patches.size());
+  if (!near) return near.error();
+  const CtChannels& whole = near->whole();
+  const GridPose pose = grid_pose(whole, reach.poses.front());
+  double texels = 0;
+  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
+    texels += near->texels_for(place(patches, i, pose));
+  }
+  texels *= static_cast<double>(reach.poses.size() + 1);
+  if (texels > kShare * whole.size[0] * whole.size[1] * whole.size[2]) return {nullptr};
+  return std::make_shared<PatchChannels>(*std::move(near));
+}
+
 }  // namespace
 
 Result<ImageRegistrationResult> register_prepared(
@@ -393,9 +436,8 @@ Result<ImageRegistrationResult> register_prepared(
   if (const auto ok = validate(options); !ok) return ok.error();
   NAV_CHECK(ct.sample_steps_mm() == sweep.sample_steps_mm(), ct.name());
   NAV_CHECK(ct.levels().size() == options.levels.size(), options.levels.size());
-  const auto channels_of = [&](std::size_t index,
-                               const Box&) -> Result<std::shared_ptr<const CtChannels>> {
-    return ct.levels()[index];
+  const auto channels_of = [&](const Reach& reach) -> Result<LevelCt> {
+    return LevelCt{ct.levels()[reach.level.index], nullptr};
   };
   return Registrar(ct.grid(), channels_of, sweep, initial, options, progress).run();
 }
@@ -405,11 +447,20 @@ Result<ImageRegistrationResult> register_prepared(
     const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options, const std::function<bool(double fraction)>& progress) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  const auto channels_of = [&](std::size_t index,
-                               const Box& within) -> Result<std::shared_ptr<const CtChannels>> {
-    auto made = make_ct_channels(ct, within(), sigma_of(sweep.sample_steps_mm()[index]));
+  const auto channels_of = [&](const Reach& reach) -> Result<LevelCt> {
+    const LevelOptions& level = reach.level.options;
+    const double sigma_mm = sigma_of(level.sample_step_mm);
+    // Both look at the channels of the level themselves.
+    const bool any_ct = options.similarity != Similarity::kMutualInformation &&
+                        options.stretch == StretchModel::kNone;
+    if (any_ct && !reach.poses.empty()) {
+      auto near = few_texels(ct, reach);
+      if (!near) return near.error();
+      if (*near) return LevelCt{{*near, &(*near)->whole()}, *near};
+    }
+    auto made = make_ct_channels(ct, reach.box(), sigma_mm, level.texel_sigmas);
     if (!made) return made.error();
-    return std::make_shared<const CtChannels>(*std::move(made));
+    return LevelCt{std::make_shared<const CtChannels>(*std::move(made)), nullptr};
   };
   return Registrar(ct.grid(), channels_of, sweep, initial, options, progress).run();
 }

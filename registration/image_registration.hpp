@@ -35,6 +35,8 @@ struct LevelOptions {
   int patches;            ///< Most patches used, >= 50.
   double frame_step_mm;   ///< Pictures are thinned to about this distance, > 0.
   PatchChoice choice = PatchChoice::kContrast;
+  double texel_sigmas =
+      0.7;  ///< How far the CT's texels are apart, in sigmas of 0.75 steps, (0, 2].
 };
 
 /// What makes ultrasound and CT alike.
@@ -80,6 +82,10 @@ struct ImageRegistrationOptions {
   /// Patches where the CT differs by less than this, RMS, are left out of the finest solve: they
   /// say nothing, and what is noise of the CT there costs as much as structure. HU, >= 0.
   double min_ct_contrast_hu = 5;
+  int most_pictures = 0;  ///< Others, evenly along the way, are not looked at; 0: all are, >= 0.
+  /// Pictures are averaged over blocks of pixels before anything else, as wide as the smoothing of
+  /// the finest level allows.
+  bool average_pixels = false;
   int max_iterations = 30;        ///< Of each solve on each level, >= 1.
   int starts = 600;               ///< Seeded starts searched where the plain solve fails, >= 0.
   double start_range_mm = 40;     ///< Half width of their box of translations, >= 0.
@@ -89,6 +95,19 @@ struct ImageRegistrationOptions {
   int threads = 2;                ///< 1 to 64; the result does not depend on it.
   std::uint64_t seed = 1;         ///< Of the starts and the random poses.
 };
+
+/// How much work a registration is worth.
+enum class Effort {
+  kQuick,  ///< A fifth of the usual time or less, a few tenths of a millimetre farther off.
+  kUsual,
+};
+
+/// Stable lower-case name: "quick", "usual".
+const char* to_string(Effort effort);
+
+/// The usual options, or those of a quick registration: two levels, a few hundred patches of
+/// twelve pictures, samples 2.4 mm apart at best.
+ImageRegistrationOptions with_effort(Effort effort);
 
 /// A refusal that names the first option out of its range.
 Result<void> validate(const ImageRegistrationOptions& options);
@@ -118,7 +137,9 @@ struct ImageRegistrationResult {
   Termination termination;
   std::string message;  ///< Why the solve stopped, in the solver's words.
   int iterations;       ///< Of the chosen candidate, all levels.
-  double initial_cost;  ///< Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match.
+  /// Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match. Of every fifth patch
+  /// where the CT was prepared for few patches only.
+  double initial_cost;
   /// Finest-level cost at the result, [0, 1]: of the patches of most contrast, without the loss. Of
   /// pictures so small that only the finest level fits: of all patches, with it, which is more.
   double final_cost;

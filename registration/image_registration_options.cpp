@@ -27,6 +27,9 @@ Result<void> validate_level(const LevelOptions& level, std::size_t index) {
   if (level.patches < 50 || level.patches > 1000000) {
     return refuse(name + "patches", "50 to 1000000", level.patches);
   }
+  if (!(level.texel_sigmas > 0 && level.texel_sigmas <= 2)) {
+    return refuse(name + "texel_sigmas", "a value in (0, 2]", level.texel_sigmas);
+  }
   if (!(level.frame_step_mm > 0 && level.frame_step_mm <= 100)) {
     return refuse(name + "frame_step_mm", "a value in (0, 100]", level.frame_step_mm);
   }
@@ -34,6 +37,20 @@ Result<void> validate_level(const LevelOptions& level, std::size_t index) {
 }
 
 }  // namespace
+
+const char* to_string(Effort effort) { return effort == Effort::kQuick ? "quick" : "usual"; }
+
+ImageRegistrationOptions with_effort(Effort effort) {
+  ImageRegistrationOptions options;
+  if (effort == Effort::kUsual) return options;
+  // Patches of highest contrast: among 2.4 mm samples they mislead little, and what a pose is
+  // judged by is then the same.
+  options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.0},
+                    {2.4, 7, 200, 1.0, PatchChoice::kContrast}};
+  options.most_pictures = 12;
+  options.average_pixels = true;
+  return options;
+}
 
 Result<void> validate(const ImageRegistrationOptions& options) {
   if (options.levels.empty()) return refuse("levels", "at least 1", 0);
@@ -58,6 +75,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   }
   if (!(options.min_ct_contrast_hu >= 0 && options.min_ct_contrast_hu <= 200)) {
     return refuse("min_ct_contrast_hu", "0 to 200", options.min_ct_contrast_hu);
+  }
+  if (options.most_pictures < 0 || options.most_pictures > 1000000) {
+    return refuse("most_pictures", "0 to 1000000", options.most_pictures);
   }
   if (options.max_iterations < 1 || options.max_iterations > 1000) {
     return refuse("max_iterations", "1 to 1000", options.max_iterations);

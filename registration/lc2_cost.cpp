@@ -95,7 +95,9 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const double s = patch_cost(ct_, place(patches_, i, pose), ridge_, intensity_only);
+      PlacedPatch placed = place(patches_, i, pose);
+      const CtChannels& ct = ct_near(i, placed);
+      const double s = patch_cost(ct, placed, ridge_, intensity_only);
       const bool finite = !std::isnan(s);
       parts[chunk].cost += patches_.patches[i].weight * (finite ? loss_.value(s) : 1.0);
       parts[chunk].non_finite += finite ? 0 : 1;
@@ -120,9 +122,14 @@ CostTerms Lc2Cost::gradient(const Pose& ct_from_reference, const Eigen::Vector3d
 }
 
 PatchTerms Lc2Cost::patch(const PlacedPatch& placed, bool with_hessian) const {
+  return terms_of(ct_, placed, with_hessian);
+}
+
+PatchTerms Lc2Cost::terms_of(const CtChannels& ct, const PlacedPatch& placed,
+                             bool with_hessian) const {
   const bool intensity_only = similarity_ == Similarity::kNcc;
-  PatchTerms terms = with_hessian ? patch_terms(ct_, placed, ridge_, intensity_only)
-                                  : patch_gradient(ct_, placed, ridge_, intensity_only);
+  PatchTerms terms = with_hessian ? patch_terms(ct, placed, ridge_, intensity_only)
+                                  : patch_gradient(ct, placed, ridge_, intensity_only);
   // What is left out of the Hessian is negative: the solver wants a convex model.
   const double pull = loss_.derivative(terms.s);
   terms.gradient *= pull;
@@ -144,8 +151,10 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     CostTerms& part = parts[chunk];
     for (std::size_t i = begin; i < end; ++i) {
-      const PlacedPatch placed = place(patches_, i, pose);
-      PatchTerms terms = patch(placed, with_hessian);
+      PlacedPatch placed = place(patches_, i, pose);
+      const Eigen::Vector3d from_centre = placed.centre - centre;
+      const CtChannels& ct = ct_near(i, placed);
+      PatchTerms terms = terms_of(ct, placed, with_hessian);
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
       if (std::isnan(terms.s)) {
@@ -153,7 +162,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
         ++part.non_finite;
         continue;
       }
-      about_common(placed.centre - centre, terms);
+      about_common(from_centre, terms);
       part.cost += w * terms.s;
       part.gradient += w * terms.gradient;
       if (with_hessian) part.hessian += w * terms.hessian;

@@ -7,6 +7,7 @@
 #include "nav/transform.hpp"
 #include "registration/ct_channels.hpp"
 #include "registration/lc2_kernel.hpp"
+#include "registration/patch_channels.hpp"
 #include "registration/patch_loss.hpp"
 #include "registration/patches.hpp"
 #include "registration/twist.hpp"
@@ -68,7 +69,14 @@ class Lc2Cost {
   [[nodiscard]] PatchTerms patch(const PlacedPatch& placed, bool with_hessian = true) const;
   /// The same with other patches, which must outlive it.
   [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
-    return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_);
+    return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_).where(near_);
+  }
+  /// The same with the CT as it is near each patch, by its index; null: as ct() has it. Neither
+  /// mutual information nor patch(), which look at ct(), nor two evaluations at once.
+  [[nodiscard]] Lc2Cost where(PatchChannels* near) const {
+    Lc2Cost same(*this);
+    same.near_ = near;
+    return same;
   }
   /// The same with every patch's term under a loss. Mutual information has no terms to lose.
   [[nodiscard]] Lc2Cost robust(const RobustLoss& loss) const {
@@ -80,6 +88,12 @@ class Lc2Cost {
  private:
   template <class Visit>
   void for_each_chunk(const Visit& visit) const;
+  /// What patch i looks at; moves it there.
+  [[nodiscard]] const CtChannels& ct_near(std::size_t i, PlacedPatch& placed) const {
+    return near_ != nullptr ? near_->around(patches_.patches[i].index, placed) : ct_;
+  }
+  [[nodiscard]] PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& placed,
+                                    bool with_hessian) const;
   [[nodiscard]] CostTerms sum_terms(bool with_hessian, const Pose& ct_from_reference,
                                     const Eigen::Vector3d& centre_ct_mm,
                                     bool keep_patch_gradients) const;
@@ -90,6 +104,7 @@ class Lc2Cost {
   int threads_;
   Similarity similarity_;
   RobustLoss loss_;
+  PatchChannels* near_ = nullptr;
 };
 
 }  // namespace nav::registration

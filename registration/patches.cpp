@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "nav/check.hpp"
+#include "registration/coarse_pictures.hpp"
 
 namespace nav::registration {
 namespace {
@@ -99,12 +100,10 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
                      double sigma_mm, SmoothBuffers& buffers) {
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
-  // Averaging pixels nearly a sigma wide first changes little that the Gaussian would keep.
-  constexpr double kPerSigma = 0.85;
   const double px = frame.grid.mm_per_pixel.col(0).norm();
   const double py = frame.grid.mm_per_pixel.col(1).norm();
-  const int fx = std::clamp(static_cast<int>(kPerSigma * sigma_mm / px), 1, width);
-  const int fy = std::clamp(static_cast<int>(kPerSigma * sigma_mm / py), 1, height);
+  const int fx = std::clamp(static_cast<int>(kBlockPerSigma * sigma_mm / px), 1, width);
+  const int fy = std::clamp(static_cast<int>(kBlockPerSigma * sigma_mm / py), 1, height);
   add_blocks(frame, mask, fx, fy, buffers);
   // A mean of b pixels already has the variance (b² − 1)/12.
   const auto left = [&](double pixel_mm, int block) {
@@ -146,32 +145,43 @@ struct LevelPicture {
   const TrackedFrame& tracked;
   const Image2d<std::uint8_t>& mask;
   SmoothPicture smooth;
-};
+  Eigen::Matrix2d pixel_per_mm = tracked.frame.grid.mm_per_pixel.inverse();
+  int width = mask.width();
+  int height = mask.height();
+  const std::uint8_t* usable = mask.pixels().data();
 
-/// Whether the nearest pixel is one of the mask.
-bool inside(double pixel_x, double pixel_y, const Image2d<std::uint8_t>& mask) {
-  // Where both are positive, truncation rounds down.
-  const double x = pixel_x + 0.5;
-  const double y = pixel_y + 0.5;
-  if (!(x >= 0 && y >= 0 && x < mask.width() && y < mask.height())) return false;
-  return mask.at(static_cast<int>(x), static_cast<int>(y)) != 0;
-}
+  /// Whether the nearest pixel is one of the mask.
+  [[nodiscard]] bool inside(double pixel_x, double pixel_y) const {
+    // Where both are positive, truncation rounds down.
+    const double x = pixel_x + 0.5;
+    const double y = pixel_y + 0.5;
+    if (!(x >= 0 && y >= 0 && x < width && y < height)) return false;
+    return usable[static_cast<std::ptrdiff_t>(y) * width + static_cast<std::ptrdiff_t>(x)] != 0;
+  }
+};
 
 /// Samples (i, j) of a square about a centre, each stride-th from −half to half; false: one lies
 /// outside the mask. values: all samples.
 bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
                    int half, int stride, std::vector<float>& values) {
-  const PixelGrid& grid = picture.tracked.frame.grid;
-  const Eigen::Matrix2d pixel_per_mm = grid.mm_per_pixel.inverse();
-  const Eigen::Vector2d middle = pixel_per_mm * (centre - grid.origin_mm);
-  const Eigen::Vector2d a = pixel_per_mm.col(0) * step_mm;
-  const Eigen::Vector2d b = pixel_per_mm.col(1) * step_mm;
+  const Eigen::Vector2d middle =
+      picture.pixel_per_mm * (centre - picture.tracked.frame.grid.origin_mm);
+  const Eigen::Vector2d a = picture.pixel_per_mm.col(0) * step_mm;
+  const Eigen::Vector2d b = picture.pixel_per_mm.col(1) * step_mm;
   values.clear();
+  // Most squares that do not lie inside have a corner that does not.
+  for (const int j : {-half, half}) {
+    for (const int i : {-half, half}) {
+      if (!picture.inside(middle.x() + i * a.x() + j * b.x(), middle.y() + i * a.y() + j * b.y())) {
+        return false;
+      }
+    }
+  }
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {
       const double x = middle.x() + i * a.x() + j * b.x();
       const double y = middle.y() + i * a.y() + j * b.y();
-      if (!inside(x, y, picture.mask)) return false;
+      if (!picture.inside(x, y)) return false;
       values.push_back(picture.smooth.at(x, y));
     }
   }
@@ -255,6 +265,17 @@ bool add_patch(const LevelPicture& picture, const Eigen::Vector2d& centre,
 }
 
 }  // namespace
+
+double corners_moved_mm(const TrackedFrame& from, const TrackedFrame& to) {
+  const auto before = corners(from.frame);
+  const auto after = corners(to.frame);
+  double moved_mm = 0;
+  for (std::size_t c = 0; c < before.size(); ++c) {
+    const auto a = from.reference_from_image * before[c];
+    moved_mm = std::max(moved_mm, (to.reference_from_image * after[c] - a).v.norm());
+  }
+  return moved_mm;
+}
 
 std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
   // Evenly stepped sweeps must not be thinned by the rounding of their origin.
@@ -384,7 +405,11 @@ PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t
   order_by_place(out);
   double total = 0;
   for (const Patch& patch : out.patches) total += patch.weight;
-  for (Patch& patch : out.patches) patch.weight /= total;
+  std::size_t index = 0;
+  for (Patch& patch : out.patches) {
+    patch.weight /= total;
+    patch.index = index++;
+  }
   return out;
 }
 

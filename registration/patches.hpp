@@ -27,6 +27,7 @@ struct Patch {
   double mean_grey = 0;            ///< Of the samples before they were normalised.
   double norm_grey = 0;            ///< Grey = mean_grey + norm_grey · u.
   double depth_mm = 0;             ///< From the transducer along the beam.
+  std::size_t index = 0;           ///< In its level's whole set, of which others are parts.
 };
 
 /// The patches of one level.
@@ -41,6 +42,9 @@ struct PatchSet {
     return {samples.data() + patch * n, n};
   }
 };
+
+/// How far the corner that moves most moves from one picture to another, Reference, mm.
+double corners_moved_mm(const TrackedFrame& from, const TrackedFrame& to);
 
 /// Indices of pictures about step_mm apart: the first, then each whose corners have moved at least
 /// step_mm since the last kept.

@@ -8,6 +8,7 @@
 
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
+#include "registration/coarse_pictures.hpp"
 #include "registration/picture_outline.hpp"
 
 namespace nav::registration {
@@ -38,7 +39,7 @@ Result<PreparedCt> PreparedCt::create(const Volume& ct, const ImageRegistrationO
   prepared.steps_ = steps_of(options);
   const CtBox box = box_of(ct.grid());
   for (const LevelOptions& level : options.levels) {
-    auto channels = make_ct_channels(ct, box, sigma_of(level.sample_step_mm));
+    auto channels = make_ct_channels(ct, box, sigma_of(level.sample_step_mm), level.texel_sigmas);
     if (!channels) return channels.error();
     prepared.levels_.push_back(std::make_shared<const CtChannels>(std::move(*channels)));
   }
@@ -50,7 +51,13 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
                                             Diagnostics& diagnostics,
                                             const std::function<bool()>& keep_going) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  const Sweep sweep = with_outline(as_recorded);
+  Sweep sweep = with_outline(as_recorded);
+  if (options.most_pictures > 0 || options.average_pixels) {
+    const int all = static_cast<int>(sweep.frames().size());
+    sweep = coarse_pictures(
+        sweep, options.most_pictures > 0 ? options.most_pictures : all,
+        options.average_pixels ? sigma_of(options.levels.back().sample_step_mm) : 0.0);
+  }
   const auto masks = shadow_masks(sweep, options.mask);
   if (!masks) return masks.error();
   PreparedSweep prepared;

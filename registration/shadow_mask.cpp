@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -37,35 +38,42 @@ struct ScanGeometry {
   }
 };
 
-/// Beam coordinates of a point: angle or lateral distance in mm at mid depth, and depth in mm.
+/// Beam coordinates of a point: angle or lateral distance in mm at mid depth, and depth in mm; NaN
+/// outside the outline.
 struct BeamPoint {
   double across_mm, depth_mm;
+  [[nodiscard]] bool outside() const { return std::isnan(depth_mm); }
 };
 
-std::optional<BeamPoint> beam_point(const Eigen::Vector2d& p,
-                                    const std::optional<SectorOutline>& outline) {
-  if (!outline) return BeamPoint{p.x(), p.y()};
-  if (!outline->contains(p)) return {};
+BeamPoint beam_point(const Eigen::Vector2d& p, const std::optional<SectorOutline>& outline) {
+  if (!outline) return {p.x(), p.y()};
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  // As SectorOutline::contains(), with one look at the angle.
   const Eigen::Vector2d d = p - outline->apex_mm;
+  const double radius = d.norm();
+  if (!(radius >= outline->radius_min_mm && radius <= outline->radius_max_mm && d.y() > 0)) {
+    return {kNan, kNan};
+  }
+  const double angle = std::atan2(d.x(), d.y());
+  if (!(std::abs(angle) <= outline->half_angle_rad)) return {kNan, kNan};
   const double mid_radius = 0.5 * (outline->radius_min_mm + outline->radius_max_mm);
-  return BeamPoint{std::atan2(d.x(), d.y()) * mid_radius, d.norm() - outline->radius_min_mm};
+  return {angle * mid_radius, radius - outline->radius_min_mm};
 }
 
 ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm) {
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
-  std::vector<std::optional<BeamPoint>> points;
+  std::vector<BeamPoint> points;
   points.reserve(frame.pixels.pixels().size());
   BeamPoint low{1e300, 1e300};
   BeamPoint high{-1e300, -1e300};
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
-      points.push_back(beam_point(frame.grid.at(column, row).mm.head<2>(), frame.outline));
-      if (!points.back()) continue;
-      low = {std::min(low.across_mm, points.back()->across_mm),
-             std::min(low.depth_mm, points.back()->depth_mm)};
-      high = {std::max(high.across_mm, points.back()->across_mm),
-              std::max(high.depth_mm, points.back()->depth_mm)};
+      const BeamPoint point = beam_point(frame.grid.at(column, row).mm.head<2>(), frame.outline);
+      points.push_back(point);
+      if (point.outside()) continue;
+      low = {std::min(low.across_mm, point.across_mm), std::min(low.depth_mm, point.depth_mm)};
+      high = {std::max(high.across_mm, point.across_mm), std::max(high.depth_mm, point.depth_mm)};
     }
   }
   ScanGeometry geometry;
@@ -82,10 +90,10 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
   geometry.pixels.assign(geometry.cells(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     geometry.cell_of[i] = geometry.lines * geometry.depths;
-    if (!points[i]) continue;
-    const int line = bin(points[i]->across_mm - low.across_mm, line_mm);
+    if (points[i].outside()) continue;
+    const int line = bin(points[i].across_mm - low.across_mm, line_mm);
     geometry.cell_of[i] =
-        line * geometry.depths + bin(points[i]->depth_mm - first_depth, geometry.bin_mm);
+        line * geometry.depths + bin(points[i].depth_mm - first_depth, geometry.bin_mm);
     ++geometry.pixels[static_cast<std::size_t>(geometry.cell_of[i])];
   }
   return geometry;

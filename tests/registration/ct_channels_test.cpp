@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/ct_channels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "registration/ct_texels.hpp"
+#include "registration/lc2_cost.hpp"
+#include "registration/patch_channels.hpp"
+#include "registration/prepared.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+// Sums of a few hundred floats of the size of 1.
+constexpr double kRounding = 3e-6;
+
+Volume random_ct(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm) {
+  VoxelGrid grid;
+  grid.size = size;
+  grid.spacing_mm = spacing_mm;
+  std::mt19937 random(7);
+  std::vector<std::int16_t> hu;
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    hu.push_back(static_cast<std::int16_t>(static_cast<int>(random() % 3000) - 1500));
+  }
+  return *Volume::create(grid, std::move(hu), "random");
+}
+
+/// f by its definition, in doubles: block means of the held HU, a Gaussian along each axis in turn
+/// that is cut at three sigmas, the nearest texel beyond the border.
+class Definition {
+ public:
+  Definition(const Volume& ct, double sigma_mm, const CtChannels& channels)
+      : ct_(ct), channels_(channels) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto e = static_cast<Eigen::Index>(a);
+      const double voxel_mm = ct.grid().spacing_mm[e];
+      block_[a] = static_cast<int>(std::lround(channels.spacing_mm[e] / voxel_mm));
+      texels_[a] = std::max(ct.grid().size[a] / block_[a], 1);
+      const double have = (block_[a] * block_[a] - 1) / 12.0 * voxel_mm * voxel_mm;
+      sigma_[a] = std::sqrt(std::max(sigma_mm * sigma_mm - have, 0.0)) / channels.spacing_mm[e];
+    }
+  }
+
+  [[nodiscard]] double f(std::array<int, 3> texel, std::size_t axis = 3) const {
+    if (axis == 0) return mean(texel);
+    const std::size_t a = axis - 1;
+    const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma_[a])));
+    double sum = 0;
+    double total = 0;
+    for (int t = -radius; t <= radius; ++t) {
+      const double weight = std::exp(-0.5 * t * t / std::pow(std::max(sigma_[a], 1e-3), 2));
+      std::array<int, 3> at = texel;
+      at[a] = std::clamp(texel[a] + t, 0, texels_[a] - 1);
+      sum += weight * f(at, a);
+      total += weight;
+    }
+    return sum / total;
+  }
+
+ private:
+  [[nodiscard]] double mean(const std::array<int, 3>& texel) const {
+    double sum = 0;
+    const auto& n = ct_.grid().size;
+    for (int z = 0; z < block_[2]; ++z) {
+      for (int y = 0; y < block_[1]; ++y) {
+        for (int x = 0; x < block_[0]; ++x) {
+          const int i = texel[0] * block_[0] + x;
+          const int j = texel[1] * block_[1] + y;
+          const int k = texel[2] * block_[2] + z;
+          const int hu = ct_.hu()[static_cast<std::size_t>((k * n[1] + j) * n[0] + i)];
+          sum += std::clamp(hu, -150, 250) / 100.0;
+        }
+      }
+    }
+    return sum / (block_[0] * block_[1] * block_[2]);
+  }
+
+  const Volume& ct_;
+  const CtChannels& channels_;
+  std::array<int, 3> block_{}, texels_{};
+  std::array<double, 3> sigma_{};
+};
+
+std::size_t index_of(const CtChannels& channels, int i, int j, int k) {
+  return static_cast<std::size_t>((k * channels.size[1] + j) * channels.size[0] + i);
+}
+
+TEST(CtChannelsTest, AreTheSmoothedBlockMeansAndTheirDifferencesAtEveryTexel) {
+  // Radii of one to five texels, blocks of one to three voxels, a border within every radius.
+  for (const double sigma_mm : {0.5, 1.5, 3.75}) {
+    for (const double texel_sigmas : {0.3, 0.7, 1.0}) {
+      const Volume ct = random_ct({11, 9, 7}, {1.5, 1.0, 2.0});
+      const auto made = make_ct_channels(ct, box_of(ct.grid()), sigma_mm, texel_sigmas);
+      ASSERT_TRUE(test::has_value(made));
+      const Definition definition(ct, sigma_mm, *made);
+      const auto& n = made->size;
+      double worst = 0;
+      for (int k = 0; k < n[2]; ++k) {
+        for (int j = 0; j < n[1]; ++j) {
+          for (int i = 0; i < n[0]; ++i) {
+            const auto& texel = made->texels[index_of(*made, i, j, k)];
+            worst = std::max(worst, std::abs(texel[0] - definition.f({i, j, k})));
+            for (std::size_t a = 0; a < 3; ++a) {
+              std::array<int, 3> low{i, j, k};
+              std::array<int, 3> high = low;
+              low[a] = std::max(low[a] - 1, 0);
+              high[a] = std::min(high[a] + 1, n[a] - 1);
+              const double scale =
+                  sigma_mm / made->spacing_mm[static_cast<Eigen::Index>(a)] / (high[a] - low[a]);
+              const double slope = scale * (definition.f(high) - definition.f(low));
+              worst = std::max(worst, std::abs(texel[1 + a] - slope));
+            }
+          }
+        }
+      }
+      EXPECT_LT(worst, kRounding) << "sigma " << sigma_mm << ", texels " << texel_sigmas;
+    }
+  }
+}
+
+TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
+  const Volume ct = random_ct({23, 19, 17}, {0.8, 1.0, 2.5});
+  for (const double sigma_mm : {0.9, 2.25}) {
+    CtChannels whole;
+    const auto lattice = lattice_over(ct, box_of(ct.grid()), sigma_mm, kTexelSigmas, whole);
+    ASSERT_TRUE(test::has_value(lattice));
+    append_texels(ct, *lattice, {{0, 0, 0}, whole.size}, whole.texels);
+    std::mt19937 random(3);
+    for (int trial = 0; trial < 40; ++trial) {
+      TexelPart part{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto n = static_cast<unsigned>(whole.size[a]);
+        part.size[a] = static_cast<int>(2 + random() % (n - 1));
+        part.first[a] = static_cast<int>(random() % (n - static_cast<unsigned>(part.size[a]) + 1));
+      }
+      std::vector<std::array<float, 4>> texels;
+      append_texels(ct, *lattice, part, texels);
+      std::size_t at = 0;
+      std::size_t other = 0;
+      for (int k = 0; k < part.size[2]; ++k) {
+        for (int j = 0; j < part.size[1]; ++j) {
+          for (int i = 0; i < part.size[0]; ++i, ++at) {
+            const auto& expected = whole.texels[index_of(whole, part.first[0] + i,
+                                                         part.first[1] + j, part.first[2] + k)];
+            other += texels.at(at) == expected ? 0 : 1;
+          }
+        }
+      }
+      EXPECT_EQ(other, 0u) << "trial " << trial;
+      EXPECT_EQ(at, texels.size());
+    }
+  }
+}
+
+TEST(CtChannelsTest, ManyRowsOfOneBlockDoNotOverflow) {
+  // 15 x 15 rows of a voxel each, all at the window's end: more than 16 bits hold.
+  VoxelGrid grid;
+  grid.size = {30, 30, 30};
+  grid.spacing_mm.setConstant(0.2);
+  const auto ct =
+      Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 32767), "metal");
+  ASSERT_TRUE(test::has_value(ct));
+  const auto channels = make_ct_channels(*ct, box_of(grid), 4.3);
+  ASSERT_TRUE(test::has_value(channels));
+  EXPECT_EQ(channels->size, (std::array<int, 3>{2, 2, 2}));
+  for (const auto& texel : channels->texels) EXPECT_NEAR(texel[0], 2.5, kRounding);
+}
+
+TEST(CtChannelsTest, AnAxisOfOneVoxelIsRepeatedAndHasNoSlope) {
+  const Volume ct = random_ct({6, 5, 1}, {2, 2, 2});
+  const auto channels = make_ct_channels(ct, box_of(ct.grid()), 1.5);
+  ASSERT_TRUE(test::has_value(channels));
+  ASSERT_EQ(channels->size[2], 2);
+  for (int j = 0; j < channels->size[1]; ++j) {
+    for (int i = 0; i < channels->size[0]; ++i) {
+      EXPECT_EQ(channels->texels[index_of(*channels, i, j, 0)],
+                channels->texels[index_of(*channels, i, j, 1)]);
+      EXPECT_EQ(channels->texels[index_of(*channels, i, j, 0)][3], 0.0f);
+    }
+  }
+}
+
+/// A level's patches with the whole CT and with the CT near each of them.
+struct Scene {
+  Volume ct = test::blob_ct(test::BlobPatient(11), grid());
+  CtChannels whole = *make_ct_channels(ct, box_of(ct.grid()), 1.5);
+  Sweep sweep = test::blob_sweep(test::BlobPatient(11), {});
+  PatchSet patches = make_patches(sweep, *shadow_masks(sweep, {}), {2.0, 7, 120, 6.0}, 1.5);
+
+  static VoxelGrid grid() {  // Oblique and left-handed.
+    VoxelGrid grid;
+    grid.size = {80, 80, 80};
+    grid.spacing_mm.setConstant(2.0);
+    grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) *
+                      Eigen::Vector3d(1, 1, -1).asDiagonal();
+    grid.origin_mm = -grid.directions * Eigen::Vector3d::Constant(79);
+    return grid;
+  }
+};
+
+TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatchesGo) {
+  const Scene scene;
+  auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
+  ASSERT_TRUE(test::has_value(near));
+  constexpr double kRidge = 0.02;
+  const Lc2Cost dense(scene.whole, scene.patches, kRidge, 1);
+  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, kRidge, 2).where(&*near);
+  // Within the room of the first boxes, beyond it, half outside the CT, and far away.
+  for (const double off_mm : {0.0, 0.5, 1.5, 9.0, 60.0, 3000.0}) {
+    const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
+    const Eigen::Vector3d centre(5, -8, 3);
+    const CostTerms expected = dense.terms(pose, centre);
+    const CostTerms found = sparse.terms(pose, centre);
+    EXPECT_NEAR(found.cost, expected.cost, 1e-6) << off_mm;
+    EXPECT_NEAR(sparse.cost(pose).cost, expected.cost, 1e-6) << off_mm;
+    EXPECT_LT((found.gradient - expected.gradient).norm(), 1e-5 * (1 + expected.gradient.norm()));
+    EXPECT_LT((found.hessian - expected.hessian).norm(), 1e-4 * (1 + expected.hessian.norm()));
+  }
+}
+
+TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
+  const Scene scene;
+  auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
+  ASSERT_TRUE(test::has_value(near));
+  const PatchSet odd =
+      subset(scene.patches, [&](const Patch& patch) { return patch.index % 2 == 1; });
+  ASSERT_EQ(odd.patches.size(), scene.patches.patches.size() / 2);
+  const Lc2Cost dense = Lc2Cost(scene.whole, scene.patches, 0.02, 1);
+  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  const Pose pose = test::true_pose();
+  EXPECT_NEAR(sparse.on(odd).cost(pose).cost, dense.on(odd).cost(pose).cost, 1e-6);
+}
+
+TEST(PatchChannelsTest, APatchThatIsNotFiniteIsNoMatch) {
+  Scene scene;
+  scene.patches.patches[3].centre_mm.x() = std::nan("");
+  scene.patches.patches[4].centre_mm.y() = 1e300;
+  auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
+  ASSERT_TRUE(test::has_value(near));
+  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  const CostTerms found = sparse.terms(test::true_pose(), Eigen::Vector3d::Zero());
+  EXPECT_EQ(found.non_finite, 2);
+  EXPECT_TRUE(std::isfinite(found.cost));
+}
+
+}  // namespace
+}  // namespace nav::registration

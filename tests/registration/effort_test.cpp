@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "registration/acceptance.hpp"
+#include "registration/coarse_pictures.hpp"
+#include "registration/prepared.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+UltrasoundFrame counting_frame(int width, int height) {
+  std::vector<std::uint8_t> pixels;
+  for (int i = 0; i < width * height; ++i) pixels.push_back(static_cast<std::uint8_t>(i % 251));
+  UltrasoundFrame frame{};
+  frame.pixels = Image2d<std::uint8_t>(width, height, std::move(pixels));
+  frame.grid = PixelGrid::centred(width, 0.3, 0.4);
+  frame.grid.mm_per_pixel(0, 1) = 0.02;  // Sheared, as real calibrations are.
+  return frame;
+}
+
+TEST(CoarsePicturesTest, AveragesBlocksAndKeepsTheirPlace) {
+  const UltrasoundFrame fine = counting_frame(23, 14);
+  const UltrasoundFrame coarse = averaged(fine, 3);
+  ASSERT_EQ(coarse.pixels.width(), 7);
+  ASSERT_EQ(coarse.pixels.height(), 4);
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 7; ++column) {
+      double sum = 0;
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (int y = 0; y < 3; ++y) {
+        for (int x = 0; x < 3; ++x) {
+          sum += fine.pixels.at(3 * column + x, 3 * row + y);
+          middle += fine.grid.at(3 * column + x, 3 * row + y).mm / 9;
+        }
+      }
+      EXPECT_NEAR(coarse.pixels.at(column, row), sum / 9, 0.5 + 1e-9);
+      EXPECT_LT((coarse.grid.at(column, row).mm - middle).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(CoarsePicturesTest, ManyBrightPixelsDoNotOverflow) {
+  UltrasoundFrame frame = counting_frame(130, 130);
+  frame.pixels = Image2d<std::uint8_t>(130, 130, std::vector<std::uint8_t>(130 * 130, 255));
+  const UltrasoundFrame coarse = averaged(frame, kMostPixelsPerBlock);
+  for (const std::uint8_t pixel : coarse.pixels.pixels()) EXPECT_EQ(pixel, 255);
+}
+
+TEST(CoarsePicturesTest, BlocksAreNoWiderThanTheSmoothingAllows) {
+  const PixelGrid grid = PixelGrid::centred(400, 0.5, 0.25);
+  EXPECT_EQ(pixels_per_block(grid, 400, 300, 0.0), 1);
+  EXPECT_EQ(pixels_per_block(grid, 400, 300, 1.8), 3);  // 0.85 · 1.8 / 0.5
+  EXPECT_EQ(pixels_per_block(grid, 2, 300, 1.8), 2);
+  PixelGrid broken = grid;
+  broken.mm_per_pixel.setConstant(std::nan(""));
+  EXPECT_EQ(pixels_per_block(broken, 400, 300, 1.8), 1);
+}
+
+/// Ways from one picture to the next that are far from equal.
+Sweep uneven_sweep() {
+  std::vector<TrackedFrame> frames;
+  double along = 0;
+  for (int i = 0; i < 50; ++i) {
+    TrackedFrame tracked{counting_frame(20, 20),
+                         {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, along)},
+                         Duration{0}};
+    tracked.frame.acquired = Timestamp(from_seconds(0.1 * i));
+    frames.push_back(tracked);
+    along += i < 40 ? 0.1 : 4.0;  // The hand waits, then goes.
+  }
+  return *Sweep::create(std::move(frames), "uneven");
+}
+
+TEST(CoarsePicturesTest, PicturesAreTakenEvenlyAlongTheWayAndNotInTime) {
+  const Sweep all = uneven_sweep();
+  const Sweep some = coarse_pictures(all, 8, 0);
+  ASSERT_LE(some.frames().size(), 8u);
+  ASSERT_GE(some.frames().size(), 7u);
+  EXPECT_EQ(some.frames().front().frame.acquired, all.frames().front().frame.acquired);
+  double longest = 0;
+  for (std::size_t i = 1; i < some.frames().size(); ++i) {
+    longest = std::max(longest, (some.frames()[i].reference_from_image.translation_mm() -
+                                 some.frames()[i - 1].reference_from_image.translation_mm())
+                                    .norm());
+  }
+  // An eighth of 40 mm, and what the nearest picture lies beyond.
+  EXPECT_LE(longest, 5.0 + 4.0);
+  EXPECT_EQ(coarse_pictures(all, 1000, 0).frames().size(), all.frames().size());
+}
+
+struct EffortScene {
+  test::BlobPatient patient{11};
+  Volume ct = test::blob_ct(patient, test::cubic_grid());
+  Sweep sweep = test::blob_sweep(patient, {});
+};
+const EffortScene& effort_scene() {
+  static const EffortScene instance;
+  return instance;
+}
+
+ImageRegistrationOptions quick() {
+  ImageRegistrationOptions options = with_effort(Effort::kQuick);
+  options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
+  options.threads = 1;
+  return options;
+}
+
+TEST(EffortTest, HasNamesAndValidOptions) {
+  EXPECT_STREQ(to_string(Effort::kQuick), "quick");
+  EXPECT_STREQ(to_string(Effort::kUsual), "usual");
+  EXPECT_TRUE(test::has_value(validate(with_effort(Effort::kQuick))));
+  EXPECT_EQ(with_effort(Effort::kUsual).levels.size(), ImageRegistrationOptions{}.levels.size());
+  auto options = quick();
+  options.most_pictures = -1;
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"most_pictures"}));
+  options = quick();
+  options.levels[0].texel_sigmas = 0;
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"levels[0].texel_sigmas"}));
+}
+
+TEST(EffortTest, AQuickRegistrationFindsThePoseOnTwelvePictures) {
+  CollectingDiagnostics diagnostics;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const auto start = test::off_by(test::true_pose(), 6, 0.08, seed);
+    const auto result =
+        register_sweep(effort_scene().ct, effort_scene().sweep, start, quick(), diagnostics);
+    ASSERT_TRUE(test::has_value(result));
+    // 2.4 mm samples of a patient that follows the model, 4 grey levels of noise.
+    EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.8);
+    EXPECT_LE(result->levels.back().frames, 12);
+    EXPECT_LT(result->final_cost, result->initial_cost);
+    const Decision decision = decide(*result, {}, {{0, 0, 0}});
+    EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
+  }
+}
+
+TEST(EffortTest, TheCtNearItsPatchesGivesTheAnswerOfTheWholeCt) {
+  // Voxels of 1 mm: the boxes of 200 patches have a small part of their texels.
+  const Volume fine = test::blob_ct(effort_scene().patient, test::cubic_grid(80, 1.0));
+  CollectingDiagnostics diagnostics;
+  const auto options = quick();
+  const auto sweep = PreparedSweep::create(effort_scene().sweep, options, diagnostics);
+  const auto ct = PreparedCt::create(fine, options);
+  ASSERT_TRUE(test::has_value(sweep));
+  ASSERT_TRUE(test::has_value(ct));
+  const auto start = test::off_by(test::true_pose(), 6, 0.08, 2);
+  const auto whole = register_prepared(*ct, *sweep, start, options);
+  const auto once = register_prepared(fine, *sweep, start, options);
+  ASSERT_TRUE(test::has_value(whole));
+  ASSERT_TRUE(test::has_value(once));
+  EXPECT_LT(test::cube_error_mm(once->ct_from_reference, whole->ct_from_reference), 0.05);
+  EXPECT_NEAR(once->final_cost, whole->final_cost, 0.01);
+}
+
+TEST(EffortTest, AQuickRegistrationRefusesAnotherPatient) {
+  const Volume other = test::blob_ct(test::BlobPatient(99), test::cubic_grid());
+  CollectingDiagnostics diagnostics;
+  const auto result =
+      register_sweep(other, effort_scene().sweep, test::true_pose(), quick(), diagnostics);
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
+}
+
+TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {
+  CollectingDiagnostics diagnostics;
+  const auto start = test::off_by(test::true_pose(), 6, 0.08, 1);
+  auto options = quick();
+  const auto one =
+      register_sweep(effort_scene().ct, effort_scene().sweep, start, options, diagnostics);
+  options.threads = 2;
+  const auto two =
+      register_sweep(effort_scene().ct, effort_scene().sweep, start, options, diagnostics);
+  ASSERT_TRUE(test::has_value(one));
+  ASSERT_TRUE(test::has_value(two));
+  EXPECT_EQ(one->ct_from_reference.matrix(), two->ct_from_reference.matrix());
+  EXPECT_EQ(one->final_cost, two->final_cost);
+  EXPECT_EQ(one->uncertainty.covariance, two->uncertainty.covariance);
+}
+
+}  // namespace
+}  // namespace nav::registration
