@@ -11,6 +11,7 @@
 
 #include "app/bench.hpp"
 #include "app/bench_registration_json.hpp"
+#include "app/register_by_command.hpp"
 
 namespace nav::app {
 namespace {
@@ -115,21 +116,23 @@ void RegistrationBench::measure_effort() {
 
 Result<void> RegistrationBench::compare() {
   console_.begin("beside elastix");
-  const bench::CohortOptions ours = bench::default_cohort();
   bench::PeerOptions options;
   options.first_seed = kDevelopmentSeed;
-  options.local = ours.local;
-  options.global = ours.global;
   if (options_.quick) {
     options.patients = 1;
     options.starts_mm = {5};
     options.repeats = 1;
-    options.efforts = {{150, 2000, 1}};
+    options.efforts = {{100, 2000, 1}, {150, 2000, 1}};
   }
+  if (options_.patients > 0) options.patients = options_.patients;
   std::string folder = (std::filesystem::temp_directory_path() / "sonde-elastix-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) {
     return Error{ErrorCode::kIo, folder + ": expected to make a folder for elastix"};
   }
+  options.by_command = [&](const Sweep& sweep, const std::filesystem::path& ct,
+                           const bench::CtPose& start, registration::Effort effort) {
+    return register_by_command(sweep, ct, start, effort, folder);
+  };
   auto compared =
       bench::compare_with_elastix(options, store_, bench::find_elastix(), folder, progress());
   std::error_code ignored;
@@ -204,11 +207,14 @@ Json RegistrationBench::json() const {
   const auto& headline = evaluation_ ? evaluation_ : development_;
   json["summary"] = headline ? json_of(*headline) : Json::object();
   Json& summary = json["summary"];
-  summary["cpu_ratio_elastix"] = peer_ ? or_null(peer_->cpu_ratio) : Json(nullptr);
-  summary["peer_ours"] = peer_ && peer_->cpu_ratio ? Json(peer_->ours) : Json(nullptr);
-  summary["solve_cpu_ratio_elastix"] = peer_ ? or_null(peer_->solve_cpu_ratio) : Json(nullptr);
+  const auto ratios = peer_ ? peer_->ratios : std::nullopt;
+  summary["cpu_ratio_elastix"] = ratios ? json_number(ratios->cpu) : Json(nullptr);
+  summary["solve_cpu_ratio_elastix"] = ratios ? json_number(ratios->solve) : Json(nullptr);
+  summary["end_to_end_cpu_ratio_elastix"] = ratios ? or_null(ratios->end_to_end) : Json(nullptr);
+  summary["peer_ours"] = ratios ? Json(ratios->ours) : Json(nullptr);
+  summary["peer_theirs"] = ratios ? Json(ratios->theirs) : Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";
-  summary["cpu_ratio_elastix_reason"] = peer_ && peer_->cpu_ratio ? Json(nullptr) : Json(reason);
+  summary["cpu_ratio_elastix_reason"] = ratios ? Json(nullptr) : Json(reason);
   json["summary_seeds"] = evaluation_ ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
   json["curve"] = json_of(curve_);

@@ -59,7 +59,8 @@ Json json_of(const bench::PeerComparison& comparison) {
                     {"right", row.right},
                     {"error_median_mm", json_number(row.error_median_mm)},
                     {"cpu_s", json_number(row.cpu_s)},
-                    {"solve_cpu_s", json_number(row.solve_cpu_s)}});
+                    {"solve_cpu_s", json_number(row.solve_cpu_s)},
+                    {"end_to_end_cpu_s", json_number(row.end_to_end_cpu_s)}});
   }
   return rows;
 }

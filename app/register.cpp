@@ -176,11 +176,13 @@ Result<T> one_of(const std::string& option, const std::string& found,
   return Error{ErrorCode::kUsage, option + ": expected one of " + expected + ", found " + found};
 }
 
-Result<void> choose_similarity(const RegisterOptions& options,
-                               registration::ImageRegistrationOptions& solver) {
+Result<registration::ImageRegistrationOptions> choose_solver(const RegisterOptions& options) {
   using enum registration::Similarity;
+  using registration::Effort;
   using registration::PatchLoss;
   using registration::StretchModel;
+  const auto effort = one_of("--effort", options.effort, {Effort::kQuick, Effort::kUsual});
+  if (!effort) return effort.error();
   const auto similarity =
       one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
   if (!similarity) return similarity.error();
@@ -191,10 +193,12 @@ Result<void> choose_similarity(const RegisterOptions& options,
       one_of("--stretch", options.stretch,
              {StretchModel::kNone, StretchModel::kSoundSpeed, StretchModel::kAffine});
   if (!stretch) return stretch.error();
+  registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
   solver.similarity = *similarity;
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
-  return registration::validate(solver);
+  if (const auto ok = registration::validate(solver); !ok) return ok.error();
+  return solver;
 }
 
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
@@ -293,9 +297,10 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   }
   if (!ground->ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
   if (const auto ok = validate(options.motion); !ok) return ok;
-  registration::ImageRegistrationOptions solver;
+  auto chosen = choose_solver(options);
+  if (!chosen) return chosen.error();
+  registration::ImageRegistrationOptions& solver = *chosen;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
-  if (const auto ok = choose_similarity(options, solver); !ok) return ok;
   const auto search = choose_search(config, options);
   if (!search) return search.error();
 
@@ -340,6 +345,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                    {"ct_from_reference_mm",
                     start->kind == "skin" ? Json(nullptr) : app::json_of(initial.matrix())}};
   json["target_ct_mm"] = json_of(target);
+  json["effort"] = options.effort;
   json["similarity"] = options.similarity;
   json["loss"] = options.loss;
   json["registration"] = app::json_of(answer, decision, target);

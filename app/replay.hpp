@@ -24,6 +24,7 @@ struct RegisterOptions {
   /// Where the left edge of the pictures, the marker's, points in the patient: right, left,
   /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
   std::string marker_towards;
+  std::string effort = "usual";              ///< quick or usual: registration::Effort.
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.

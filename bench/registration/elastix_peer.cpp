@@ -6,17 +6,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fcntl.h>
 #include <fstream>
-#include <spawn.h>
 #include <sstream>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/registration/child_program.hpp"
 #include "registration/shadow_mask.hpp"
-
-extern char** environ;  // NOLINT: POSIX names it so.
 
 namespace nav::bench {
 namespace {
@@ -142,27 +137,20 @@ void write_parameters(const fs::path& file, const ElastixEffort& effort) {
                       << ")\n(NumberOfSpatialSamples " << effort.samples << ")\n";
 }
 
-/// Processor time of a finished child program, s; absent when it could not be run or failed.
-std::optional<double> run_program(const std::vector<std::string>& words) {
-  std::vector<char*> argv;
-  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));  // NOLINT
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) return {};
-  int status = 0;
-  rusage usage{};
-  if (wait4(child, &status, 0, &usage) != child) return {};
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return {};
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+/// Seconds that the log says the images' reading took.
+double reading_s(const fs::path& log) {
+  std::ifstream in(log);
+  const std::string label = "Reading images took ";
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t at = line.find(label);
+    if (at == std::string::npos) continue;
+    std::istringstream text(line.substr(at + label.size()));
+    double number = 0;
+    std::string unit;
+    text >> number >> unit;
+    return unit.rfind("ms", 0) == 0 ? 1e-3 * number : number;
+  }
+  return 0;
 }
 
 /// Numbers behind "(name " in a transform file.
@@ -205,6 +193,11 @@ std::optional<fs::path> find_elastix() {
   return {};
 }
 
+double startup_s(const fs::path& elastix) {
+  const auto run = run_program({elastix.string(), "--version"});
+  return run ? run->cpu_s : 0;
+}
+
 Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
                                 const fs::path& folder) {
   const VoxelGrid& grid = patient.ct->grid();
@@ -241,16 +234,17 @@ Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, 
     write_header(folder / (name + ".mhd"), size, spacing, at, axes, "MET_UCHAR", name + ".raw");
   }
   write_parameters(folder / "rigid.txt", effort);
-  const auto cpu_s =
+  const auto run =
       run_program({elastix.string(), "-f", (folder / "us.mhd").string(), "-fMask",
                    (folder / "mask.mhd").string(), "-m", (folder / "ct.mhd").string(), "-p",
                    (folder / "rigid.txt").string(), "-out", folder.string(), "-threads", "1"});
-  const auto moved = cpu_s ? read_transform(folder / "TransformParameters.0.txt") : std::nullopt;
+  const bool done = run && run->exit_code == 0;
+  const auto moved = done ? read_transform(folder / "TransformParameters.0.txt") : std::nullopt;
   if (!moved) {
     return Error{ErrorCode::kRefused, "elastix: expected a transform, found none; its log: " +
                                           (folder / "elastix.log").string()};
   }
-  return ElastixRun{*moved * start, *cpu_s};
+  return ElastixRun{*moved * start, run->cpu_s, reading_s(folder / "elastix.log")};
 }
 
 }  // namespace nav::bench

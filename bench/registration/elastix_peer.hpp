@@ -27,7 +27,11 @@ struct ElastixEffort {
 struct ElastixRun {
   CtPose found;
   double cpu_s;  ///< User and system time of the whole process, its reading and pyramids included.
+  double reading_s;  ///< Of the images, as its log has it, s.
 };
+
+/// Processor time that elastix takes to say its version, s: what every run of it begins with.
+double startup_s(const std::filesystem::path& elastix);
 
 /// Sweep and CT as files that elastix reads: the sweep compounded to 1 mm voxels (mean of the
 /// pixels that fall into one) with a mask of the voxels that a picture passed, shadows left out as

@@ -26,13 +26,13 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// One run, in processor seconds. kInfinite: it ended before.
 struct Run {
   std::optional<double> error_mm;
-  double cpu_s = kInfinite, solve_cpu_s = kInfinite;
+  double cpu_s = kInfinite, solve_cpu_s = kInfinite, end_to_end_cpu_s = kInfinite;
 };
 
 /// What a way of registering did from one distance.
 struct Tally {
   int trials = 0, right = 0;
-  std::vector<double> errors_mm, cpu_s, solve_cpu_s;
+  std::vector<double> errors_mm, cpu_s, solve_cpu_s, end_to_end_cpu_s;
 
   /// What a run that gave up took does not count: it is not known, or of another thing.
   void add(const Run& run) {
@@ -41,6 +41,7 @@ struct Tally {
       cpu_s.push_back(run.cpu_s);
       solve_cpu_s.push_back(run.solve_cpu_s);
     }
+    if (std::isfinite(run.end_to_end_cpu_s)) end_to_end_cpu_s.push_back(run.end_to_end_cpu_s);
     if (!run.error_mm || *run.error_mm >= kSuccessMm) return;
     ++right;
     errors_mm.push_back(*run.error_mm);
@@ -55,10 +56,8 @@ std::string name_of(const ElastixEffort& effort) {
 
 std::string name_of(const LocalEffort& effort) {
   std::ostringstream name;
-  name << "sonde local";
-  if (effort.patch_share < 1) name << " x" << effort.patch_share;
-  if (effort.picture_stride > 1) name << " 1/" << effort.picture_stride;
-  if (effort.finest_step_mm > 0) name << ' ' << effort.finest_step_mm << " mm";
+  name << "sonde " << (effort.effort == registration::Effort::kQuick ? "quick" : "local");
+  if (effort.patch_share != 1) name << " x" << effort.patch_share;
   return name.str();
 }
 
@@ -83,24 +82,25 @@ Run quickest(int repeats, const Once& once) {
     const Run again = once();
     best.cpu_s = std::min(best.cpu_s, again.cpu_s);
     best.solve_cpu_s = std::min(best.solve_cpu_s, again.solve_cpu_s);
+    best.end_to_end_cpu_s = std::min(best.end_to_end_cpu_s, again.end_to_end_cpu_s);
   }
   return best;
 }
 
-ImageRegistrationOptions with_effort(const ImageRegistrationOptions& usual,
-                                     const LocalEffort& effort) {
-  ImageRegistrationOptions options = with_patch_share(usual, effort.patch_share);
-  if (effort.finest_step_mm > 0) options.levels.back().sample_step_mm = effort.finest_step_mm;
+ImageRegistrationOptions options_of(const LocalEffort& effort, bool global) {
+  ImageRegistrationOptions options =
+      with_patch_share(registration::with_effort(effort.effort), effort.patch_share);
+  options.threads = 1;
+  if (!global) options.starts = 0;
   return options;
 }
 
 /// Ours: everything from the images on, and the solve alone, with the CT prepared before.
-Run run_ours(const ImageRegistrationOptions& options, int picture_stride,
-             const registration::PreparedCt& ct, const Case& c) {
+Run run_ours(const ImageRegistrationOptions& options, const registration::PreparedCt& ct,
+             const Case& c) {
   CollectingDiagnostics diagnostics;
-  const Sweep pictures = every(picture_stride, c.recorded.sweep);
   const double begin = thread_time_s();
-  const auto sweep = registration::PreparedSweep::create(pictures, options, diagnostics);
+  const auto sweep = registration::PreparedSweep::create(c.recorded.sweep, options, diagnostics);
   if (!sweep) return {};
   const auto result = registration::register_prepared(*c.patient.ct, *sweep, c.start, options);
   const double end = thread_time_s();
@@ -109,25 +109,34 @@ Run run_ours(const ImageRegistrationOptions& options, int picture_stride,
   return {c.error_mm(result->ct_from_reference), end - begin, thread_time_s() - end};
 }
 
+/// What elastix does besides its iterations, processor s.
+struct Overhead {
+  double startup_s = 0;  ///< Of the process.
+  double one_s = 0;      ///< Whole process of a single iteration: start, reading, pyramids, set-up.
+};
+
 Run run_theirs(const ElastixEffort& effort, const fs::path& elastix, const fs::path& folder,
-               const Case& c) {
+               const Overhead& overhead, const Case& c) {
   const auto run = run_elastix(elastix, folder, c.start, effort);
   if (!run) return {};
-  return {c.error_mm(run->found), run->cpu_s, run->cpu_s};
+  return {c.error_mm(run->found), std::max(run->cpu_s - overhead.startup_s - run->reading_s, 0.0),
+          std::max(run->cpu_s - overhead.one_s, 0.0), run->cpu_s};
 }
 
-/// What a run of one iteration takes is reading, pyramids and set-up.
-void add_theirs(const std::vector<ElastixEffort>& efforts, const fs::path& elastix,
-                const fs::path& folder, const Case& c, Tallies& out) {
+void add_theirs(const PeerOptions& options, const fs::path& elastix, const fs::path& folder,
+                const Case& c, Tallies& out) {
+  Overhead overhead;
   const auto best_of = [&](const ElastixEffort& effort) {
-    return quickest(c.repeats, [&] { return run_theirs(effort, elastix, folder, c); });
+    return quickest(c.repeats, [&] { return run_theirs(effort, elastix, folder, overhead, c); });
   };
-  const Run empty = best_of({1, efforts.front().samples, 1});
-  const double overhead_s = std::isfinite(empty.cpu_s) ? empty.cpu_s : 0;
-  for (const ElastixEffort& effort : efforts) {
-    Run run = best_of(effort);
-    run.solve_cpu_s = std::max(run.solve_cpu_s - overhead_s, 0.0);
-    out[{name_of(effort), c.mm}].add(run);
+  const Run one = best_of({1, options.efforts.front().samples, 1});
+  if (std::isfinite(one.end_to_end_cpu_s)) overhead.one_s = one.end_to_end_cpu_s;
+  overhead.startup_s = startup_s(elastix);
+  for (int i = 1; i < c.repeats; ++i) {
+    overhead.startup_s = std::min(overhead.startup_s, startup_s(elastix));
+  }
+  for (const ElastixEffort& effort : options.efforts) {
+    out[{name_of(effort), c.mm}].add(best_of(effort));
   }
 }
 
@@ -135,39 +144,51 @@ std::vector<PeerRow> rows_of(const Tallies& tallies) {
   std::vector<PeerRow> rows;
   for (const auto& [key, tally] : tallies) {
     rows.push_back({key.first, key.second, tally.trials, tally.right, median(tally.errors_mm),
-                    median(tally.cpu_s), median(tally.solve_cpu_s)});
+                    median(tally.cpu_s), median(tally.solve_cpu_s),
+                    median(tally.end_to_end_cpu_s)});
   }
   return rows;
 }
 
-void add_ratio(const PeerOptions& options, PeerComparison& out) {
+}  // namespace
+
+void add_ratios(const PeerOptions& options, PeerComparison& out) {
+  constexpr double kConverged = 1.1;  // Of the next effort's error.
   const double mm = options.starts_mm.front();
-  const auto find = [&](const std::string& name) {
-    return std::find_if(out.rows.begin(), out.rows.end(),
-                        [&](const PeerRow& row) { return row.name == name && row.start_mm == mm; });
+  const auto find = [&](const std::string& name) -> const PeerRow* {
+    const auto row = std::find_if(out.rows.begin(), out.rows.end(), [&](const PeerRow& r) {
+      return r.name == name && r.start_mm == mm && r.right == r.trials && r.trials > 0;
+    });
+    return row != out.rows.end() ? &*row : nullptr;
   };
-  const auto theirs = std::find_if(options.efforts.begin(), options.efforts.end(),
-                                   [&](const ElastixEffort& effort) {
-                                     const auto row = find(name_of(effort));
-                                     return row != out.rows.end() && 2 * row->right > row->trials;
-                                   });
-  if (theirs == options.efforts.end()) {
-    out.reason = "elastix was right on half or fewer of the nearest starts at every effort";
+  const PeerRow* theirs = nullptr;
+  for (std::size_t i = 0; i < options.efforts.size() && theirs == nullptr; ++i) {
+    const PeerRow* row = find(name_of(options.efforts[i]));
+    if (row == nullptr) continue;
+    const bool last = i + 1 == options.efforts.size() ||
+                      options.efforts[i + 1].resolutions != options.efforts[i].resolutions;
+    const PeerRow* next = last ? nullptr : find(name_of(options.efforts[i + 1]));
+    if (next == nullptr || row->error_median_mm <= kConverged * next->error_median_mm) theirs = row;
+  }
+  if (theirs == nullptr) {
+    out.reason = "elastix was not right on all of the nearest starts at any effort";
     return;
   }
-  const auto row = find(name_of(*theirs));
   for (const LocalEffort& effort : options.local_efforts) {
-    const auto ours = find(name_of(effort));
-    if (ours->right < ours->trials || !(ours->error_median_mm < row->error_median_mm)) continue;
-    out.cpu_ratio = row->cpu_s / ours->cpu_s;
-    out.solve_cpu_ratio = row->solve_cpu_s / ours->solve_cpu_s;
-    out.ours = ours->name;
+    const PeerRow* ours = effort.patch_share == 1 ? find(name_of(effort)) : nullptr;
+    if (ours == nullptr || !(ours->error_median_mm < theirs->error_median_mm)) continue;
+    PeerRatios ratios{theirs->cpu_s / ours->cpu_s,
+                      theirs->solve_cpu_s / ours->solve_cpu_s,
+                      {},
+                      ours->name,
+                      theirs->name};
+    const double end_to_end = theirs->end_to_end_cpu_s / ours->end_to_end_cpu_s;
+    if (std::isfinite(end_to_end)) ratios.end_to_end = end_to_end;
+    out.ratios = ratios;
     return;
   }
   out.reason = "no local registration was right on all of the nearest starts with a lower error";
 }
-
-}  // namespace
 
 Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStore& store,
                                             const std::optional<fs::path>& elastix,
@@ -187,25 +208,33 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
     for (const double mm : options.starts_mm) {
       const Case c{patient, recorded, mm, start_at(mm, patient.truth, recorded, patient.seed),
                    mm == options.starts_mm.front() ? options.repeats : 1};
-      const auto add_ours = [&](const std::string& name, const ImageRegistrationOptions& with,
-                                int picture_stride) {
+      const auto add_ours = [&](const std::string& name, const LocalEffort& effort, bool global) {
+        const ImageRegistrationOptions with = options_of(effort, global);
         const auto ct = store.ready_ct(seed, with);
-        tallies[{name, mm}].add(
-            quickest(c.repeats, [&] { return run_ours(with, picture_stride, ct->prepared, c); }));
+        Run run = quickest(c.repeats, [&] { return run_ours(with, ct->prepared, c); });
+        // As a user does, who says neither how many patches nor how far to search.
+        const bool by_command = options.by_command && elastix && !global &&
+                                effort.patch_share == 1 && mm == options.starts_mm.front();
+        for (int k = 0; by_command && k < c.repeats; ++k) {
+          const auto whole =
+              options.by_command(recorded.sweep, folder / "ct.mhd", c.start, effort.effort);
+          if (whole) run.end_to_end_cpu_s = std::min(run.end_to_end_cpu_s, whole->cpu_s);
+        }
+        tallies[{name, mm}].add(run);
       };
       for (const LocalEffort& effort : options.local_efforts) {
-        add_ours(name_of(effort), with_effort(options.local, effort), effort.picture_stride);
+        add_ours(name_of(effort), effort, false);
       }
-      add_ours("sonde global", options.global, 1);
-      if (elastix) add_theirs(options.efforts, *elastix, folder, c, tallies);
+      add_ours("sonde global", {}, true);
+      if (elastix) add_theirs(options, *elastix, folder, c, tallies);
       if (progress) {
         progress(++done / static_cast<double>(options.starts_mm.size()) / options.patients);
       }
     }
   }
-  PeerComparison out{rows_of(tallies), {}, {}, "", ""};
+  PeerComparison out{rows_of(tallies), {}, ""};
   if (elastix) {
-    add_ratio(options, out);
+    add_ratios(options, out);
   } else {
     out.reason = "elastix is not in PATH (Debian package elastix)";
   }
@@ -215,17 +244,18 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
 std::string to_text(const PeerComparison& comparison) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\nbeside elastix, same images and starts, one thread; processor s whole (solve), "
-          "quickest of repeats\n";
+       << "\nbeside elastix, same images and starts, one thread; processor s from images in "
+          "memory (solve alone; whole process from files), quickest of repeats\n";
   for (const PeerRow& row : comparison.rows) {
     text << "  " << std::setw(17) << std::left << row.name << std::right << " from " << std::setw(3)
          << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
          << ", median " << row.error_median_mm << " mm, " << row.cpu_s << " (" << row.solve_cpu_s
-         << ")\n";
+         << "; " << row.end_to_end_cpu_s << ")\n";
   }
-  if (comparison.cpu_ratio) {
-    text << "  elastix / " << comparison.ours << " at the nearest start: " << *comparison.cpu_ratio
-         << " whole, " << *comparison.solve_cpu_ratio << " solve\n";
+  if (const auto& r = comparison.ratios) {
+    text << "  " << r->theirs << " / " << r->ours << " at the nearest start: " << r->cpu
+         << " from images in memory, " << r->solve << " solve, "
+         << r->end_to_end.value_or(std::numeric_limits<double>::quiet_NaN()) << " from files\n";
   } else {
     text << "  no ratio: " << comparison.reason << '\n';
   }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/registration/hopeless.hpp"
+#include "bench/registration/peer.hpp"
 #include "bench/registration/summary.hpp"
 
 namespace nav::bench {
@@ -46,6 +47,59 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   EXPECT_EQ(s.false_refusals, 1);
   EXPECT_DOUBLE_EQ(s.hopeless_refused, 0.5);
   EXPECT_DOUBLE_EQ(s.coverage_95, 0.9);
+}
+
+/// Name, right of four, error, processor s in memory, solve, from files.
+PeerRow row(const std::string& name, int right, double error_mm, double cpu_s, double solve_cpu_s,
+            double end_to_end_cpu_s) {
+  return {name, 5, 4, right, error_mm, cpu_s, solve_cpu_s, end_to_end_cpu_s};
+}
+
+PeerComparison planted() {
+  PeerComparison planted;
+  planted.rows = {row("elastix 40x1", 3, 1.4, 0.10, 0.05, 0.20),
+                  row("elastix 60x1", 4, 0.9, 0.15, 0.08, 0.25),
+                  row("elastix 100x1", 4, 0.74, 0.24, 0.15, 0.30),
+                  row("elastix 150x1", 4, 0.70, 0.30, 0.20, 0.36),
+                  row("sonde quick", 4, 0.5, 0.02, 0.005, 0.12),
+                  row("sonde quick x0.5", 4, 0.6, 0.01, 0.003, NAN),
+                  row("sonde local", 4, 0.2, 0.20, 0.07, 0.33)};
+  return planted;
+}
+
+TEST(PeerRatiosTest, AreOfTheCheapestThatConvergesOnEitherSide) {
+  PeerOptions options;
+  options.efforts = {{40, 2000, 1}, {60, 2000, 1}, {100, 2000, 1}, {150, 2000, 1}};
+  PeerComparison peer = planted();
+  add_ratios(options, peer);
+  ASSERT_TRUE(peer.ratios.has_value()) << peer.reason;
+  // 40 iterations are not right on all, 60 are a fifth worse than 100; those of a share of the
+  // patches nobody can ask for.
+  EXPECT_EQ(peer.ratios->theirs, "elastix 100x1");
+  EXPECT_EQ(peer.ratios->ours, "sonde quick");
+  EXPECT_DOUBLE_EQ(peer.ratios->cpu, 12);
+  EXPECT_DOUBLE_EQ(peer.ratios->solve, 30);
+  EXPECT_DOUBLE_EQ(peer.ratios->end_to_end.value(), 2.5);
+}
+
+TEST(PeerRatiosTest, ALowerErrorAndEveryStartAreAskedForOfUs) {
+  PeerOptions options;
+  options.efforts = {{40, 2000, 1}, {60, 2000, 1}, {100, 2000, 1}, {150, 2000, 1}};
+  PeerComparison peer = planted();
+  peer.rows[4].error_median_mm = 0.75;  // As elastix 100x1, and no better.
+  add_ratios(options, peer);
+  ASSERT_TRUE(peer.ratios.has_value());
+  EXPECT_EQ(peer.ratios->ours, "sonde local");
+  peer = planted();
+  peer.rows[4].right = 3;
+  peer.rows[6].right = 3;
+  add_ratios(options, peer);
+  EXPECT_FALSE(peer.ratios.has_value());
+  EXPECT_NE(peer.reason.find("no local registration"), std::string::npos);
+  peer = planted();
+  for (PeerRow& one : peer.rows) one.right = 3;
+  add_ratios(options, peer);
+  EXPECT_NE(peer.reason.find("elastix"), std::string::npos);
 }
 
 TEST(CohortSummaryTest, ABoundOfNoneInNIsTheRuleOfThree) {

@@ -124,13 +124,14 @@ struct Recorded {
 
 /// What 'sonde register' says, whether it accepts or refuses.
 Json registered(const Recorded& sweep, const std::filesystem::path& ct,
-                const std::optional<Recorded::Pose>& start, const std::filesystem::path& report) {
+                const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
+                const RegisterOptions& options = {}) {
   SessionConfig config;
   config.source.recording = sweep.options.out;
   config.ct.path = ct;
   if (start) config.placement.ct_from_reference = start->matrix();
   Console console(false);
-  const auto done = run_register(config, {}, report.string(), console);
+  const auto done = run_register(config, options, report.string(), console);
   EXPECT_TRUE(done || done.error().code == ErrorCode::kRefused) << done.error().message;
   Json json = read_json(report);
   EXPECT_EQ(json.at("registration").at("accepted"), done.has_value());
@@ -164,12 +165,17 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
     const Recorded::Pose start(
         Eigen::Quaterniond(turn) * truth.rotation(),
         Eigen::Quaterniond(turn) * truth.translation_mm() + Eigen::Vector3d(3, -4, 3));
-    const Json own = registered(*patient, patient->options.ct, start, report);
-    EXPECT_TRUE(own.at("registration").at("accepted")) << own.at("registration").dump(1);
-    EXPECT_LT(target_error_mm(*patient, own), 1);
     const Recorded& other = patient == &sweep ? fan : sweep;
-    const Json wrong = registered(*patient, other.options.ct, start, report);
-    EXPECT_FALSE(wrong.at("registration").at("accepted"));
+    for (const char* effort : {"usual", "quick"}) {
+      RegisterOptions options;
+      options.effort = effort;
+      const Json own = registered(*patient, patient->options.ct, start, report, options);
+      EXPECT_TRUE(own.at("registration").at("accepted")) << own.at("registration").dump(1);
+      EXPECT_EQ(own.at("effort"), effort);
+      EXPECT_LT(target_error_mm(*patient, own), 1);
+      const Json wrong = registered(*patient, other.options.ct, start, report, options);
+      EXPECT_FALSE(wrong.at("registration").at("accepted"));
+    }
   }
   // Nobody says where the probe stood: the CT's skin does.
   const Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
