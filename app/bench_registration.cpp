@@ -70,7 +70,7 @@ class RegistrationBench {
 
 /// The quick cohort takes all paths, but not for each patient, and fewer distances.
 bench::CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
-  bench::CohortOptions options = bench::default_cohort();
+  bench::CohortOptions options = bench::default_cohort(options_.effort);
   options.first_seed = first_seed;
   options.threads = options_.quick ? kQuickThreads : 1;
   if (options_.quick) {
@@ -108,6 +108,8 @@ void RegistrationBench::measure_effort() {
     effort.patch_shares = {0.25, 1, 4};
     effort.picture_strides = {4, 2};
     effort.iterations = {2};
+    effort.sample_steps_mm = {1.6};
+    effort.quick_shares = {1};
   }
   curve_ = bench::measure_effort(effort, store_, progress());
   console_.end();
@@ -203,6 +205,7 @@ Json RegistrationBench::json() const {
   json["version"] = SONDE_VERSION;
   json["quick"] = options_.quick;
   json["simulated"] = true;
+  json["effort"] = registration::to_string(options_.effort);
   json["model"] = options_.model == sim::AcousticModel::kRays ? "rays" : "scatterers";
   const auto& headline = evaluation_ ? evaluation_ : development_;
   json["summary"] = headline ? json_of(*headline) : Json::object();

@@ -305,6 +305,8 @@ void CommandLine::add_register() {
   verb->add_option("--effort", register_.effort,
                    "quick: in a fifth of the time, a few tenths of a millimetre farther off; usual")
       ->capture_default_str();
+  verb->add_option("--time-limit", register_.time_limit_s,
+                   "s: the best pose until then is reported and refused");
   verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
       ->capture_default_str();
   verb->add_option("--loss", register_.loss,
@@ -554,6 +556,9 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
                    "how echoes are computed: rays, scatterers")
       ->transform(CLI::CheckedTransformer(std::map<std::string, sim::AcousticModel>{
           {"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}}));
+  verb->add_option("--effort", bench_registration_.effort, "of the cohort: quick or usual")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, registration::Effort>{
+          {"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}}));
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
       ->check(CLI::Range(1, 100));
   verb->add_option("--part", bench_registration_.parts,

@@ -176,13 +176,23 @@ Result<T> one_of(const std::string& option, const std::string& found,
   return Error{ErrorCode::kUsage, option + ": expected one of " + expected + ", found " + found};
 }
 
-Result<registration::ImageRegistrationOptions> choose_solver(const RegisterOptions& options) {
+struct Solver {
+  registration::ImageRegistrationOptions options;
+  registration::AcceptanceLimits limits;
+};
+
+Result<Solver> choose_solver(const RegisterOptions& options) {
   using enum registration::Similarity;
   using registration::Effort;
   using registration::PatchLoss;
   using registration::StretchModel;
   const auto effort = one_of("--effort", options.effort, {Effort::kQuick, Effort::kUsual});
   if (!effort) return effort.error();
+  const bool moves = options.motion.breath_period_s || options.motion.deformable;
+  if (*effort == Effort::kQuick && moves) {
+    return Error{ErrorCode::kUsage,
+                 "--effort quick: expected no --breath-period and no --deformable, found one"};
+  }
   const auto similarity =
       one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
   if (!similarity) return similarity.error();
@@ -194,11 +204,12 @@ Result<registration::ImageRegistrationOptions> choose_solver(const RegisterOptio
              {StretchModel::kNone, StretchModel::kSoundSpeed, StretchModel::kAffine});
   if (!stretch) return stretch.error();
   registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
+  if (options.time_limit_s) solver.time_limit_s = *options.time_limit_s;
   solver.similarity = *similarity;
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
   if (const auto ok = registration::validate(solver); !ok) return ok.error();
-  return solver;
+  return Solver{solver, registration::limits_for(*effort)};
 }
 
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
@@ -299,7 +310,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (const auto ok = validate(options.motion); !ok) return ok;
   auto chosen = choose_solver(options);
   if (!chosen) return chosen.error();
-  registration::ImageRegistrationOptions& solver = *chosen;
+  registration::ImageRegistrationOptions& solver = chosen->options;
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   const auto search = choose_search(config, options);
   if (!search) return search.error();
@@ -324,9 +335,10 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   const Point<frames::Ct> target = options.target_ct
                                        ? Point<frames::Ct>{*options.target_ct}
                                        : result->ct_from_reference * sweep->centroid();
-  console.end(registration::in_words(registration::decide(*result, {}, target).verdict()));
-  const auto motion =
-      refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver, console);
+  console.end(
+      registration::in_words(registration::decide(*result, chosen->limits, target).verdict()));
+  const auto motion = refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver,
+                                    chosen->limits, console);
   if (!motion) return motion.error();
   const auto& answer = motion->result;
   const auto& decision = motion->decision;

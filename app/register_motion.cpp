@@ -214,8 +214,9 @@ Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
                                     const registration::ImageRegistrationResult& common,
                                     const Point<frames::Ct>& target, const MotionOptions& options,
                                     const registration::ImageRegistrationOptions& solver,
+                                    const registration::AcceptanceLimits& limits,
                                     Console& console) {
-  MotionOutcome outcome{common, registration::decide(common, {}, target),
+  MotionOutcome outcome{common, registration::decide(common, limits, target),
                         Json{{"breath", nullptr}, {"deformable", nullptr}}};
   std::optional<Sweep> still;
   if (options.breath_period_s) {

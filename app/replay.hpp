@@ -25,6 +25,7 @@ struct RegisterOptions {
   /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
   std::string marker_towards;
   std::string effort = "usual";              ///< quick or usual: registration::Effort.
+  std::optional<double> time_limit_s;        ///< Of a registration by image; absent: none.
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.

@@ -96,6 +96,18 @@ Json json_of(const registration::ImageRegistrationResult& result,
   json["margin"] = result.margin ? json_number(*result.margin) : Json(nullptr);
   json["split_disagreement_mm"] = json_number(result.split_disagreement_mm);
   json["halves_disagreement_mm"] = json_number(result.halves_disagreement_mm);
+  json["basin"] = {{"rise", json_number(result.basin.rise)},
+                   {"shift_mm", json_number(result.basin.shift_mm)}};
+  json["regions"] = Json::array();
+  for (const auto& region : result.regions) {
+    const Eigen::Vector3d& c = region.centre.mm;
+    json["regions"].push_back({{"along", region.along},
+                               {"deep", region.deep},
+                               {"patches", region.patches},
+                               {"cost", json_number(region.cost)},
+                               {"pull_mm", json_number(region.pull_mm)},
+                               {"centre_ct_mm", {c.x(), c.y(), c.z()}}});
+  }
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
   json["covariance_valid"] = result.covariance_valid;
   json["covariance_fault"] = result.covariance_fault;

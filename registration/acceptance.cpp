@@ -50,10 +50,19 @@ Result<void> validate(const AcceptanceLimits& limits) {
     return refuse("max_halves_disagreement_mm", "a positive number",
                   limits.max_halves_disagreement_mm);
   }
+  if (!(limits.max_basin_shift_mm > 0)) {
+    return refuse("max_basin_shift_mm", "a positive number", limits.max_basin_shift_mm);
+  }
   if (!(limits.max_stretch > 0)) {
     return refuse("max_stretch", "a positive number", limits.max_stretch);
   }
   return {};
+}
+
+AcceptanceLimits limits_for(Effort effort) {
+  AcceptanceLimits limits;
+  if (effort == Effort::kQuick) limits.max_cost = 0.25;
+  return limits;
 }
 
 const char* to_string(Verdict verdict) {
@@ -123,6 +132,9 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   const auto ok = validate(limits);
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
+  if (result.termination == Termination::kTimeLimit) {
+    judge.refuse("solver: expected it to converge, found the time limit before");
+  }
   if (result.termination == Termination::kFailed) {
     judge.refuse("solver: expected it to converge, found: " + result.message);
   }
@@ -145,6 +157,8 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
                 limits.max_split_disagreement_mm, warnings.max_split_disagreement_mm, " mm");
   judge.at_most("disagreement of first and second half", result.halves_disagreement_mm,
                 limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm, " mm");
+  judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
+                limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
   judge.at_most("stretch of the pictures, which are shown without it",
                 std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
                 limits.max_stretch, warnings.max_stretch, "");

@@ -25,6 +25,7 @@ struct AcceptanceLimits {
   double max_tre_rms_mm = 2;                ///< Predicted at the target, > 0.
   double max_split_disagreement_mm = 1;     ///< Odd against even pictures, > 0.
   double max_halves_disagreement_mm = 2.5;  ///< First against second half, > 0.
+  double max_basin_shift_mm = 1.5;          ///< To lower costs nearby without derivatives, > 0.
   /// Strain or depth factor off one that was refined beside the pose, > 0: pictures are shown as
   /// they came, and 1 % of 100 mm is a millimetre.
   double max_stretch = 0.01;
@@ -32,6 +33,11 @@ struct AcceptanceLimits {
 
 /// A refusal that names the first limit out of its range.
 Result<void> validate(const AcceptanceLimits& limits);
+
+/// The limits for a registration by such an effort: the defaults, but for a quick one a cost of at
+/// most 0.25. Coarse samples match more easily: on the development seeds right ones cost at most 0.245,
+/// another patient's CT at least 0.276.
+AcceptanceLimits limits_for(Effort effort);
 
 /// From where on a result that is accepted is accepted with a warning: between here and its limit;
 /// a warning beyond its limit never comes. Those of cost, score, disagreements and predicted error
@@ -45,6 +51,7 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_tre_rms_mm = 0.5,
                                                  .max_split_disagreement_mm = 0.5,
                                                  .max_halves_disagreement_mm = 1.25,
+                                                 .max_basin_shift_mm = 0.5,
                                                  .max_stretch = 0.008};
 
 enum class Verdict { kAccept, kWarn, kRefuse };

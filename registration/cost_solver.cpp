@@ -9,16 +9,20 @@ namespace {
 
 class AskToGoOn final : public ceres::IterationCallback {
  public:
-  explicit AskToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
+  AskToGoOn(const std::function<bool()>& keep_going, const std::function<bool()>& late)
+      : keep_going_(keep_going), late_(late) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    if (!keep_going_ || keep_going_()) return ceres::SOLVER_CONTINUE;
-    cancelled = true;
-    return ceres::SOLVER_ABORT;
+    if (keep_going_ && !keep_going_()) {
+      cancelled = true;
+      return ceres::SOLVER_ABORT;
+    }
+    return late_ && late_() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   bool cancelled = false;
 
  private:
   const std::function<bool()>& keep_going_;
+  const std::function<bool()>& late_;
 };
 
 ceres::Solver::Options solver_options(const SolveLimits& limits) {
@@ -37,6 +41,7 @@ ceres::Solver::Options solver_options(const SolveLimits& limits) {
 
 Termination termination_of(ceres::TerminationType type) {
   if (type == ceres::CONVERGENCE) return Termination::kConverged;
+  if (type == ceres::USER_SUCCESS) return Termination::kTimeLimit;
   if (type == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
   return Termination::kFailed;
 }
@@ -49,7 +54,7 @@ CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd
   ceres::Problem problem;
   problem.AddResidualBlock(residuals, nullptr, delta.data());
   ceres::Solver::Options options = solver_options(limits);
-  AskToGoOn callback(keep_going);
+  AskToGoOn callback(keep_going, limits.late);
   options.callbacks.push_back(&callback);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);

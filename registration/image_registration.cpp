@@ -11,11 +11,13 @@
 
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
+#include "registration/basin.hpp"
 #include "registration/ct_structure.hpp"
 #include "registration/global_search.hpp"
 #include "registration/patch_channels.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
+#include "registration/regions.hpp"
 #include "registration/sandwich.hpp"
 #include "registration/stretch.hpp"
 #include "registration/sweep_points.hpp"
@@ -135,6 +137,14 @@ class Registrar {
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   void stretch(Candidate& best);
   bool keep_going();
+  /// Whether the time is over; what asked is cut short then.
+  bool late() {
+    hurried_ = hurried_ || seconds_since(start_) > options_.time_limit_s;
+    return hurried_;
+  }
+  SolveLimits limits(double tolerance) {
+    return {late() ? 0 : options_.max_iterations, tolerance, [this] { return late(); }};
+  }
   [[nodiscard]] Error cancelled() const {
     return {ErrorCode::kCancelled, "image registration: cancelled by the caller"};
   }
@@ -154,6 +164,7 @@ class Registrar {
   Stretch stretch_;
   double fraction_ = 0;
   bool cancelled_ = false;
+  bool hurried_ = false;
   int non_finite_ = 0;
 };
 
@@ -169,7 +180,8 @@ void Registrar::solve_starts(const Level& level) {
       options_.starts,         options_.start_range_mm, options_.start_range_rad,
       options_.max_iterations, options_.seed,           options_.threads};
   for (Found& found : search(
-           level.cost, initial_, points_, box, [this] { return keep_going(); }, non_finite_)) {
+           level.cost, initial_, points_, box, [this] { return keep_going() && !late(); },
+           non_finite_)) {
     const PoseSolution& solution = found.solution;
     const LevelSolve solve{solution.initial_cost, solution.final_cost, 0, solution.iterations, 0};
     candidates_.push_back({std::move(found.solution), found.plain, {solve}});
@@ -196,8 +208,8 @@ PoseSolution Registrar::solve(const Level& level, const Pose& start) {
 
 PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, const Pose& start,
                                  double tolerance) {
-  return solve_pose(solved_cost(level, patches), start, points_.centroid,
-                    {options_.max_iterations, tolerance}, [this] { return keep_going(); });
+  return solve_pose(solved_cost(level, patches), start, points_.centroid, limits(tolerance),
+                    [this] { return keep_going(); });
 }
 
 /// Solved where the CT has structure, judged where the ultrasound has contrast.
@@ -338,6 +350,9 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0};
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());
+  const Lc2Cost solved = solved_cost(finest, patches);
+  result.basin = check_basin(solved, points_, pose);
+  result.regions = region_agreement(solved, pose);
   result.split_disagreement_mm = disagreement_mm(shape, patches, points_, pose, Halves::kOddEven);
   result.halves_disagreement_mm =
       disagreement_mm(shape, patches, points_, pose, Halves::kFirstSecond);
@@ -394,8 +409,9 @@ Result<ImageRegistrationResult> Registrar::run() {
                                      [](const Candidate& a, const Candidate& b) {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
-  if (options_.stretch != StretchModel::kNone) stretch(*best);
+  if (options_.stretch != StretchModel::kNone && !late()) stretch(*best);
   if (cancelled_) return cancelled();
+  if (hurried_) best->solution.termination = Termination::kTimeLimit;
   if (non_finite_ > 0) {
     return Error{ErrorCode::kNumerical,
                  "image registration: expected a finite similarity of every "

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -93,7 +94,10 @@ struct ImageRegistrationOptions {
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
   double bias_floor_mm = 0.07;    ///< Standard deviation that no sweep can undercut, >= 0.
   int threads = 2;                ///< 1 to 64; the result does not depend on it.
-  std::uint64_t seed = 1;         ///< Of the starts and the random poses.
+  /// After so long no solve is begun or goes on: the best pose so far is assessed, and refused. >
+  /// 0.
+  double time_limit_s = std::numeric_limits<double>::infinity();
+  std::uint64_t seed = 1;  ///< Of the starts and the random poses.
 };
 
 /// How much work a registration is worth.
@@ -113,7 +117,12 @@ ImageRegistrationOptions with_effort(Effort effort);
 Result<void> validate(const ImageRegistrationOptions& options);
 
 /// Why the last solve stopped.
-enum class Termination { kConverged, kIterationLimit, kFailed };
+enum class Termination {
+  kConverged,
+  kIterationLimit,
+  kTimeLimit,  ///< What was found until then, and refused.
+  kFailed,
+};
 
 /// Stable lower-case name, for reports.
 const char* to_string(Termination termination);
@@ -129,6 +138,27 @@ struct LevelReport {
   double final_cost;
   double preparation_s;  ///< Wall time of channels and patches.
   double solve_s;        ///< Wall time of all candidates.
+};
+
+/// What costs alone say of a minimum that the solver found by derivatives.
+struct BasinCheck {
+  /// Least share by which the cost rises 1 mm away, of six shifts and six turns that move the
+  /// sweep's edge by 1 mm; negative: it falls somewhere.
+  double rise = 0;
+  /// How far steps of 1 mm to ever lower costs lead, RMS over the sweep, mm; 0: nowhere.
+  double shift_mm = 0;
+};
+
+/// How a part of the sweep agrees with the pose that all of it found.
+struct RegionAgreement {
+  int along;    ///< Third of the pictures, 0 the first.
+  int deep;     ///< Third of the depth that patches lie at, 0 next to the probe.
+  int patches;  ///< That the solve used there.
+  double cost;  ///< Of them, [0, 1]; 0 is a perfect match.
+  /// How far the middle of the region would go if all patches pulled as these do, one Newton step,
+  /// mm; infinite where the pose is not determined.
+  double pull_mm;
+  Point<frames::Ct> centre;  ///< Mean of its patches at the pose.
 };
 
 /// The whole story of a solve. Whether to use it is decide()'s business (acceptance.hpp).
@@ -164,6 +194,8 @@ struct ImageRegistrationResult {
   double total_s;                   ///< Wall time of the whole call.
   Stretch stretch = {};             ///< Identity unless the options ask for it.
   int used_patches = 0;             ///< Of patches, those where the CT has structure.
+  BasinCheck basin = {};
+  std::vector<RegionAgreement> regions = {};  ///< Along the sweep and deep (regions.hpp).
 
   /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

@@ -90,8 +90,10 @@ class CohortRunner {
 
 }  // namespace
 
-CohortOptions default_cohort() {
+CohortOptions default_cohort(registration::Effort effort) {
   CohortOptions options;
+  options.local = options.global = registration::with_effort(effort);
+  options.limits = registration::limits_for(effort);
   options.local.starts = 0;
   options.local.threads = options.global.threads = 1;
   return options;

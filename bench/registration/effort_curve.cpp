@@ -56,9 +56,9 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
   base.threads = options.threads;
   base.local = options.local;
   const std::size_t levels = base.local.levels.size();
-  const auto total =
-      static_cast<double>(options.patch_shares.size() + options.picture_strides.size() +
-                          options.iterations.size() + levels - 1);
+  const auto total = static_cast<double>(
+      options.patch_shares.size() + options.picture_strides.size() + options.iterations.size() +
+      options.sample_steps_mm.size() + options.quick_shares.size() + levels - 1);
   std::vector<EffortPoint> points;
   const auto add = [&](const std::string& axis, double x, const CohortOptions& cohort) {
     points.push_back(measure(axis, x, cohort, store));
@@ -78,6 +78,16 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
     CohortOptions cohort = base;
     cohort.local.max_iterations = iterations;
     add("iterations", iterations, cohort);
+  }
+  for (const double step_mm : options.sample_steps_mm) {
+    CohortOptions cohort = base;
+    cohort.local.levels.back().sample_step_mm = step_mm;
+    add("precision", step_mm, cohort);
+  }
+  for (const double share : options.quick_shares) {
+    CohortOptions cohort = base;
+    cohort.local = with_patch_share(default_cohort(registration::Effort::kQuick).local, share);
+    add("quick", share, cohort);
   }
   for (std::size_t kept = 1; kept < levels; ++kept) {
     CohortOptions cohort = base;

@@ -17,7 +17,8 @@ registration::ImageRegistrationOptions with_patch_share(
 /// A point of run time against error: local registration from 5 mm, one knob changed.
 struct EffortPoint {
   /// "patches" (share of the default), "pictures" (evenly chosen of the sweep's), "levels" (of the
-  /// pyramid, finest left out), "iterations" (of each solve, at most).
+  /// pyramid, finest left out), "iterations" (of each solve, at most), "precision" (mm between
+  /// samples of the finest level), "quick" (share of the patches of a quick registration).
   std::string axis;
   double x;
   int trials, right;
@@ -32,6 +33,8 @@ struct EffortOptions {
   std::vector<double> patch_shares{0.25, 0.5, 1, 2, 4};
   std::vector<int> picture_strides{6, 4, 2, 1};
   std::vector<int> iterations{1, 2, 3, 5, 30};
+  std::vector<double> sample_steps_mm{0.8, 1.2, 1.6, 2.4};
+  std::vector<double> quick_shares{0.5, 1, 2, 4};
   int threads = 1;
   registration::ImageRegistrationOptions local;
 };

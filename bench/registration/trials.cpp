@@ -116,7 +116,7 @@ class SweepTrials {
     const auto& targets = recorded_->targets;
     const auto target =
         found.ct_from_reference * (patient_->truth.inverse() * targets[targets.size() / 2]);
-    const auto decision = registration::decide(found, {}, target);
+    const auto decision = registration::decide(found, options_.limits, target);
     trial.accepted = decision.accepted;
     trial.warned = decision.verdict() == registration::Verdict::kWarn;
     for (const auto& reason : decision.reasons) trial.reason += reason + "; ";

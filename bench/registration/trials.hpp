@@ -9,7 +9,7 @@
 
 #include "bench/registration/case_store.hpp"
 #include "bench/registration/hopeless.hpp"
-#include "registration/image_registration.hpp"
+#include "registration/acceptance.hpp"
 
 namespace nav::bench {
 
@@ -63,10 +63,11 @@ struct CohortOptions {
   int threads = 1;             ///< Sweeps judged side by side, >= 1; results do not depend on it.
   bool keep = false;           ///< Patients stay in the store; false: no more than needed.
   registration::ImageRegistrationOptions local, global;
+  registration::AcceptanceLimits limits;
 };
 
 /// Settings of the bench: the library's, one thread each.
-CohortOptions default_cohort();
+CohortOptions default_cohort(registration::Effort effort = registration::Effort::kUsual);
 
 struct CohortResult {
   std::vector<Trial> trials;     ///< By patient, path, start, whatever order they ran in.

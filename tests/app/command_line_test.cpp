@@ -580,6 +580,8 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
   expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
   expect_refusal(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
+  expect_refusal(by_image + " --effort quick --deformable", 2, {"--effort quick", "--deformable"});
+  expect_refusal(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
   expect_refusal(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
   expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
   expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});

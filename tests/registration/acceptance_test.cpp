@@ -65,6 +65,9 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
       {"odd and even", [&](auto& r) { r.split_disagreement_mm = inf; }},
       {"second half", [](auto& r) { r.halves_disagreement_mm = 30; }},
       {"solver", [](auto& r) { r.termination = Termination::kFailed; }},
+      {"time limit", [](auto& r) { r.termination = Termination::kTimeLimit; }},
+      {"lower cost", [](auto& r) { r.basin.shift_mm = 2; }},
+      {"lower cost", [&](auto& r) { r.basin.shift_mm = nan; }},
   };
   for (const auto& [name, spoil] : cases) {
     ImageRegistrationResult result = good();
@@ -90,6 +93,7 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
       {"odd and even pictures: 0.7 mm", [](auto& r) { r.split_disagreement_mm = 0.7; }},
       {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
       {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
+      {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
   };
   for (const auto& [name, spoil] : cases) {
     ImageRegistrationResult result = good();

@@ -134,7 +134,7 @@ TEST(EffortTest, AQuickRegistrationFindsThePoseOnTwelvePictures) {
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.8);
     EXPECT_LE(result->levels.back().frames, 12);
     EXPECT_LT(result->final_cost, result->initial_cost);
-    const Decision decision = decide(*result, {}, {{0, 0, 0}});
+    const Decision decision = decide(*result, limits_for(Effort::kQuick), {{0, 0, 0}});
     EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
   }
 }
@@ -163,7 +163,13 @@ TEST(EffortTest, AQuickRegistrationRefusesAnotherPatient) {
   const auto result =
       register_sweep(other, effort_scene().sweep, test::true_pose(), quick(), diagnostics);
   ASSERT_TRUE(test::has_value(result));
-  EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
+  EXPECT_FALSE(decide(*result, limits_for(Effort::kQuick), {{0, 0, 0}}).accepted);
+}
+
+TEST(EffortTest, AQuickRegistrationIsHeldToALowerCost) {
+  EXPECT_EQ(limits_for(Effort::kUsual).max_cost, AcceptanceLimits{}.max_cost);
+  EXPECT_LT(limits_for(Effort::kQuick).max_cost, AcceptanceLimits{}.max_cost);
+  EXPECT_TRUE(test::has_value(validate(limits_for(Effort::kQuick))));
 }
 
 TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {

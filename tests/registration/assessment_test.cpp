@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "registration/acceptance.hpp"
+#include "registration/basin.hpp"
+#include "registration/pose_solver.hpp"
+#include "registration/prepared.hpp"
+#include "registration/regions.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+/// What a result says of itself: the basin, the regions, the time it had.
+namespace nav::registration {
+namespace {
+
+ImageRegistrationOptions assessed_options() {
+  ImageRegistrationOptions options;
+  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
+  options.starts = 0;
+  options.ridge = 0.005;
+  options.threads = 1;
+  return options;
+}
+
+struct AssessedScene {
+  Volume ct = test::blob_ct(test::BlobPatient(11), test::cubic_grid());
+  Sweep sweep = test::blob_sweep(test::BlobPatient(11), {});
+  PreparedCt prepared_ct = *PreparedCt::create(ct, assessed_options());
+  PreparedSweep prepared_sweep = prepared(sweep);
+  static PreparedSweep prepared(const Sweep& sweep) {
+    CollectingDiagnostics diagnostics;
+    return *PreparedSweep::create(sweep, assessed_options(), diagnostics);
+  }
+  [[nodiscard]] Lc2Cost finest() const {
+    return {*prepared_ct.levels().back(), prepared_sweep.levels().back().patches, 0.005, 1};
+  }
+};
+const AssessedScene& assessed_scene() {
+  static const AssessedScene instance;
+  return instance;
+}
+
+Result<ImageRegistrationResult> registered(const Sweep& sweep) {
+  CollectingDiagnostics diagnostics;
+  return register_sweep(assessed_scene().ct, sweep, test::off_by(test::true_pose(), 5, 0.05, 1),
+                        assessed_options(), diagnostics);
+}
+
+TEST(BasinTest, CostsRiseAllAroundTheMinimum) {
+  const BasinCheck check = check_basin(assessed_scene().finest(),
+                                       assessed_scene().prepared_sweep.points(), test::true_pose());
+  EXPECT_GT(check.rise, 0);
+  EXPECT_EQ(check.shift_mm, 0);
+}
+
+TEST(BasinTest, AFalseStopIsWalkedAwayFromWithoutDerivatives) {
+  // Where no solver should have stopped: 2.5 mm beside the minimum.
+  const auto& points = assessed_scene().prepared_sweep.points();
+  const Pose truth = test::true_pose();
+  const Pose beside(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(2.5, 0, 0));
+  const BasinCheck check = check_basin(assessed_scene().finest(), points, beside);
+  EXPECT_LT(check.rise, 0);
+  EXPECT_NEAR(check.shift_mm, 2.5, 1.0);  // Steps are of 1 mm.
+}
+
+TEST(BasinTest, IsInTheResultAndRefusesAFalseStop) {
+  const auto result = registered(assessed_scene().sweep);
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_GT(result->basin.rise, 0);
+  EXPECT_EQ(result->basin.shift_mm, 0);
+  EXPECT_TRUE(decide(*result, {}, {{0, 0, 0}}).accepted);
+}
+
+// Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A few
+// dozen patches with noise say nothing.
+constexpr double kAgreeMm = 1.0;
+constexpr int kManyPatches = 40;
+
+TEST(RegionTest, CoverTheSweepAndAgreeWhereAllPicturesAreRight) {
+  const auto result = registered(assessed_scene().sweep);
+  ASSERT_TRUE(test::has_value(result));
+  ASSERT_EQ(result->regions.size(), 9u);
+  int patches = 0;
+  for (const RegionAgreement& region : result->regions) {
+    patches += region.patches;
+    if (region.patches >= kManyPatches) {
+      EXPECT_LT(region.pull_mm, kAgreeMm) << region.along << region.deep;
+    }
+    EXPECT_LT(region.cost, 0.33);
+  }
+  EXPECT_EQ(patches, result->used_patches);
+  // Thirds in their order along the sweep, which goes along z of the CT, and down, along y.
+  const auto& regions = result->regions;
+  EXPECT_GT(regions[6].centre.mm.z(), regions[0].centre.mm.z() + 30);
+  EXPECT_GT(regions[2].centre.mm.y(), regions[0].centre.mm.y() + 30);
+}
+
+TEST(RegionTest, AThirdOfTheSweepThatLiesElsewherePullsAndIsNamed) {
+  // The last third of the pictures lies 4 mm beside where it was taken.
+  std::vector<TrackedFrame> frames = assessed_scene().sweep.frames();
+  for (std::size_t i = 2 * frames.size() / 3; i < frames.size(); ++i) {
+    const auto& pose = frames[i].reference_from_image;
+    frames[i].reference_from_image = Transform<frames::Reference, frames::Image>(
+        pose.rotation(), pose.translation_mm() + Eigen::Vector3d(4, 0, 0));
+  }
+  const auto torn = Sweep::create(std::move(frames), "torn");
+  ASSERT_TRUE(test::has_value(torn));
+  const auto result = registered(*torn);
+  ASSERT_TRUE(test::has_value(result));
+  double others_mm = 0;
+  double torn_mm = 0;
+  for (const RegionAgreement& region : result->regions) {
+    if (region.patches < kManyPatches) continue;
+    double& worst_mm = region.along == 2 ? torn_mm : others_mm;
+    worst_mm = std::max(worst_mm, region.pull_mm);
+  }
+  EXPECT_GT(torn_mm, kAgreeMm);
+  EXPECT_GT(torn_mm, others_mm);
+}
+
+TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
+  const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
+  CollectingDiagnostics diagnostics;
+  auto options = assessed_options();
+  options.time_limit_s = 1e-9;
+  for (const int starts : {0, 60}) {
+    options.starts = starts;
+    const auto result =
+        register_sweep(assessed_scene().ct, assessed_scene().sweep, start, options, diagnostics);
+    ASSERT_TRUE(test::has_value(result));
+    EXPECT_EQ(result->termination, Termination::kTimeLimit);
+    EXPECT_STREQ(to_string(result->termination), "time_limit");
+    // No time for a step: the start itself.
+    EXPECT_LT(test::cube_error_mm(result->ct_from_reference, start), 1e-9);
+    const Decision decision = decide(*result, {}, {{0, 0, 0}});
+    EXPECT_FALSE(decision.accepted);
+    EXPECT_NE(decision.reasons.at(0).find("time limit"), std::string::npos);
+  }
+  options.time_limit_s = 1e9;
+  const auto whole =
+      register_sweep(assessed_scene().ct, assessed_scene().sweep, start, options, diagnostics);
+  ASSERT_TRUE(test::has_value(whole));
+  EXPECT_EQ(whole->termination, Termination::kConverged);
+  options.time_limit_s = std::nan("");
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"time_limit_s"}));
+}
+
+TEST(TimeLimitTest, ASolveThatIsCutShortKeepsItsSteps) {
+  int asked = 0;
+  const SolveLimits limits{30, 3e-6, [&] { return ++asked > 2; }};
+  const Pose start = test::off_by(test::true_pose(), 3, 0.03, 2);
+  const Lc2Cost cost = assessed_scene().finest();
+  const PoseSolution cut =
+      solve_pose(cost, start, assessed_scene().prepared_sweep.points().centroid, limits, {});
+  EXPECT_EQ(cut.termination, Termination::kTimeLimit);
+  EXPECT_FALSE(cut.cancelled);
+  EXPECT_LT(cut.final_cost, cut.initial_cost);
+  EXPECT_NEAR(cost.cost(cut.pose).cost, cut.final_cost, 1e-6);
+}
+
+}  // namespace
+}  // namespace nav::registration
