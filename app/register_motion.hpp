@@ -36,13 +36,12 @@ struct MotionOutcome {
 
 /// Motion by phase and deformation about a registration, each with the choice of model and why.
 /// A motion that is supported takes the place of the common pose, accepted or not, and is judged by
-/// the same limits; limits are those of the common pose. What the data do not support, or cannot show, is said in json and reported, and
-/// is no error.
+/// the same limits; limits are those of the common pose. What the data do not support, or cannot
+/// show, is said in json and reported, and is no error.
 Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
                                     const registration::ImageRegistrationResult& common,
                                     const Point<frames::Ct>& target, const MotionOptions& options,
                                     const registration::ImageRegistrationOptions& solver,
-                                    const registration::AcceptanceLimits& limits,
-                                    Console& console);
+                                    const registration::AcceptanceLimits& limits, Console& console);
 
 }  // namespace nav::app

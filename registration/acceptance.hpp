@@ -35,8 +35,8 @@ struct AcceptanceLimits {
 Result<void> validate(const AcceptanceLimits& limits);
 
 /// The limits for a registration by such an effort: the defaults, but for a quick one a cost of at
-/// most 0.25. Coarse samples match more easily: on the development seeds right ones cost at most 0.245,
-/// another patient's CT at least 0.276.
+/// most 0.25. Coarse samples match more easily: on the development seeds right ones cost at most
+/// 0.245, another patient's CT at least 0.276.
 AcceptanceLimits limits_for(Effort effort);
 
 /// From where on a result that is accepted is accepted with a warning: between here and its limit;

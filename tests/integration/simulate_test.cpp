@@ -170,8 +170,13 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
       RegisterOptions options;
       options.effort = effort;
       const Json own = registered(*patient, patient->options.ct, start, report, options);
-      EXPECT_TRUE(own.at("registration").at("accepted")) << own.at("registration").dump(1);
+      // A quick one may be right and refused: six pictures agree less with six others than thirty
+      // do.
+      const bool accepted = own.at("registration").at("accepted").get<bool>();
+      EXPECT_TRUE(accepted || options.effort == "quick") << own.at("registration").dump(1);
       EXPECT_EQ(own.at("effort"), effort);
+      EXPECT_EQ(own.at("registration").at("basin").at("shift_mm"), 0);
+      EXPECT_GE(own.at("registration").at("regions").size(), 6u);
       EXPECT_LT(target_error_mm(*patient, own), 1);
       const Json wrong = registered(*patient, other.options.ct, start, report, options);
       EXPECT_FALSE(wrong.at("registration").at("accepted"));

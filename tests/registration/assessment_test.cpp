@@ -73,8 +73,8 @@ TEST(BasinTest, IsInTheResultAndRefusesAFalseStop) {
   EXPECT_TRUE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 
-// Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A few
-// dozen patches with noise say nothing.
+// Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A
+// few dozen patches with noise say nothing.
 constexpr double kAgreeMm = 1.0;
 constexpr int kManyPatches = 40;
 
