@@ -398,9 +398,13 @@ def success_lines(peer: list[dict]) -> str:
     names = list(dict.fromkeys(row["name"] for row in peer))
     starts = sorted({row["start_mm"] for row in peer})
     cell = {(row["name"], row["start_mm"]): row for row in peer}
-    return table(["right / trials (median mm, processor s)"] + [f"{s:g} mm" for s in starts],
-                 [[name] + [f"{c['right']}/{c['trials']} ({number(c['error_median_mm'], 2)}, "
-                            f"{number(c['cpu_s'], 2)})"
+    def times(c: dict) -> str:
+        keys = ["cpu_s", "solve_cpu_s", "end_to_end_cpu_s"]
+        return ", ".join(number(c[key], 3) for key in keys if c[key] is not None)
+
+    return table(["right / trials (median mm; processor s)"] + [f"{s:g} mm" for s in starts],
+                 [[name] + [f"{c['right']}/{c['trials']} ({number(c['error_median_mm'], 2)}; "
+                            f"{times(c)})"
                             for c in (cell[name, s] for s in starts)] for name in names])
 
 
@@ -409,7 +413,9 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
     report = kept["result"]
     panels = []
     for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
-                        ("levels", "levels, coarse to fine")]:
+                        ("levels", "levels, coarse to fine"),
+                        ("precision", "mm between the finest samples"),
+                        ("quick", "share of a quick one's patches")]:
         rows = [p for p in report["curve"] if p["axis"] == axis and p["error_median_mm"]]
         if not rows:
             continue
@@ -437,12 +443,15 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
 
 ![registration](benchmarks/registration.svg)
 
-Beside elastix (mutual information, rigid), same images and starts; the cheapest of its settings
-that converges over {last["peer_ours"] or "ours"} at the nearest start:
-{number(last["cpu_ratio_elastix"])} with everything,
-{number(last["solve_cpu_ratio_elastix"])} without reading and preparation.
+Beside elastix (mutual information, rigid), same images and starts; {last["peer_theirs"] or "elastix"},
+the cheapest of its settings that converges, over {last["peer_ours"] or "ours"} at the nearest start
+(docs/json.md says of what):
+{number(last["cpu_ratio_elastix"])} from images in memory to the pose, preparation included,
+{number(last["solve_cpu_ratio_elastix"])} solving alone,
+{number(last["end_to_end_cpu_ratio_elastix"])} of whole processes from files.
 
-x0.1: a tenth of the patches; 1/4: every fourth picture; 2 mm: between samples of the finest level.
+In brackets median mm, and processor s from images in memory, solving alone, and of the process from
+files where it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
 
 {success_lines(report["peer"])}
 """

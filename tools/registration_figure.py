@@ -14,7 +14,8 @@ import json
 import pathlib
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 460, 340, 56, 150, 34, 46
-COLOURS = ["#d95f02", "#1b9e77", "#7570b3", "#666666", "#e7298a", "#66a61e"]
+COLOURS = ["#d95f02", "#1b9e77", "#7570b3", "#666666", "#e7298a", "#66a61e", "#e6ab02",
+           "#a6761d", "#1f78b4", "#000000"]
 
 
 class Panel:
