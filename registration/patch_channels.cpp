@@ -13,7 +13,7 @@ namespace nav::registration {
 namespace {
 
 // A solve on the next finer level goes about so far.
-constexpr double kRoomMm = 2;
+constexpr double kRoomMm = 3;
 // The kernel shuns the rim of the channels, texels.
 constexpr double kRim = 0.01;
 
