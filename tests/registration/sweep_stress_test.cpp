@@ -116,8 +116,12 @@ TEST(SweepStressTest, OneTwoThreeFiveAndTenPicturesAreRightOrRefused) {
     ASSERT_TRUE(test::has_value(sweep));
     const StressOutcome outcome = run(stress_scene().ct, *sweep);
     expect_right_or_refused(outcome, 1.5);
-    if (count == 1) EXPECT_FALSE(outcome.accepted);
-    if (count == 10) EXPECT_LT(outcome.error_mm, 1.0);
+    if (count == 1) {
+      EXPECT_FALSE(outcome.accepted);
+    }
+    if (count == 10) {
+      EXPECT_LT(outcome.error_mm, 1.0);
+    }
   }
 }
 
@@ -158,7 +162,9 @@ TEST(SweepStressTest, AHundredMillisecondsBetweenPicturesAndPoses) {
     // Along a straight way a delay is a shift, which nothing in the pictures can tell from a pose:
     // it must at least be no more than that.
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
-    if (!outcome.accepted) EXPECT_FALSE(outcome.reasons.empty());
+    if (!outcome.accepted) {
+      EXPECT_FALSE(outcome.reasons.empty());
+    }
   }
 }
 
