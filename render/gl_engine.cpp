@@ -5,6 +5,7 @@
 #include <vtkRenderer.h>
 
 #include "render/engine.hpp"
+#include "render/gl_device.hpp"
 #include "render/gl_volume_prop.hpp"
 #include "render/vtk_offscreen.hpp"
 
@@ -103,9 +104,7 @@ Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
   auto window = OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   const std::string& device = (*window)->device();
-  const bool software = device.find("llvmpipe") != std::string::npos ||
-                        device.find("softpipe") != std::string::npos ||
-                        device.find("SwiftShader") != std::string::npos;
+  const bool software = runs_in_software(device);
   diagnostics.report(software ? Severity::kWarning : Severity::kInfo, "render.gl",
                      software
                          ? "OpenGL runs in software on " + device + "; the CPU engine is faster"

@@ -108,7 +108,7 @@ Result<void> GlPredicates::update(const Scene& scene) {
   }
   form_ = {.text = predicate_shader(*set_, texels),
            .feature_textures = static_cast<int>(features_.used()),
-           .volume_in_features = features_.has_volume(),
+           .volume_in_features = features_.has_volume() && !voxel_pairs_,
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
            .log_importance = set_->size() > kMostWeighed,

@@ -44,6 +44,9 @@ class GlPredicates {
   /// The last update() changed nothing that a sample could show.
   [[nodiscard]] bool unchanged() const { return unchanged_; }
 
+  /// The volume is read as pairs of voxels, which is cheaper than with the features.
+  void set_voxel_pairs(bool wanted) { voxel_pairs_ = wanted; }
+
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
   /// Internal format of the label texture, 0: none was sent yet; for tests.
@@ -70,6 +73,7 @@ class GlPredicates {
   std::optional<PredicateSet> set_;
   GlPredicateForm form_;
   bool unchanged_ = false;
+  bool voxel_pairs_ = false;
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   std::optional<LabelVolume> labels_;

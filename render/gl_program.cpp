@@ -120,6 +120,7 @@ std::string common_defines(const GlFeatures& features) {
   define(defines, features.solids && features.capsules, "CAPSULES");
   define(defines, features.shared_depth, "SHARED_DEPTH");
   define(defines, features.signature(), "SIGNATURE");
+  define(defines, features.voxel_pairs, "VOXEL_PAIRS");
   define(defines, features.manual_filter, "MANUAL_FILTER");
   return defines;
 }

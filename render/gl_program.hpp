@@ -52,6 +52,7 @@ struct GlFeatures {
   bool solids = false;         ///< Needle, spheres or lines.
   bool capsules = false;       ///< Some of them are longer than a sphere.
   bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
+  bool voxel_pairs = false;    ///< Volumes are tables of pairs of voxels.
   bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
   bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.

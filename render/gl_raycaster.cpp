@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "render/gl_device.hpp"
 #include "render/gl_filter_probe.hpp"
 #include "render/gl_raycaster.hpp"
 #include "render/gl_uniforms.hpp"
@@ -18,6 +19,12 @@ namespace {
 void bind(GlUnit unit, GLenum target, GLuint texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture);
+}
+
+void bind_volume(GlUnit unit, GlTextures& textures) {
+  const bool pairs = textures.has_voxel_pairs();
+  bind(unit, pairs ? GL_TEXTURE_BUFFER : GL_TEXTURE_3D,
+       pairs ? textures.ct_pairs.texture.id() : textures.ct.id());
 }
 
 void unbind_all() {
@@ -197,7 +204,12 @@ void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
 }
 
 Result<void> GlRaycaster::update(const Scene& scene) {
+  if (!voxel_pairs_) {
+    voxel_pairs_ = runs_in_software(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  }
+  textures_.set_voxel_pairs(*voxel_pairs_);
   if (auto sent = textures_.update(scene); !sent) return sent;
+  predicates_.set_voxel_pairs(drawn_by_predicates(scene) && textures_.has_voxel_pairs());
   if (drawn_by_predicates(scene)) {
     if (auto sent = predicates_.update(scene); !sent) return sent;
   }
@@ -226,7 +238,7 @@ void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene&
 }
 
 void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
-  bind(kCt, GL_TEXTURE_3D, textures_.ct.id());
+  bind_volume(kCt, textures_);
   bind(kGradients, GL_TEXTURE_3D, textures_.gradients.id());
   bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
   bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
@@ -412,6 +424,7 @@ void GlRaycaster::release() {
   if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
   vertex_array_ = 0;
   manual_filter_.reset();
+  voxel_pairs_.reset();
 }
 
 }  // namespace nav::render

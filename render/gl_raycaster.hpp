@@ -56,6 +56,8 @@ class GlRaycaster {
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
+  /// Volumes are pairs of voxels: known after the first draw().
+  [[nodiscard]] bool voxel_pairs() const { return textures_.has_voxel_pairs(); }
   [[nodiscard]] const GlPredicates& predicates() const { return predicates_; }
   /// A set of predicates gets a program of its own with its picture after this many; until then one
   /// draws it that reads sets from a table, so that a new set waits for no compiler.
@@ -66,6 +68,12 @@ class GlRaycaster {
   /// Decides instead of the measurement, for tests.
   void set_manual_filter(bool manual) {
     manual_filter_ = manual;
+    last_.reset();
+  }
+  /// Whether volumes are kept as pairs of voxels (VOXEL_PAIRS of shaders/include/ct.glsl): where
+  /// the device draws in software, unless told otherwise, for tests.
+  void set_voxel_pairs(bool wanted) {
+    voxel_pairs_ = wanted;
     last_.reset();
   }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
@@ -132,6 +140,7 @@ class GlRaycaster {
   int width_ = 0;
   int height_ = 0;
   std::optional<bool> manual_filter_;
+  std::optional<bool> voxel_pairs_;
   RenderStatistics statistics_;
   bool cast_ = false;  ///< The last picture took rays through the volume.
 };

@@ -3,6 +3,7 @@
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
+#include <bit>
 
 #include "render/gl_bricks.hpp"
 #include "render/gl_gradients.hpp"
@@ -21,6 +22,27 @@ void send(GlRows&& rows, GlTexture& texture, GlRows& sent) {
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, rows.width, rows.height, 0, GL_RGBA, GL_FLOAT,
                rows.texels.data());
   sent = std::move(rows);
+}
+
+/// Three texels for each entry and for one in front of them: shaders/include/preintegrated.glsl.
+std::vector<std::int32_t> point_texels(const TransferTable& table) {
+  const auto value = [&](int entry) {
+    const float* at = table.rgbat().data() + std::size_t{4} * static_cast<std::size_t>(entry);
+    return Eigen::Vector4f(at[0] * at[3], at[1] * at[3], at[2] * at[3], at[3]);
+  };
+  std::vector<std::int32_t> texels;
+  texels.reserve(std::size_t{12} * static_cast<std::size_t>(table.size() + 1));
+  const auto append = [&](const Eigen::Vector4f& numbers) {
+    for (const float number : numbers) texels.push_back(std::bit_cast<std::int32_t>(number));
+  };
+  for (int i = -1; i < table.size(); ++i) {
+    const int entry = std::max(i, 0);
+    append(value(entry));
+    append(value(std::min(i + 1, table.size() - 1)) - value(entry));
+    const auto integral = table.integrals().begin() + std::ptrdiff_t{4} * entry;
+    texels.insert(texels.end(), integral, integral + 4);
+  }
+  return texels;
 }
 
 std::string text_of(const std::array<int, 3>& size) {
@@ -150,17 +172,35 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
                    " voxels along an edge");
   }
   if (!accepts(size)) return refused("the memory of this OpenGL device's 3D textures");
-  glBindTexture(GL_TEXTURE_3D, ct.id());
-  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
-               volume->hu().data());
-  if (glGetError() != GL_NO_ERROR || volume->grid().voxel_count() > memory_voxels_) {
+  if (!send_volume(*volume) || volume->grid().voxel_count() > memory_voxels_) {
     out_of_memory_ = true;
     return refused("the free memory of this OpenGL device");
   }
   volume_ = volume;
   ++uploads_.volumes;
   return {};
+}
+
+void GlTextures::set_voxel_pairs(bool wanted) {
+  if (wanted != wants_pairs_) volume_ = nullptr;
+  wants_pairs_ = wanted;
+}
+
+bool GlTextures::send_volume(const Volume& volume) {
+  const auto& size = volume.grid().size;
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+  pairs_ = wants_pairs_ && gl::words_of_pairs(size) <= static_cast<std::size_t>(most);
+  if (pairs_) {
+    ct.release();
+    return gl::send_pairs(ct_pairs, volume);
+  }
+  ct_pairs.release();
+  glBindTexture(GL_TEXTURE_3D, ct.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
+               volume.hu().data());
+  return glGetError() == GL_NO_ERROR;
 }
 
 void GlTextures::update_transfer(const TransferFunction& function) {
@@ -171,7 +211,7 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   cells_of_.reset();
   gl::send_table(transfer, GL_RGBA32F, table_->rgbat());
   gl::send_table(importances, GL_R32F, table_->importance());
-  gl::send_table(integrals, GL_RGBA32I, table_->integrals());
+  gl::send_table(integrals, GL_RGBA32I, point_texels(*table_));
   ++uploads_.transfers;
 }
 
@@ -254,7 +294,7 @@ void GlTextures::release() {
        {&ct, &gradients, &bricks, &brick_ranges, &brick_cells, &picture, &solids, &cut_objects}) {
     texture->release();
   }
-  for (GlTable* table : {&transfer, &importances, &integrals}) table->release();
+  for (GlTable* table : {&transfer, &importances, &integrals, &ct_pairs}) table->release();
   volume_ = full_ = fitted_ = limited_ = gradients_of_ = gradients_tried_ = brick_ranges_of_ =
       nullptr;
   function_.reset();

@@ -92,9 +92,13 @@ class GlTextures {
   /// Gradients of the last scene's volume are on the device.
   [[nodiscard]] bool has_gradients() const { return gradient_texture_ && gradients_of_ == volume_; }
   void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
+  /// Volumes are tables of pairs of voxels instead of textures, where the device's tables are large
+  /// enough.
+  void set_voxel_pairs(bool wanted);
+  [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
-  GlTable transfer, importances, integrals;
+  GlTable transfer, importances, integrals, ct_pairs;
   GlTexture ct, gradients, bricks, brick_ranges, brick_cells, picture, solids, cut_objects;
 
  private:
@@ -106,6 +110,7 @@ class GlTextures {
   void update_brick_cells(const AdaptiveStep& adaptive);
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
+  [[nodiscard]] bool send_volume(const Volume& volume);
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
 
   int largest_edge_ = std::numeric_limits<int>::max();
@@ -118,6 +123,8 @@ class GlTextures {
   bool out_of_memory_ = false;
   GlUploads uploads_;
   std::shared_ptr<const Volume> volume_;
+  bool wants_pairs_ = false;
+  bool pairs_ = false;  ///< What volume_ is on the device.
   bool gradient_texture_ = true;
   std::shared_ptr<const Volume> gradients_of_;  ///< Of the texture; absent: it is not worth one.
   std::shared_ptr<const Volume> gradients_tried_;

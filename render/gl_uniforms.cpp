@@ -108,7 +108,7 @@ void set_transfer(GlProgram& program, const GlFeatures& features, const Transfer
   if (features.cutaway || features.emphasis) program.set("importances", kImportances);
   switch (features.classified) {
     case GlFeatures::Classified::kPreIntegrated:
-      program.set("integrals", kIntegrals);
+      program.set("points", kIntegrals);
       program.set("quantum", table.quantum());
       break;
     case GlFeatures::Classified::kByGradientToo:
@@ -197,6 +197,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.sparse = sparse_rays(scene).has_value();
   features.shared_depth = shared_depth;
   features.manual_filter = manual_filter;
+  features.voxel_pairs = textures.has_voxel_pairs();
   // Leaps over cells longer than a brick would not be exact, nor worth it.
   features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
                       scene.quality.step_voxels <= kBrickVoxels;
@@ -243,7 +244,10 @@ void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vect
 
 void set_rays(GlProgram& program, const Scene& scene) {
   set_camera(program, scene);
-  set_volume(program, scene.ct->grid(), kCt);
+  const VoxelGrid& grid = scene.ct->grid();
+  set_volume(program, grid, kCt);
+  program.set("ct_strides", Eigen::Vector2i(grid.size[1] > 1 ? grid.size[0] : 0,
+                                            grid.size[2] > 1 ? grid.size[0] * grid.size[1] : 0));
 }
 
 double opaque_at(const Scene& scene) {
@@ -284,6 +288,7 @@ GlFeatures means_features(const GlFeatures& features) {
   means.capsules = features.capsules;
   means.shared_depth = features.shared_depth;
   means.manual_filter = features.manual_filter;
+  means.voxel_pairs = features.voxel_pairs;
   return means;
 }
 

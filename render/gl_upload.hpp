@@ -38,6 +38,11 @@ class PackedRows {
   GLint before_ = 4;
 };
 
+inline std::uint32_t pair_of(std::int16_t low, std::int16_t high) {
+  return static_cast<std::uint16_t>(low) |
+         static_cast<std::uint32_t>(static_cast<std::uint16_t>(high)) << 16U;
+}
+
 /// Sends the 3D texture that is bound slab by slab, so that no copy of the whole is made. fill(k,
 /// to) writes slice k, numbers one after another, per_texel of them for each texel; it is called on
 /// several threads.
@@ -59,6 +64,44 @@ void send_slices(GLint internal, GLenum format, GLenum type, const std::array<in
     glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, first, size[0], size[1], count, format, type,
                     texels.data());
   }
+}
+
+/// Words of a volume's pairs. Behind the last voxel the shader reads what weighs nothing: a slice,
+/// a row and a word of it.
+inline std::size_t words_of_pairs(const std::array<int, 3>& size) {
+  const auto row = static_cast<std::size_t>(size[0]);
+  const std::size_t slice = row * static_cast<std::size_t>(size[1]);
+  return slice * static_cast<std::size_t>(size[2]) + slice + row + 1;
+}
+
+/// Sends the voxels of a volume, each with the next one of its row in its high half, as a table of
+/// words: VOXEL_PAIRS of shaders/include/ct.glsl. False: the device has no room.
+inline bool send_pairs(GlTable& table, const Volume& volume) {
+  const auto& size = volume.grid().size;
+  const auto row = static_cast<std::size_t>(size[0]);
+  const std::size_t slice = row * static_cast<std::size_t>(size[1]);
+  const std::size_t count = words_of_pairs(size);
+  const auto bytes = static_cast<GLsizeiptr>(count * sizeof(std::uint32_t));
+  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
+  glBufferData(GL_TEXTURE_BUFFER, bytes, nullptr, GL_STATIC_DRAW);
+  auto* words = static_cast<std::uint32_t*>(glMapBufferRange(
+      GL_TEXTURE_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT));
+  if (words != nullptr) {
+    for_each_index(size[2], 0, [&](int k) {
+      const std::size_t first = static_cast<std::size_t>(k) * slice;
+      for (std::size_t at = first; at < first + slice; at += row) {
+        const std::int16_t* from = volume.hu().data() + at;
+        for (std::size_t i = 0; i + 1 < row; ++i) words[at + i] = pair_of(from[i], from[i + 1]);
+        words[at + row - 1] = pair_of(from[row - 1], from[row - 1]);
+      }
+    });
+    std::fill(words + volume.grid().voxel_count(), words + count, 0U);
+  }
+  const bool sent = words != nullptr && glUnmapBuffer(GL_TEXTURE_BUFFER) == GL_TRUE;
+  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32I, table.buffer_id());
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
+  return glGetError() == GL_NO_ERROR && sent;
 }
 
 /// Entries of a table, as a texture without filter or edges.

@@ -9,6 +9,7 @@
 // Result: premultiplied colour and alpha.
 
 #include "include/camera.glsl"
+#include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"

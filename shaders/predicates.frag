@@ -12,6 +12,7 @@
 
 #include "include/camera.glsl"
 #define pixel_centre gl_FragCoord.xy
+#include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
@@ -105,6 +106,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 void main() {
   Ray ray = ray_of_pixel(gl_FragCoord.xy);
   set_lattice(ray);
+  take_over_bricks();
   float t_eye = -t_base_mm;
   vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   float t_stop = 3.0e38;

@@ -14,6 +14,7 @@
 #else
 #define pixel_centre gl_FragCoord.xy
 #endif
+#include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
@@ -138,7 +139,7 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
 // box: where the ray runs through the volume, t.
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   picture = vec4(0.0);
-  enough = opaque_at;
+  enough = taken_over(opaque_at);
 #ifdef PREINTEGRATED
   bow_from = int(floor(cells_of(box.x))) + 2;
 #endif
@@ -170,6 +171,18 @@ void main() {
 #endif
   Ray ray = ray_of_pixel(pixel_centre);
   set_lattice(ray);
+#if defined(SKIPPING) || defined(ADAPTIVE)
+  take_over_bricks();
+#endif
+#ifndef PROJECTION
+  take_over_transfer();
+#ifdef GRADIENTS
+  take_over_shading();
+#endif
+#ifdef PREINTEGRATED
+  take_over_integrals();
+#endif
+#endif
   float t_eye = -t_base_mm;
   vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   float t_stop = 3.0e38;

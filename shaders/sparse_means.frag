@@ -7,6 +7,7 @@
 
 #include "include/camera.glsl"
 #include "include/sparse.glsl"
+#include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"

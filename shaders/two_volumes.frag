@@ -6,6 +6,7 @@
 
 #include "include/camera.glsl"
 #define pixel_centre gl_FragCoord.xy
+#include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
@@ -47,6 +48,7 @@ int bow_from;  // The first cell with a bow.
 #define PREINTEGRATED_CT
 #undef PREINTEGRATED
 #endif
+#undef VOXEL_PAIRS  // The second volume is a texture.
 #include "include/second_names.glsl"
 #include again "include/ct.glsl"
 #include again "include/lattice.glsl"
@@ -92,7 +94,7 @@ float turn_of(float fade, float first, float last) {
 void add_ct(float first, float last) {
   if (!(last > first) || last <= clear_to) return;
   picture = vec4(0.0);
-  enough = opaque_at;
+  enough = taken_over(opaque_at);
 #ifdef CUTAWAY
   float turn = turn_of(cells_of(cut_span.t2), first, last);
   march(first, min(turn, last), true);
@@ -216,6 +218,17 @@ void main() {
   move_lattice();
   second_set_lattice(second);
   second_move_lattice();
+#if defined(SKIPPING) || defined(ADAPTIVE)
+  take_over_bricks();
+#endif
+  take_over_transfer();
+#ifdef GRADIENTS
+  take_over_shading();
+#endif
+#ifdef PREINTEGRATED_CT
+  take_over_integrals();
+#endif
+  second_take_over_bricks();
   float t_eye = -t_base_mm;
   vec2 ct_box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   vec2 ultrasound_box = second_clip_to_box(second_index_from_local * second.origin,

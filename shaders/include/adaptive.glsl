@@ -13,7 +13,7 @@ int cells_from(int k, float begin, float end) {
   if (k > known_until || k < known_from) {
     ivec3 at = brick_of(k);
     known_from = k;
-    known_until = max(k, int(floor(leaves_cube(at, 1, -brick_margin))));
+    known_until = max(k, int(floor(leaves_cube(at, 1, -rounding))));
     known_most = int(texelFetch(brick_cells, at, 0).r);
   }
   int most = min(known_most, min(known_until, int(floor(end))) - k);

@@ -13,17 +13,31 @@ const float kPlace = 0.0;  // Of a sample in its cell.
 const float kPlace = 0.5;
 #endif
 
+ivec3 last_brick;  // Taken over.
+float bricks_a_voxel;
+float voxels_a_brick;
+float rounding;
+vec3 cells_a_voxel;  // Along each axis; 1e30 where the ray does not move.
+
+void take_over_bricks() {
+  last_brick = brick_count - 1;
+  bricks_a_voxel = taken_over(bricks_per_voxel);
+  voxels_a_brick = 1.0 / bricks_per_voxel;
+  rounding = taken_over(brick_margin);
+  cells_a_voxel = 1.0 / lattice_step;
+}
+
 ivec3 brick_of(int n) {
   vec3 index = index_at(float(n) + kPlace);
-  return clamp(ivec3(floor(index * bricks_per_voxel)), ivec3(0), brick_count - 1);
+  return clamp(ivec3(floor(index * bricks_a_voxel)), ivec3(0), last_brick);
 }
 
 // Where a ray leaves the cube of bricks less than reach away from one; margin: voxels farther out.
 float leaves_cube(ivec3 brick, int reach, float margin) {
   bvec3 ahead = greaterThan(lattice_step, vec3(0.0));
-  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) / bricks_per_voxel +
+  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) * voxels_a_brick +
                mix(vec3(-margin), vec3(margin), ahead);
-  vec3 exits = mix((faces - lattice_origin) / lattice_step, vec3(1.0e9),
+  vec3 exits = mix((faces - lattice_origin) * cells_a_voxel, vec3(1.0e9),
                    equal(lattice_step, vec3(0.0)));
   return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
 }

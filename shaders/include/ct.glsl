@@ -2,11 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CT. Space: index, continuous voxel coordinates with voxel centres at integers. Values in HU.
 
+#ifdef VOXEL_PAIRS
+// Software rasterisers filter at the price of every texel that they read, so they read two voxels at
+// a time: a word for each voxel, with the next one of its row in its high half.
+uniform isamplerBuffer ct;
+uniform ivec2 ct_strides;        // Words to the next row and slice; 0 where there is but one.
+#else
 uniform sampler3D ct;            // Signed 16 bit normalised: HU = texel * 32767.
+#endif
 uniform ivec3 ct_size;           // Voxels.
 uniform mat3 index_from_local;   // Per mm.
 
 const float kHuPerTexel = 32767.0;
+
+vec3 last_voxel;  // Taken over.
+vec3 per_voxel;
 
 #ifdef MANUAL_FILTER
 // Between two equal values exactly that one, which mix() does not promise.
@@ -15,7 +25,7 @@ vec4 between(vec4 a, vec4 b, float w) { return a + w * (b - a); }
 
 // Trilinear; the index is clamped to the outermost voxel centres.
 vec4 trilinear(sampler3D volume, vec3 index) {
-  vec3 inside = clamp(index, vec3(0.0), vec3(ct_size - 1));
+  vec3 inside = clamp(index, vec3(0.0), last_voxel);
 #ifdef MANUAL_FILTER
   ivec3 a = min(ivec3(inside), max(ct_size - 2, 0));
   ivec3 b = min(a + 1, ct_size - 1);
@@ -32,11 +42,53 @@ vec4 trilinear(sampler3D volume, vec3 index) {
   vec4 back = between(between(v001, v101, f.x), between(v011, v111, f.x), f.y);
   return between(front, back, f.z) * kHuPerTexel;
 #else
-  return textureLod(volume, (inside + 0.5) / vec3(ct_size), 0.0) * kHuPerTexel;
+  return textureLod(volume, (inside + 0.5) * per_voxel, 0.0) * kHuPerTexel;
 #endif
 }
 
+#ifdef VOXEL_PAIRS
+int row_words;  // Taken over.
+int slice_words;
+
+void take_over_volume() {
+  last_voxel = vec3(ct_size - 1);
+  per_voxel = 1.0 / vec3(ct_size);
+  row_words = taken_over(ct_strides.x);
+  slice_words = taken_over(ct_strides.y);
+}
+
+// Words lie around a place in the volume; behind its last voxels are others, which weigh nothing.
+struct Words {
+  int first;
+  vec3 part;  // Of a voxel, [0, 1).
+};
+
+Words words_at(vec3 index) {
+  vec3 inside = clamp(index, vec3(0.0), last_voxel);
+  ivec3 low = ivec3(inside);
+  return Words(low.x + low.y * row_words + low.z * slice_words, inside - vec3(low));
+}
+
+// Between two equal values exactly that one.
+float pairs_between(isamplerBuffer pairs, Words at) {
+  int behind = at.first + slice_words;
+  ivec4 words = ivec4(texelFetch(pairs, at.first).r, texelFetch(pairs, at.first + row_words).r,
+                      texelFetch(pairs, behind).r, texelFetch(pairs, behind + row_words).r);
+  vec4 low = vec4((words << 16) >> 16);
+  vec4 rows = low + at.part.x * (vec4(words >> 16) - low);
+  vec2 slices = rows.xz + at.part.y * (rows.yw - rows.xz);
+  return slices.x + at.part.z * (slices.y - slices.x);
+}
+
+float ct_hu(vec3 index) { return pairs_between(ct, words_at(index)); }
+#else
+void take_over_volume() {
+  last_voxel = vec3(ct_size - 1);
+  per_voxel = 1.0 / vec3(ct_size);
+}
+
 float ct_hu(vec3 index) { return trilinear(ct, index).r; }
+#endif
 
 // Part of an index ray inside the box of voxel centres and in front of the eye; mm, empty when
 // y <= x. A single voxel fills half a voxel either side.

@@ -23,7 +23,11 @@ float jitter_of(ivec2 pixel) {
 }
 #endif
 
+float cell_mm;        // step_mm, taken over.
+
 void set_lattice(Ray ray) {
+  take_over_volume();
+  cell_mm = taken_over(step_mm);
 #ifdef JITTER
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   lattice_shift = jitter_of(ivec2(pixel.x, int(picture_height) - 1 - pixel.y));
@@ -36,8 +40,8 @@ void set_lattice(Ray ray) {
   cost = vec4(0.0, 0.0, 0.0, 1.0);
 }
 
-float cells_of(float t) { return t / step_mm - lattice_shift; }
-float t_of(float cells) { return (cells + lattice_shift) * step_mm; }
+float cells_of(float t) { return t / cell_mm - lattice_shift; }
+float t_of(float cells) { return (cells + lattice_shift) * cell_mm; }
 
 // precise: whoever asks for a place gets the same bits.
 vec3 index_at(float cells) {

@@ -1,7 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Composites a stretch of a ray cell by cell. Runs of cells between leaps; a run pauses at each cell
-// that needs shading, so that a device that runs many rays in step shades all of them together.
+// Composites a stretch of a ray cell by cell, in runs of cells between leaps. Where it can be, four
+// cells are written one after the other: software rasterisers copy all that a loop changes once more
+// for each turn, for some rays may have left it. Those of the four that need it are shaded then;
+// otherwise a run pauses at each such cell, so that a device that runs many rays in step shades all
+// of them together.
+#if defined(PREINTEGRATED) && !defined(ADAPTIVE) && !defined(TWO_VOLUMES)
+#define FOUR_AT_ONCE
+#endif
 
 // Part of a cell and how it looks.
 struct Cell {
@@ -35,11 +41,21 @@ void classify_in_steps(inout Cell cell, float gradient, bool fading) {
   cell.look = visible ? vec4(sum.rgb / sum.a, sum.a / float(kFadeSteps)) : vec4(0.0);
 }
 
-float length_mm(Cell cell) { return (cell.end - cell.begin) * step_mm; }
+float length_mm(Cell cell) { return (cell.end - cell.begin) * cell_mm; }
 
 void composite(Cell cell) {
   put_behind(picture, cell.look.rgb, opacity_of(cell.look.a * length_mm(cell)));
 }
+
+#ifdef PREINTEGRATED
+// A mean of mean_between(), over a length.
+void composite_mean(vec4 mean, float length_mm) {
+  float extinction = max(mean.a, 0.0);
+  float part = (1.0 - picture.a) * opacity_of(extinction * length_mm);
+  float per = part / max(extinction, 1.0e-30);
+  picture += vec4(per * clamp(mean.rgb, vec3(0.0), vec3(extinction)), part);
+}
+#endif
 
 #ifdef SHADING
 // Composites a cell that pausing was worth.
@@ -52,7 +68,7 @@ void shade_and_composite(Cell cell, bool fading) {
   }
 #endif
 #ifdef EMPHASIS
-  float share = 1.0 - emphasis * (1.0 - cell.importance);
+  float share = 1.0 - emphasised * (1.0 - cell.importance);
 #else
   const float share = 1.0;
 #endif
@@ -77,10 +93,12 @@ struct Walk {
   int known;         // Lattice point of v0; far in front: none yet.
   float v0;
 #ifdef PREINTEGRATED
-  int before_at;     // Lattice point of before.
-  float before;
-  Point a;
-  bool has_a;        // a is what lies at the begin of the part of the cell after it.
+  float before;      // The value at the lattice point before that one,
+#ifdef ADAPTIVE
+  int before_at;     // or this one.
+#endif
+  float aside;       // See look_aside().
+  Point a;           // What lies there, or where the stretch begins.
 #endif
 };
 
@@ -96,9 +114,11 @@ Walk begin_walk(float begin, float end) {
   w.known = w.j - 2;
   w.v0 = 0.0;
 #ifdef PREINTEGRATED
+  w.before = w.aside = 0.0;
+#ifdef ADAPTIVE
   w.before_at = w.j;
-  w.before = 0.0;
-  w.has_a = false;
+#endif
+  w.a = no_point();
 #endif
 #if defined(SKIPPING)
   w.run_end = w.j - 1;
@@ -120,8 +140,9 @@ void begin_run(inout Walk w, Brick brick) {
 #ifdef ADAPTIVE
   if (w.known != start) w.size = 1;
 #endif
-  w.j = w.known == start ? start + w.size : start;
-  w.run_end = w.next = min(brick.until, w.last);
+  bool goes_on = w.known == start;
+  w.j = goes_on ? start + w.size : start;
+  w.run_end = w.next = min(goes_on ? start + kRun : start + kRun - 1, w.last);
   w.pending = false;
 #else
   w.j = w.next;
@@ -170,59 +191,71 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
 }
 
 #ifdef PREINTEGRATED
-// The segment from k on may have a bow.
-bool may_bow(Walk w, int k) { return w.size == 1 && k >= bow_from; }
+// The stretch begins in the cell whose first lattice point is sampled next.
+bool begins_inside(Walk w) { return float(w.j) < w.begin; }
+
+// A run that does not go on from the last one takes a value beside its first one: of the lattice
+// point before it, for the bow of the first cell, or, where the stretch begins in that cell, of the
+// one behind it, for the value there.
+void look_aside(inout Walk w) {
+  if (w.known == w.j - w.size) return;
+  w.aside = value_at(float(begins_inside(w) ? w.j + 1 : w.j - 1));
+}
 
 // The bow of the segment from k on, whose values at its ends are v0 and v1; HU.
 float bow_of(Walk w, Cell cell, int k, float v1) {
-  bool cut = cell.begin > float(k) || cell.end < float(k + 1);
-  return may_bow(w, k) && !cut ? (2.0 * w.v0 - w.before - v1) / 12.0 : 0.0;
+  bool whole = cell.begin >= float(k) && cell.begin <= float(k) && cell.end >= float(k + 1);
+  bool may_bow = whole && w.size == 1 && k >= bow_from;
+  return may_bow ? (2.0 * w.v0 - w.before - v1) / 12.0 : 0.0;
 }
 
-// Takes the sample at j. True: it ends a cell, which is classified. The value behind the first cell
-// of a run is taken by itself, for j is asked for once more: a device that runs many rays in step
-// would take a sample in a branch for every cell.
-bool take_sample(inout Walk w, out Cell cell, bool fading) {
+void advance(inout Walk w, float v1, bool fading) {
+  w.known = w.j;
+  w.v0 = v1;
+#ifdef ADAPTIVE
+  w.next = max(w.next, w.known);
+  w.size = fading ? 1 : cells_from(w.known, w.begin, w.end);
+#endif
+  w.j += w.size;
+}
+
+// Takes the sample at j. True: it ends a cell; mean is what lies there, see mean_between(). The
+// first sample of a run goes through the same operations for nothing: a device that runs many rays
+// in step would take those of a branch as well.
+bool take_sample(inout Walk w, bool may_begin, out Cell cell, out vec4 mean) {
   int k = w.j - w.size;
   bool whole = w.known == k;  // v0 and v1 are the values of a cell.
-  bool behind = whole && !fading && may_bow(w, k) && w.before_at != k - 1;
-  float v1 = value_at(float(behind ? k - 1 : w.j));
-  cell = cell_at(w, k, w.v0, v1);
-  bool classified = whole;
-  bool advance = true;
-  if (fading) {
-    cost.z += float(whole);
-    if (whole) classify_in_steps(cell, 0.0, true);
-  } else if (behind) {
-    w.before_at = k - 1;
-    w.before = v1;
-    classified = false;
-    advance = false;
-  } else {
-    // The begin of the stretch lies inside a cell: it is looked up once both ends are known.
-    bool at_begin = whole && !w.has_a;
-    Point b = point_at(at_begin ? cell.v_a : whole ? cell.v_b : v1);
-    classified = whole && w.has_a;
-    if (classified) cell.look = mean_between(w.a, b, bow_of(w, cell, k, v1));
-    w.a = b;
-    advance = !at_begin;
-    w.has_a = whole || w.begin <= float(w.j);
-  }
-  if (advance) {
-    w.before_at = whole ? k : w.j;
-    w.before = w.v0;
-    w.known = w.j;
-    w.v0 = v1;
+  float v1 = value_at(float(w.j));
 #ifdef ADAPTIVE
-    w.next = max(w.next, w.known);
-    w.size = fading ? 1 : cells_from(w.known, w.begin, w.end);
+  if (whole && w.size == 1 && w.before_at != k - 1) w.before = value_at(float(k - 1));
 #endif
-    w.j += w.size;
-  }
-  return classified;
+  cell = cell_at(w, k, w.v0, v1);
+  float v = whole ? cell.v_b : v1;
+  if (may_begin && begins_inside(w)) v = v1 + (w.begin - float(w.j)) * (w.aside - v1);
+  Point b = point_at(v);
+  mean = mean_between(w.a, b, bow_of(w, cell, k, v1));
+  w.a = b;
+  w.before = whole ? w.v0 : w.aside;
+#ifdef ADAPTIVE
+  w.before_at = whole ? k : w.j - 1;
+#endif
+  advance(w, v1, false);
+  return whole;
+}
+
+// The same where cells fade.
+bool take_fading_sample(inout Walk w, out Cell cell) {
+  int k = w.j - w.size;
+  bool whole = w.known == k;
+  float v1 = value_at(float(w.j));
+  cell = cell_at(w, k, w.v0, v1);
+  cost.z += float(whole);
+  if (whole) classify_in_steps(cell, 0.0, true);
+  advance(w, v1, true);
+  return whole;
 }
 #else
-bool take_sample(inout Walk w, out Cell cell, bool fading) {
+void take_middle(inout Walk w, out Cell cell, bool fading) {
   float v = value_at(float(w.j) + 0.5);
   cell = cell_at(w, w.j, v, v);
 #ifdef GRADIENT_WINDOWS
@@ -237,9 +270,90 @@ bool take_sample(inout Walk w, out Cell cell, bool fading) {
     cell.look = transfer_at(v, gradient, cell.importance);
   }
   ++w.j;
-  return true;
 }
 #endif
+
+#ifdef FOUR_AT_ONCE
+// Behind its end a run takes what is no reason to look at a brick, and nothing behind the stretch.
+#ifdef SHADING
+// A cell that waits for being shaded. Without it an end is its begin.
+Cell take_one(inout Walk w, bool may_begin) {
+  Cell cell;
+  vec4 mean;
+  if (!take_sample(w, may_begin, cell, mean)) cell.end = cell.begin;
+  cell.look = mean;
+  return cell;
+}
+
+int bit_of(Cell cell, int bit) { return cell.end > cell.begin && cell.look.a > 0.0 ? bit : 0; }
+
+bool take_four(inout Walk w) {
+  Cell a = take_one(w, true);
+  Cell b = take_one(w, false);
+  Cell c = take_one(w, false);
+  Cell d = take_one(w, false);
+  w.next = max(w.next, w.known);
+  int left = bit_of(a, 1) | bit_of(b, 2) | bit_of(c, 4) | bit_of(d, 8);
+  if (left != 0) do {
+    Cell cell = d;
+    if ((left & 4) != 0) cell = c;
+    if ((left & 2) != 0) cell = b;
+    if ((left & 1) != 0) cell = a;
+    cell.look = look_of(cell.look);
+    shade_and_composite(cell, false);
+    left = picture.a < enough ? left & (left - 1) : 0;
+  } while (left != 0);
+  return picture.a >= enough;
+}
+#else
+void take_one(inout Walk w, bool may_begin) {
+  Cell cell;
+  vec4 mean;
+  bool whole = take_sample(w, may_begin, cell, mean);
+  composite_mean(mean, whole && picture.a < enough ? max(length_mm(cell), 0.0) : 0.0);
+}
+
+bool take_four(inout Walk w) {
+  take_one(w, true);
+  take_one(w, false);
+  take_one(w, false);
+  take_one(w, false);
+  w.next = max(w.next, w.known);
+  return picture.a >= enough;
+}
+#endif
+#endif
+
+// Takes the next sample and composites the cell that it completes. True: a reason to pause. With
+// SHADING that is the cell itself, which is not composited yet.
+bool take_next(inout Walk w, inout Cell cell, bool fading) {
+  bool found = true;
+#ifdef PREINTEGRATED
+  if (!fading) {
+    vec4 mean;
+    found = take_sample(w, true, cell, mean);
+#ifdef SHADING
+    cell.look = look_of(mean);
+#else
+    composite_mean(mean, found ? length_mm(cell) : 0.0);
+#endif
+  } else {
+    found = take_fading_sample(w, cell);
+  }
+#else
+  take_middle(w, cell, fading);
+#endif
+#ifdef SHADING
+  return found && cell.look.a > 0.0;
+#else
+#ifdef PREINTEGRATED
+  if (fading && found) composite(cell);
+#else
+  composite(cell);
+#endif
+  return picture.a >= enough;
+#endif
+}
 
 #ifdef TWO_VOLUMES
 float clear_to;  // Cells before this one that are yet to come show nothing.
@@ -248,8 +362,7 @@ float clear_to;  // Cells before this one that are yet to come show nothing.
 // What lies where the last stretch ended, if it was a lattice point: the next one begins there.
 int kept_at;  // Far in front: nowhere.
 float kept_v;
-int kept_behind_at;
-float kept_behind;
+float v_kept_before;
 Point kept_a;
 
 void forget() { kept_at = -1000000000; }
@@ -257,8 +370,7 @@ void forget() { kept_at = -1000000000; }
 void keep(Walk w, bool fading) {
   kept_at = !fading && w.end == float(w.known) ? w.known : -1000000000;
   kept_v = w.v0;
-  kept_behind_at = w.before_at;
-  kept_behind = w.before;
+  v_kept_before = w.before;
   kept_a = w.a;
 }
 
@@ -266,10 +378,8 @@ void resume(inout Walk w) {
   if (!w.going || w.begin != float(kept_at)) return;
   w.known = kept_at;
   w.v0 = kept_v;
-  w.before_at = kept_behind_at;
-  w.before = kept_behind;
+  w.before = v_kept_before;
   w.a = kept_a;
-  w.has_a = true;
 #ifdef ADAPTIVE
   w.size = cells_from(w.known, w.begin, w.end);
 #endif
@@ -292,17 +402,24 @@ void march(float begin, float end, bool fading) {
 #ifdef SKIPPING
     find_run(w, fading);
 #endif
+#ifdef PREINTEGRATED
+    if (!fading) look_aside(w);
+#endif
     Cell cell;
     bool found = false;
     if (in_run(w)) do {
-      found = take_sample(w, cell, fading) && cell.look.a > 0.0;
-#ifndef SHADING
-      if (found) composite(cell);
-      found = picture.a >= enough;
+#ifdef FOUR_AT_ONCE
+      found = fading ? take_next(w, cell, true) : take_four(w);
+#else
+      found = take_next(w, cell, fading);
 #endif
     } while (in_run(w) && !found);
 #ifdef SHADING
+#ifdef FOUR_AT_ONCE
+    if (found && fading) shade_and_composite(cell, true);
+#else
     if (found) shade_and_composite(cell, fading);
+#endif
 #endif
     if (picture.a >= enough) w.going = false;
 #ifndef SKIPPING

@@ -145,7 +145,7 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
     tau = faded_extinction(tau, look.importance, from, to);
   }
 #endif
-  precise float seen = opacity_of(max(tau * step_mm * (to - from), 0.0));
+  precise float seen = opacity_of(max(tau * cell_mm * (to - from), 0.0));
   if (!(seen > 0.0)) return;
   precise float grey = entry / last_entry;
   precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;

@@ -3,8 +3,14 @@
 // Mean of the transfer function over the values between two points of a ray, from its integrals
 // over HU as whole numbers: their differences are exact, where those of floats cancel.
 
-uniform isamplerBuffer integrals;  // Of colour times extinction, and of extinction, in quanta.
+// Of each entry three texels: colour times extinction, and extinction; what to add to reach the next
+// entry; the integrals of both in quanta. In front of the first entry is one for values below it.
+uniform isamplerBuffer points;
 uniform float quantum;         // HU/mm.
+
+float hu_of_quantum;           // Taken over.
+
+void take_over_integrals() { hu_of_quantum = taken_over(quantum); }
 
 // A value, looked up.
 struct Point {
@@ -15,32 +21,39 @@ struct Point {
   vec4 here;       // Colour times extinction, and extinction; per mm.
 };
 
-vec4 premultiplied(vec4 value) { return vec4(value.rgb * value.a, value.a); }
+Point no_point() { return Point(0.0, 0, ivec4(0), vec4(0.0), vec4(0.0)); }
 
 Point point_at(float hu) {
   Point p;
-  p.x = hu - transfer_first_hu;
-  p.entry = clamp(int(floor(p.x)), -1, transfer_size - 1);
-  int i = max(p.entry, 0);
-  float w = p.x - float(i);
-  vec4 low = premultiplied(transfer_entry(i));
-  vec4 slope = premultiplied(transfer_entry(min(p.entry + 1, transfer_size - 1))) - low;
-  p.integral = texelFetch(integrals, i);
+  p.x = hu - first_hu;
+  p.entry = clamp(int(floor(p.x)), -1, last_entry_of_row);
+  float w = p.x - float(max(p.entry, 0));
+  int first = 3 * p.entry + 3;
+  vec4 low = intBitsToFloat(texelFetch(points, first));
+  vec4 slope = intBitsToFloat(texelFetch(points, first + 1));
+  p.integral = texelFetch(points, first + 2);
   p.rest = w * (low + 0.5 * w * slope);
   p.here = low + w * slope;
   return p;
 }
 
-// Mean over the values from a to b: rgb, not premultiplied, and extinction per mm. bow: by how much
-// the mean of the values lies above that of the line, HU.
+// Mean over the values from a to b: colour times extinction, and extinction, per mm; neither is held
+// within its bounds yet. bow: by how much the mean of the values lies above that of the line, HU.
 vec4 mean_between(Point a, Point b, float bow) {
   const float kSame = 1.0 / 64.0;  // HU; so close, the mean of the ends is as good.
   const float kMaxBowShare = 0.5;
   float dx = b.x - a.x;
   bool same = a.entry == b.entry || abs(dx) < kSame;
-  vec4 area = vec4(b.integral - a.integral) * quantum + (b.rest - a.rest);
+  vec4 area = vec4(b.integral - a.integral) * hu_of_quantum + (b.rest - a.rest);
   vec4 mean = 0.5 * (a.here + b.here);
-  if (!same) mean = area / dx + clamp(bow / dx, -kMaxBowShare, kMaxBowShare) * (b.here - a.here);
+  float per = 1.0 / (same ? 1.0 : dx);
+  float share = clamp(bow * per, -kMaxBowShare, kMaxBowShare);
+  if (!same) mean = area * per + share * (b.here - a.here);
+  return mean;
+}
+
+// What such a mean looks like: rgb, not premultiplied, and extinction.
+vec4 look_of(vec4 mean) {
   if (!(mean.a > 0.0)) return vec4(0.0);
   return vec4(clamp(mean.rgb / mean.a, 0.0, 1.0), mean.a);
 }

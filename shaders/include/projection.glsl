@@ -41,7 +41,7 @@ struct Range {
 Range range_at(int k) {
   ivec3 brick = brick_of(k);
   vec2 known = vec2(texelFetch(bricks, brick, 0).rg) - 32768.0;
-  return Range(known.x, known.y, max(k, int(floor(leaves_cube(brick, 1, -brick_margin)))));
+  return Range(known.x, known.y, max(k, int(floor(leaves_cube(brick, 1, -rounding)))));
 }
 
 bool is_useless(Range range, float found) {

@@ -10,16 +10,18 @@ uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
 uniform sampler3D gradients;  // Differences of the neighbours of every voxel, as the CT.
 #endif
 
+vec3 per_difference;  // half_per_spacing, taken over.
+
 // Central difference one voxel either way, HU/mm.
 vec3 gradient_at(vec3 index) {
 #ifdef GRADIENT_TEXTURE
-  return trilinear(gradients, index).rgb * half_per_spacing;
+  return trilinear(gradients, index).rgb * per_difference;
 #else
   vec3 i = clamp(index, vec3(0.0), vec3(ct_size - 1));
   return vec3(ct_hu(i + vec3(1, 0, 0)) - ct_hu(i - vec3(1, 0, 0)),
               ct_hu(i + vec3(0, 1, 0)) - ct_hu(i - vec3(0, 1, 0)),
               ct_hu(i + vec3(0, 0, 1)) - ct_hu(i - vec3(0, 0, 1))) *
-         half_per_spacing;
+         per_difference;
 #endif
 }
 #endif
@@ -30,6 +32,19 @@ uniform float full_gradient_per_mm;
 #ifdef EMPHASIS
 uniform float emphasis;
 #endif
+vec3 ray_axes;  // The ray's direction along the index axes.
+float full_gradient;  // Taken over.
+#ifdef EMPHASIS
+float emphasised;
+#endif
+#ifdef PHONG
+vec4 light_of_shading;
+#endif
+#ifdef GOOCH
+vec3 light_axes;
+vec3 shares_of_gooch;
+#endif
+
 #ifdef GOOCH
 uniform vec3 gooch_light;  // Unit, along the index axes.
 uniform vec3 gooch_shares;  // Of the own colour in cool and warm; darkening of silhouettes.
@@ -37,10 +52,10 @@ uniform vec3 gooch_shares;  // Of the own colour in cool and warm; darkening of 
 // towards_light: cosine, the normal turned to the eye.
 vec3 gooch(vec3 rgb, float cosine, float towards_light) {
   float warmth = 0.5 * (1.0 + clamp(towards_light, -1.0, 1.0));
-  vec3 cool = rgb * gooch_shares.x + vec3(0.0, 0.0, kGoochBlue);
-  vec3 warm = rgb * gooch_shares.y + vec3(kGoochYellow, kGoochYellow, 0.0);
+  vec3 cool = rgb * shares_of_gooch.x + vec3(0.0, 0.0, kGoochBlue);
+  vec3 warm = rgb * shares_of_gooch.y + vec3(kGoochYellow, kGoochYellow, 0.0);
   float edge = 1.0 - clamp(abs(cosine), 0.0, 1.0);
-  float dark = 1.0 - gooch_shares.z * edge * edge * edge * edge;
+  float dark = 1.0 - shares_of_gooch.z * edge * edge * edge * edge;
   return clamp(dark * mix(cool, warm, warmth), 0.0, 1.0);
 }
 #endif
@@ -49,13 +64,34 @@ vec3 gooch(vec3 rgb, float cosine, float towards_light) {
 vec3 shaded(vec3 rgb, vec3 gradient, float share) {
   float norm = length(gradient);
   if (!(norm > 0.0)) return rgb;
-  float cosine = dot(gradient, axes_from_local * ray_direction) / norm;
+  float cosine = dot(gradient, ray_axes) / norm;
 #ifdef GOOCH
-  float lit = dot(gradient, gooch_light) / norm;
+  float lit = dot(gradient, light_axes) / norm;
   vec3 full = gooch(rgb, cosine, cosine > 0.0 ? -lit : lit);
 #else
-  vec3 full = phong(rgb, cosine);
+  vec3 full = phong(rgb, cosine, light_of_shading);
 #endif
-  return mix(rgb, full, share * min(1.0, norm / full_gradient_per_mm));
+  return mix(rgb, full, share * min(1.0, norm / full_gradient));
+}
+#endif
+
+#ifdef GRADIENTS
+// After set_lattice().
+void take_over_shading() {
+  per_difference = taken_over(half_per_spacing);
+#ifdef SHADING
+  ray_axes = axes_from_local * ray_direction;
+  full_gradient = taken_over(full_gradient_per_mm);
+#ifdef EMPHASIS
+  emphasised = taken_over(emphasis);
+#endif
+#ifdef PHONG
+  light_of_shading = vec4(taken_over(shade_light.xyz), taken_over(shade_light.w));
+#endif
+#ifdef GOOCH
+  light_axes = taken_over(gooch_light);
+  shares_of_gooch = taken_over(gooch_shares);
+#endif
+#endif
 }
 #endif

@@ -22,7 +22,7 @@ Brick brick_at(int n) {
   uvec2 known = texelFetch(bricks, at, 0).rg;
   bool empty = known.r > 0u;
   // An empty region is left a little early.
-  int inside = int(floor(leaves_cube(at, int(known.r), -brick_margin)));
+  int inside = int(floor(leaves_cube(at, int(known.r), -rounding)));
   return Brick(empty, empty ? max(inside, n) : n + kRun);
 }
 
@@ -33,7 +33,7 @@ Brick fading_brick_at(int n) {
   ivec3 at = brick_of(n);
   uvec2 known = texelFetch(bricks, at, 0).rg;
   bool empty = known.r > 0u;
-  float leaves = leaves_cube(at, int(max(known.r, 1u)), empty ? -brick_margin : brick_margin);
+  float leaves = leaves_cube(at, int(max(known.r, 1u)), empty ? -rounding : rounding);
   int inside = max(int(floor(leaves)), n);
   if (empty) return Brick(true, inside);
   float until = cells_of(hidden_until(cut_span, float(known.g) / 254.0));

@@ -55,5 +55,5 @@ Surface hit_solid(int i, Ray ray, float t_eye) {
   float square = dot(axis, axis);
   p -= (square > 0.0 ? clamp(dot(p, axis) / square, 0.0, 1.0) : 0.0) * axis;
 #endif
-  return Surface(t, 1 + i, phong(rgba.rgb, dot(p, ray.direction) / a.w), rgba.a, false);
+  return Surface(t, 1 + i, phong(rgba.rgb, dot(p, ray.direction) / a.w, shade_light), rgba.a, false);
 }

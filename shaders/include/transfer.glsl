@@ -15,12 +15,20 @@ uniform int transfer_rows;
 uniform float rows_per_gradient;  // Per HU/mm.
 #endif
 
+float first_hu;  // Taken over.
+int last_entry_of_row;
+
+void take_over_transfer() {
+  first_hu = taken_over(transfer_first_hu);
+  last_entry_of_row = transfer_size - 1;
+}
+
 vec4 transfer_entry(int entry) { return texelFetch(transfer, entry); }
 
 // rgb and extinction; importance is written only where it is compiled in.
 vec4 transfer_at(float hu, float gradient, out float importance) {
-  float x = clamp(hu - transfer_first_hu, 0.0, float(transfer_size - 1));
-  int i = min(int(x), transfer_size - 2);
+  float x = clamp(hu - first_hu, 0.0, float(last_entry_of_row));
+  int i = min(int(x), last_entry_of_row - 1);
   float w = x - float(i);
   int nearest = w >= 0.5 ? i + 1 : i;
 #ifdef GRADIENT_WINDOWS

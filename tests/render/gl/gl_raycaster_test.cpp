@@ -8,6 +8,7 @@
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
 
+#include "render/gl_device.hpp"
 #include "render/gl_volume_fit.hpp"
 #include "render/vtk_convert.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
@@ -236,6 +237,7 @@ TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {
 
 TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
   scene_ = test::ball_scene(test::oblique_grid());
+  caster().set_voxel_pairs(false);
   caster().set_manual_filter(false);
   draw();
   const Image2d<RgbaF> by_device(96, 72, caster().read());
@@ -244,6 +246,27 @@ TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
   const Image2d<RgbaF> by_hand(96, 72, caster().read());
   EXPECT_EQ(caster().compiled(), 2);
   EXPECT_TRUE(test::agree(by_hand, by_device, 0.5));
+}
+
+TEST_F(GlRaycasterTest, PairsOfVoxelsDrawTheSamePicture) {
+  for (const VoxelGrid& grid :
+       {test::oblique_grid(), test::cube_grid(1, 8.0), test::cube_grid(2, 8.0)}) {
+    scene_ = test::ball_scene(grid);
+    caster().set_voxel_pairs(false);
+    draw();
+    const Image2d<RgbaF> by_texture(96, 72, caster().read());
+    caster().set_voxel_pairs(true);
+    draw();
+    EXPECT_TRUE(test::agree(Image2d<RgbaF>(96, 72, caster().read()), by_texture, 0.5));
+  }
+  EXPECT_EQ(caster().uploads().volumes, 6);
+}
+
+TEST_F(GlRaycasterTest, PairsOfVoxelsAreForSoftware) {
+  draw();
+  EXPECT_EQ(caster().voxel_pairs(), runs_in_software(window_->device()));
+  EXPECT_TRUE(runs_in_software("llvmpipe (LLVM 15.0.6, 256 bits)"));
+  EXPECT_FALSE(runs_in_software("NVIDIA GeForce RTX 4070/PCIe/SSE2"));
 }
 
 TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {

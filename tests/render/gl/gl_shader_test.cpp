@@ -33,6 +33,7 @@ std::vector<GlFeatures> many_features() {
     f.capsules = f.solids && bit(6);
     f.shared_depth = bit(7);
     f.manual_filter = bit(8);
+    f.voxel_pairs = bit(13);
     f.sparse = bit(11) && !f.jitter;
     f.means = f.sparse && bit(12);
     all.push_back(f);
