@@ -87,7 +87,8 @@ const GlFeatureTextures::Place* GlFeatureTextures::find(const Volume* codes) con
 
 bool GlFeatureTextures::is_stale(const PredicateSet& set, const Features& offered) const {
   const auto& first = groups_[0].members;
-  if (!first.empty() && first[0] != set.channels()[0].codes) return true;
+  const bool with_volume = !first.empty() && !pairs_;
+  if (with_volume && first[0] != set.channels()[0].codes) return true;
   return std::any_of(places_.begin(), places_.end(), [&](const auto& place) {
     return std::none_of(offered.volumes.begin(), offered.volumes.end(), [&](const auto& named) {
       return named.second.codes().get() == place.first;
@@ -96,12 +97,15 @@ bool GlFeatureTextures::is_stale(const PredicateSet& set, const Features& offere
 }
 
 Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered) {
-  const bool stale = is_stale(set, offered);
+  const bool pairs =
+      wants_pairs_ && gl::has_room_for_pairs(set.channels()[0].codes->grid().size, kChannels);
+  const bool stale = pairs != pairs_ || is_stale(set, offered);
   const auto missing = [&] {
     return std::count_if(set.channels().begin() + 1, set.channels().end(),
                          [&](const auto& channel) { return !find(channel.codes.get()); });
   };
   if (stale || places_.size() + as_size(static_cast<int>(missing())) > kMostFeatures) release();
+  pairs_ = pairs;
   if (auto ok = place(set); !ok) return ok;
   used_.clear();
   channels_.clear();
@@ -112,7 +116,7 @@ Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& 
   }
   std::sort(used_.begin(), used_.end());
   for (const std::size_t g : used_) {
-    if (groups_[g].sent) continue;
+    if (groups_[g].sent == groups_[g].members.size()) continue;
     if (auto ok = send(groups_[g]); !ok) return ok;
   }
   return send_undefined(set);
@@ -122,22 +126,42 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
     const auto& codes = set.channels()[c].codes;
     if (find(codes.get()) != nullptr) continue;
-    const std::size_t at = places_.size() + 1;  // Behind the volume.
+    const std::size_t at = places_.size() + (pairs_ ? 0 : 1);  // Behind the volume.
     if (places_.size() == kMostFeatures) {
       return Error{ErrorCode::kUnsupportedData,
                    "predicates: expected at most " + std::to_string(kMostFeatures) +
                        " features on the GL engine, found more; the CPU engine draws such scenes"};
     }
-    if (at == 1) groups_[0].members = {set.channels()[0].codes};
+    if (at == 1 && !pairs_) groups_[0].members = {set.channels()[0].codes};
     Group& group = groups_[at / kChannels];
     group.members.push_back(codes);
-    group.sent = false;
+    if (!pairs_) group.sent = 0;
     places_.push_back({codes.get(), {at / kChannels, at % kChannels}});
   }
   return {};
 }
 
+bool GlFeatureTextures::send_pairs(Group& group) const {
+  const auto& size = group.members[0]->grid().size;
+  // Room for all that may come: what is not written takes no memory yet.
+  if (group.sent == 0 && !gl::start_pairs(group.pairs, size, kChannels)) return false;
+  for (std::size_t i = group.sent; i < group.members.size(); ++i) {
+    const bool filled = gl::fill_pairs(group.pairs, i, *group.members[i], [](std::int16_t v) {
+      return v == FeatureVolume::kUndefined ? std::int16_t{0} : v;
+    });
+    if (!filled) return false;
+  }
+  return true;
+}
+
 Result<void> GlFeatureTextures::send(Group& group) {
+  if (pairs_) {
+    const bool sent = send_pairs(group);
+    ++uploads_;
+    if (auto ok = accepted("features of predicates"); !ok) return ok;
+    group.sent = sent ? group.members.size() : 0;
+    return {};
+  }
   const bool with_volume = &group == &groups_[0];
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
@@ -147,7 +171,7 @@ Result<void> GlFeatureTextures::send(Group& group) {
       [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });
   ++uploads_;
   if (auto ok = accepted("features of predicates"); !ok) return ok;
-  group.sent = true;
+  group.sent = group.members.size();
   return {};
 }
 
@@ -190,8 +214,9 @@ GlFeatureTextures::Slot GlFeatureTextures::slot(std::size_t channel) const {
 void GlFeatureTextures::release() {
   for (Group& group : groups_) {
     group.texture.release();
+    group.pairs.release();
     group.members.clear();
-    group.sent = false;
+    group.sent = 0;
   }
   undefined_.release();
   places_.clear();

@@ -21,6 +21,11 @@ class GlFeatureTextures {
   static constexpr std::size_t kChannels = 4;  ///< Of a texture.
   static constexpr std::size_t kMostFeatures = kMostTextures * kChannels - 1;
 
+  /// Features are tables of pairs of voxels, without the volume, where such tables are large
+  /// enough.
+  void set_voxel_pairs(bool wanted) { wants_pairs_ = wanted; }
+  /// What the last set's are.
+  [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
   /// Sends what the channels of a set need and what is not there. offered: the scene's features.
   /// kUnsupportedData for more than kMostFeatures and for what the device's memory does not hold.
   Result<void> update(const PredicateSet& set, const Features& offered);
@@ -28,9 +33,12 @@ class GlFeatureTextures {
 
   /// Textures of the last set, at most kMostTextures.
   [[nodiscard]] std::size_t used() const { return used_.size(); }
-  [[nodiscard]] unsigned texture(std::size_t i) { return groups_[used_[i]].texture.id(); }
+  [[nodiscard]] unsigned texture(std::size_t i) {
+    Group& group = groups_[used_[i]];
+    return pairs_ ? group.pairs.texture.id() : group.texture.id();
+  }
   /// The first component of the first texture is the volume.
-  [[nodiscard]] bool has_volume() const { return !used_.empty() && used_.front() == 0; }
+  [[nodiscard]] bool has_volume() const { return !pairs_ && !used_.empty() && used_.front() == 0; }
   /// Some feature of the last set has voxels without a value.
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// Bits of the features without a value at one of the eight voxels around a place, by the voxel
@@ -50,8 +58,9 @@ class GlFeatureTextures {
  private:
   struct Group {
     GlTexture texture;
+    GlTable pairs;  ///< Instead, member after member.
     std::vector<std::shared_ptr<const Volume>> members;
-    bool sent = false;
+    std::size_t sent = 0;  ///< Members that are there.
   };
   struct Place {
     std::size_t group;
@@ -62,6 +71,7 @@ class GlFeatureTextures {
   [[nodiscard]] const Place* find(const Volume* codes) const;
   Result<void> place(const PredicateSet& set);
   Result<void> send(Group& group);
+  [[nodiscard]] bool send_pairs(Group& group) const;
   Result<void> send_undefined(const PredicateSet& set);
 
   std::array<Group, kMostTextures> groups_;
@@ -71,6 +81,8 @@ class GlFeatureTextures {
   GlTexture undefined_;
   std::vector<const Volume*> undefined_of_;  ///< Whose bits are there.
   bool has_undefined_ = false;
+  bool wants_pairs_ = false;
+  bool pairs_ = false;
   int uploads_ = 0;
 };
 

@@ -97,6 +97,7 @@ Result<void> GlPredicates::update(const Scene& scene) {
     set_.reset();
     return error;
   };
+  features_.set_voxel_pairs(voxel_pairs_);
   if (auto sent = features_.update(*set_, scene.predicates->features); !sent) {
     return fail(sent.error());
   }
@@ -108,6 +109,7 @@ Result<void> GlPredicates::update(const Scene& scene) {
   }
   form_ = {.text = predicate_shader(*set_, texels),
            .feature_textures = static_cast<int>(features_.used()),
+           .feature_pairs = features_.used() > 0 && features_.has_voxel_pairs(),
            .volume_in_features = features_.has_volume() && !voxel_pairs_,
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
@@ -225,6 +227,7 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
   if (!rows_) return std::nullopt;
   return GlPredicateForm{.text = {},
                          .feature_textures = static_cast<int>(GlFeatureTextures::kMostTextures),
+                         .feature_pairs = features_.has_voxel_pairs(),
                          .undefined = true,
                          .labels = true,
                          .log_importance = form_.log_importance,
@@ -236,8 +239,10 @@ void GlPredicates::bind_features(GlProgram& program, bool generic) {
   const std::size_t slots = generic ? GlFeatureTextures::kMostTextures : features_.used();
   for (std::size_t i = 0; i < slots; ++i) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
-    bind_texture(kFeatures + static_cast<int>(i), GL_TEXTURE_3D,
-                 i < features_.used() ? features_.texture(i) : stand_ins_.feature());
+    const bool pairs = features_.has_voxel_pairs();
+    const unsigned stand_in = pairs ? stand_ins_.pairs() : stand_ins_.feature();
+    bind_texture(kFeatures + static_cast<int>(i), pairs ? GL_TEXTURE_BUFFER : GL_TEXTURE_3D,
+                 i < features_.used() ? features_.texture(i) : stand_in);
   }
 }
 
@@ -300,6 +305,7 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene,
   program.set("entry_of_volume", Eigen::Vector2d(volume.scale * kLast, volume.offset * kLast));
   program.set("last_entry", kLast);
   program.set("spacing_mm", scene.ct->grid().spacing_mm);
+  program.set("feature_words", static_cast<int>(gl::words_of_pairs(scene.ct->grid().size)));
   program.set("cutaway_scale", predicates.cutaway_importance / std::max(greatest, 1e-30));
   program.set("cutaway_greatest", greatest);
   program.set("greatest_impact", greatest);

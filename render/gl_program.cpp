@@ -100,6 +100,7 @@ std::string predicate_defines(const GlPredicateForm& form) {
   std::string defines;
   if (form.feature_textures > 0)
     defines += "#define FEATURES " + std::to_string(form.feature_textures) + '\n';
+  define(defines, form.feature_pairs, "FEATURE_PAIRS");
   define(defines, form.volume_in_features, "VOLUME_IN_FEATURES");
   define(defines, form.undefined, "UNDEFINED");
   define(defines, form.labels, "LABELS");

@@ -21,6 +21,7 @@ namespace nav::render {
 struct GlPredicateForm {
   std::string text;                 ///< Of predicate_shader().
   int feature_textures = 0;         ///< At most 3.
+  bool feature_pairs = false;       ///< Features are tables of pairs of voxels.
   bool volume_in_features = false;  ///< VOLUME_IN_FEATURES of predicate_march.glsl.
   bool undefined = false;           ///< Some feature has voxels without a value.
   bool labels = false;

@@ -46,11 +46,13 @@ void GlStandIns::update(const std::array<int, 3>& size) {
   send(kFeatureKind, least, feature_);
   send(kUndefinedKind, least, undefined_);
   send(kLabelKind, least, labels_);
+  gl::send_table(pairs_, GL_R32I, std::vector<std::int32_t>(300));
   size_ = least;
 }
 
 void GlStandIns::release() {
   for (GlTexture* texture : {&feature_, &undefined_, &labels_}) texture->release();
+  pairs_.release();
   size_ = {};
 }
 

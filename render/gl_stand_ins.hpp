@@ -19,12 +19,14 @@ class GlStandIns {
   void update(const std::array<int, 3>& size);
   void release();
   [[nodiscard]] unsigned feature() { return feature_.id(); }
+  [[nodiscard]] unsigned pairs() { return pairs_.texture.id(); }
   [[nodiscard]] unsigned undefined() { return undefined_.id(); }
   [[nodiscard]] unsigned labels() { return labels_.id(); }
 
  private:
   std::array<int, 3> size_{};
   GlTexture feature_, undefined_, labels_;
+  GlTable pairs_;
 };
 
 }  // namespace nav::render

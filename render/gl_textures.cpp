@@ -188,12 +188,11 @@ void GlTextures::set_voxel_pairs(bool wanted) {
 
 bool GlTextures::send_volume(const Volume& volume) {
   const auto& size = volume.grid().size;
-  GLint most = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
-  pairs_ = wants_pairs_ && gl::words_of_pairs(size) <= static_cast<std::size_t>(most);
+  pairs_ = wants_pairs_ && gl::has_room_for_pairs(size, 1);
   if (pairs_) {
     ct.release();
-    return gl::send_pairs(ct_pairs, volume);
+    return gl::start_pairs(ct_pairs, size, 1) &&
+           gl::fill_pairs(ct_pairs, 0, volume, [](std::int16_t v) { return v; });
   }
   ct_pairs.release();
   glBindTexture(GL_TEXTURE_3D, ct.id());

@@ -74,34 +74,56 @@ inline std::size_t words_of_pairs(const std::array<int, 3>& size) {
   return slice * static_cast<std::size_t>(size[2]) + slice + row + 1;
 }
 
-/// Sends the voxels of a volume, each with the next one of its row in its high half, as a table of
-/// words: VOXEL_PAIRS of shaders/include/ct.glsl. False: the device has no room.
-inline bool send_pairs(GlTable& table, const Volume& volume) {
+/// Whether a table of so many volumes is within the device's limit.
+inline bool has_room_for_pairs(const std::array<int, 3>& size, std::size_t volumes) {
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+  return volumes * words_of_pairs(size) + 256 <= static_cast<std::size_t>(most);
+}
+
+/// Room for the pairs of so many volumes, which fill_pairs() fills. False: the device has none.
+inline bool start_pairs(GlTable& table, const std::array<int, 3>& size, std::size_t volumes) {
+  std::size_t bytes = volumes * words_of_pairs(size) * sizeof(std::uint32_t);
+  // See send_roomy_table() of render/gl_predicates.cpp.
+  if ((bytes >> 8U & 0xFFU) == 0) bytes += 256;
+  glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
+  glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STATIC_DRAW);
+  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32I, table.buffer_id());
+  glBindBuffer(GL_TEXTURE_BUFFER, 0);
+  return glGetError() == GL_NO_ERROR;
+}
+
+/// Writes the voxels of a volume, each with the next one of its row in its high half, as the words
+/// of one of the volumes of a table: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: of a voxel.
+template <class Value>
+bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, const Value& value_of) {
   const auto& size = volume.grid().size;
   const auto row = static_cast<std::size_t>(size[0]);
   const std::size_t slice = row * static_cast<std::size_t>(size[1]);
   const std::size_t count = words_of_pairs(size);
   const auto bytes = static_cast<GLsizeiptr>(count * sizeof(std::uint32_t));
   glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
-  glBufferData(GL_TEXTURE_BUFFER, bytes, nullptr, GL_STATIC_DRAW);
-  auto* words = static_cast<std::uint32_t*>(glMapBufferRange(
-      GL_TEXTURE_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT));
+  auto* words = static_cast<std::uint32_t*>(
+      glMapBufferRange(GL_TEXTURE_BUFFER, static_cast<GLintptr>(which) * bytes, bytes,
+                       GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT));
   if (words != nullptr) {
     for_each_index(size[2], 0, [&](int k) {
       const std::size_t first = static_cast<std::size_t>(k) * slice;
       for (std::size_t at = first; at < first + slice; at += row) {
         const std::int16_t* from = volume.hu().data() + at;
-        for (std::size_t i = 0; i + 1 < row; ++i) words[at + i] = pair_of(from[i], from[i + 1]);
-        words[at + row - 1] = pair_of(from[row - 1], from[row - 1]);
+        std::uint32_t* to = words + at;
+        for (std::size_t i = 0; i + 1 < row; ++i) {
+          to[i] = pair_of(value_of(from[i]), value_of(from[i + 1]));
+        }
+        to[row - 1] = pair_of(value_of(from[row - 1]), value_of(from[row - 1]));
       }
     });
     std::fill(words + volume.grid().voxel_count(), words + count, 0U);
   }
-  const bool sent = words != nullptr && glUnmapBuffer(GL_TEXTURE_BUFFER) == GL_TRUE;
-  glBindTexture(GL_TEXTURE_BUFFER, table.texture.id());
-  glTexBuffer(GL_TEXTURE_BUFFER, GL_R32I, table.buffer_id());
+  const bool filled = words != nullptr && glUnmapBuffer(GL_TEXTURE_BUFFER) == GL_TRUE;
   glBindBuffer(GL_TEXTURE_BUFFER, 0);
-  return glGetError() == GL_NO_ERROR && sent;
+  return glGetError() == GL_NO_ERROR && filled;
 }
 
 /// Entries of a table, as a texture without filter or edges.

@@ -107,6 +107,7 @@ void main() {
   Ray ray = ray_of_pixel(gl_FragCoord.xy);
   set_lattice(ray);
   take_over_bricks();
+  take_over_predicates();
   float t_eye = -t_base_mm;
   vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   float t_stop = 3.0e38;

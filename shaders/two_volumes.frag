@@ -229,6 +229,7 @@ void main() {
   take_over_integrals();
 #endif
   second_take_over_bricks();
+  take_over_predicates();
   float t_eye = -t_base_mm;
   vec2 ct_box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   vec2 ultrasound_box = second_clip_to_box(second_index_from_local * second.origin,

@@ -16,6 +16,9 @@ PredicateGlsl block_of(const PredicateSet& set, std::size_t i) {
   return leaf.kind->glsl(prefix_of(i), set.place(), leaf.values);
 }
 
+/// What stands for a uniform that was taken over: shaders/include/taken_over.glsl.
+std::string taken(const std::string& name) { return name + "_taken"; }
+
 void replace_all(std::string& text, const std::string& from, const std::string& to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
     text.replace(at, from.size(), to);
@@ -24,8 +27,12 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 
 /// The closed expression with what its words stand for. A range over one channel is tested in
 /// codes, all else in values.
-std::string expression_of(const PredicateSet& set, std::size_t i) {
-  std::string text = block_of(set, i).expression;
+std::string expression_of(const PredicateSet& set, std::size_t i, bool takes_over) {
+  const PredicateGlsl block = block_of(set, i);
+  std::string text = block.expression;
+  if (takes_over) {
+    for (const auto& uniform : block.uniforms) replace_all(text, uniform.name, taken(uniform.name));
+  }
   const auto& channels = set.leaves()[i].channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const std::string word =
@@ -43,7 +50,8 @@ struct ChannelText {
   std::string body;
 };
 
-ChannelText channels_of(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
+ChannelText channels_of(const PredicateSet& set, const std::vector<PredicateTexel>& texels,
+                        bool takes_over) {
   ChannelText out;
   for (std::size_t c = 0; c < set.channels().size(); ++c) {
     const std::string index = std::to_string(c);
@@ -54,8 +62,9 @@ ChannelText channels_of(const PredicateSet& set, const std::vector<PredicateTexe
     }
     const std::string scale = "channel" + index + "_scale";
     out.uniforms += "uniform vec2 " + scale + ";\n";
-    out.body += "  float code" + index + " = " + code + ";\n  float value" + index + " = " + scale +
-                ".x + " + scale + ".y * code" + index + ";\n";
+    const std::string read = takes_over ? taken(scale) : scale;
+    out.body += "  float code" + index + " = " + code + ";\n  float value" + index + " = " + read +
+                ".x + " + read + ".y * code" + index + ";\n";
   }
   return out;
 }
@@ -110,21 +119,45 @@ std::string entries_text(const PredicateSet& set, const std::string& name) {
   return text + "  return mask;\n}\n";
 }
 
-std::string leaves_text(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
-  const ChannelText channels = channels_of(set, texels);
+/// Takes the uniforms over that samples need, but masks.
+std::string take_over_text(const PredicateSet& set) {
+  std::string variables;
+  std::string body;
+  const auto add = [&](const std::string& name, std::size_t numbers) {
+    const std::string type = numbers == 1 ? "float" : "vec" + std::to_string(numbers);
+    variables += type + " " + taken(name) + ";\n";
+    body += "  " + taken(name) + " = max(" + name + ", -3.0e38);\n";
+  };
+  for (std::size_t c = 0; c < set.channels().size(); ++c) {
+    add("channel" + std::to_string(c) + "_scale", 2);
+  }
+  for (std::size_t i = 0; i < set.leaves().size(); ++i) {
+    for (const auto& uniform : block_of(set, i).uniforms) add(uniform.name, uniform.value.size());
+    const std::string undefined = prefix_of(i) + "_undefined";
+    variables += "uint " + taken(undefined) + ";\n";
+    body += "  " + taken(undefined) + " = uint(max(int(" + undefined + "), -1));\n";
+  }
+  return "#define TAKES_OVER_LEAVES\n" + variables + "void take_over_leaves() {\n" + body + "}\n";
+}
+
+std::string leaves_text(const PredicateSet& set, const std::vector<PredicateTexel>& texels,
+                        bool takes_over) {
+  const ChannelText channels = channels_of(set, texels, takes_over);
   int textures = 1;
   for (const PredicateTexel& at : texels) textures = std::max(textures, at.texture + 1);
   std::string text = channels.uniforms;
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
     text += block_of(set, i).header + "uniform uint " + prefix_of(i) + "_undefined;\n";
   }
+  if (takes_over) text += take_over_text(set);
   text +=
       "uint predicate_leaves(vec4 texels[" + std::to_string(textures) +
       "], float volume, uint undefined, uint labels,\n                      vec3 position) {\n" +
       channels.body + "  uint leaves = 0u;\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
-    text += "  if ((undefined & " + prefix_of(i) + "_undefined) == 0u && " + expression_of(set, i) +
-            ") leaves |= " + std::to_string(1U << i) + "u;\n";
+    const std::string bits = prefix_of(i) + "_undefined";
+    text += "  if ((undefined & " + (takes_over ? taken(bits) : bits) + ") == 0u && " +
+            expression_of(set, i, takes_over) + ") leaves |= " + std::to_string(1U << i) + "u;\n";
   }
   return text + "  return leaves;\n}\n";
 }
@@ -138,9 +171,9 @@ PredicateClasses classes_of(const PredicateSet& set) {
 
 std::string predicate_shader(const PredicateSet& set, const std::vector<PredicateTexel>& texels) {
   const bool by_leaves = classes_of(set) == PredicateClasses::kLeaves;
-  return leaves_text(set, texels) + (by_leaves
-                                         ? "uint predicate_class(uint leaves) { return leaves; }\n"
-                                         : entries_text(set, "predicate_class"));
+  return leaves_text(set, texels, true) +
+         (by_leaves ? "uint predicate_class(uint leaves) { return leaves; }\n"
+                    : entries_text(set, "predicate_class"));
 }
 
 std::string plain_predicate_shader(const PredicateSet& set) {
@@ -148,7 +181,7 @@ std::string plain_predicate_shader(const PredicateSet& set) {
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
     texels.push_back({static_cast<int>(c) - 1, 0});
   }
-  return leaves_text(set, texels) + entries_text(set, "predicate_entries");
+  return leaves_text(set, texels, false) + entries_text(set, "predicate_entries");
 }
 
 PredicateUniforms predicate_uniforms(const PredicateSet& set) {

@@ -23,17 +23,26 @@ uniform float last_entry;
 #define ONE_TEXTURE
 #endif
 #endif
+#if defined(FEATURE_PAIRS) && !defined(GENERIC)
+#define ONE_TEXTURE
+#endif
 uniform samplerBuffer opacity;  // Extinction per mm, what to add to reach the next.
 uniform vec3 spacing_mm;
 
 #ifdef FEATURES
 // Codes of up to four features each; with VOLUME_IN_FEATURES the first one is the volume.
-uniform sampler3D features0;
+#ifdef FEATURE_PAIRS
+#define FEATURE_TEXTURE isamplerBuffer  // One after the other, as the CT's in ct.glsl.
+uniform int feature_words;              // From one to the next.
+#else
+#define FEATURE_TEXTURE sampler3D
+#endif
+uniform FEATURE_TEXTURE features0;
 #if FEATURES > 1
-uniform sampler3D features1;
+uniform FEATURE_TEXTURE features1;
 #endif
 #if FEATURES > 2
-uniform sampler3D features2;
+uniform FEATURE_TEXTURE features2;
 #endif
 uniform ivec4 feature_leaves;  // Leaves that read each texture.
 #ifdef UNDEFINED
@@ -51,6 +60,61 @@ uniform float cutaway_greatest;
 
 bool ended;              // The light is final.
 float greatest_to_come;  // Importance on the rest of the stretch, at most.
+
+// Taken over.
+bool leaps_taken, looks_taken;
+float run_taken, leave_out_from_taken, end_at_taken, last_entry_taken;
+vec2 entry_taken;
+vec3 spacing_taken;
+#ifdef FEATURES
+ivec3 readers_taken;
+#ifdef FEATURE_PAIRS
+int words_of_feature;
+#endif
+#endif
+#ifdef LABELS
+int label_leaves_taken;
+#endif
+
+void take_over_predicates() {
+  leaps_taken = taken_over(int(leaps)) != 0;
+  looks_taken = taken_over(int(looks_at_bricks)) != 0;
+  run_taken = taken_over(run_cells);
+  leave_out_from_taken = taken_over(leave_out_from);
+  end_at_taken = taken_over(end_at);
+  last_entry_taken = taken_over(last_entry);
+  entry_taken = vec2(taken_over(entry_of_volume.x), taken_over(entry_of_volume.y));
+  spacing_taken = taken_over(spacing_mm);
+#ifdef FEATURES
+  readers_taken = ivec3(taken_over(feature_leaves.x), taken_over(feature_leaves.y),
+                        taken_over(feature_leaves.z));
+#ifdef FEATURE_PAIRS
+  words_of_feature = taken_over(feature_words);
+#endif
+#endif
+#ifdef LABELS
+  label_leaves_taken = taken_over(label_leaves);
+#endif
+#ifdef TAKES_OVER_LEAVES
+  take_over_leaves();
+#endif
+}
+
+#ifdef FEATURES
+#ifdef FEATURE_PAIRS
+vec4 features_at(isamplerBuffer texels, vec3 index) {
+  Words at = words_at(index);
+  vec4 found;
+  for (int c = 0; c < 4; ++c) {  // What is not asked for is not compiled.
+    found[c] = pairs_between(texels, at);
+    at.first += words_of_feature;
+  }
+  return found;
+}
+#else
+vec4 features_at(sampler3D texels, vec3 index) { return trilinear(texels, index); }
+#endif
+#endif
 
 // What a sample reads at once. reads: some leaf that matters reads features.
 vec4 first_texel(vec3 index, bool reads) {
@@ -70,15 +134,15 @@ uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
   texels[0] = first;
 #else
   texels[0] = vec4(0.0);
-  if (reads && (asked & uint(feature_leaves.x)) != 0u) texels[0] = trilinear(features0, index);
+  if (reads && (asked & uint(readers_taken.x)) != 0u) texels[0] = features_at(features0, index);
 #endif
 #if FEATURES > 1
   texels[1] = vec4(0.0);
-  if (reads && (asked & uint(feature_leaves.y)) != 0u) texels[1] = trilinear(features1, index);
+  if (reads && (asked & uint(readers_taken.y)) != 0u) texels[1] = features_at(features1, index);
 #endif
 #if FEATURES > 2
   texels[2] = vec4(0.0);
-  if (reads && (asked & uint(feature_leaves.z)) != 0u) texels[2] = trilinear(features2, index);
+  if (reads && (asked & uint(readers_taken.z)) != 0u) texels[2] = features_at(features2, index);
 #endif
 #ifdef UNDEFINED
 #ifdef GENERIC
@@ -90,16 +154,16 @@ uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
   const vec4 texels[1] = vec4[1](vec4(0.0));
 #endif
 #ifdef LABELS
-  if ((asked & uint(label_leaves)) != 0u) bits = texelFetch(labels, ivec3(index + 0.5), 0).r;
+  if ((asked & uint(label_leaves_taken)) != 0u) bits = texelFetch(labels, ivec3(index + 0.5), 0).r;
 #endif
 #ifdef GENERIC
   asked_leaves = asked;
 #endif
-  return predicate_leaves(texels, first.x, undefined, bits, spacing_mm * index);
+  return predicate_leaves(texels, first.x, undefined, bits, spacing_taken * index);
 }
 
 float extinction_of(float entry) {
-  float at = min(floor(entry), last_entry - 1.0);
+  float at = min(floor(entry), last_entry_taken - 1.0);
   vec2 known = texelFetch(opacity, int(at)).rg;
   return known.x + (entry - at) * known.y;
 }
@@ -127,41 +191,39 @@ float faded_extinction(float tau, float importance, float begin, float end) {
 // The part of cell n between begin and end.
 void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, bool fading) {
   float cell = float(n);
-  vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), vec3(ct_size - 1));
+  vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), last_voxel);
   cost.x += 1.0;
   vec4 first = first_texel(index, reads);
-  float entry = first.x * entry_of_volume.x + entry_of_volume.y;
-  if (!(entry > 0.0)) return;
-  entry = min(entry, last_entry);
+  // Without a branch: what shows nothing is composited with an opacity of 0.
+  float entry = clamp(first.x * entry_taken.x + entry_taken.y, 0.0, last_entry_taken);
   uint leaves = sure | (leaves_at(index, first, open, reads) & open);
   Look look = look_of(predicate_class(leaves));
-  if (!(look.importance > 0.0)) return;
   float from = max(cell, begin);
   float to = min(cell + 1.0, end);
   precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
   if (fading && t_of(from) < cut_span.t2) {
-    cost.z += 1.0;
+    cost.z += float(entry > 0.0 && look.importance > 0.0);
     tau = faded_extinction(tau, look.importance, from, to);
   }
 #endif
   precise float seen = opacity_of(max(tau * cell_mm * (to - from), 0.0));
-  if (!(seen > 0.0)) return;
-  precise float grey = entry / last_entry;
+  seen = entry > 0.0 && look.importance > 0.0 ? seen : 0.0;
+  precise float grey = entry / last_entry_taken;
   precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
   blend(rgb, seen, look.importance, 0.0);
-  ended = light.alpha >= end_at && !left_out &&
-          light.alpha * kept_before(greatest_to_come) >= end_at;
+  ended = light.alpha >= end_at_taken && !left_out &&
+          light.alpha * kept_before(greatest_to_come) >= end_at_taken;
 }
 
 int begin_of_run(int n) {
-  return int(floor((float(n) + 0.5) / run_cells) * run_cells);
+  return int(floor((float(n) + 0.5) / run_taken) * run_taken);
 }
 
 // Where to go on behind the run of cell n, when nothing in it counts.
 int behind_run(int n, uint distance) {
-  int next = begin_of_run(n) + int(run_cells);
-  vec3 size = abs(lattice_step) * bricks_per_voxel;
+  int next = begin_of_run(n) + int(run_taken);
+  vec3 size = abs(lattice_step) * bricks_a_voxel;
   float cells = float(max(int(distance), 1) - 1) / max(max(size.x, size.y), size.z);
   return max(next, begin_of_run(n + int(min(cells, 1.0e6))));
 }
@@ -185,7 +247,7 @@ bool is_hidden(int n, float importance) {
 #ifdef CUTAWAY
   float share = cutaway_scale * linear_importance(importance);
   float hidden = cells_of(hidden_until(cut_span, clamp(share, 0.0, 0.99)));
-  return share < 0.99 && hidden > float(begin_of_run(n)) + run_cells;
+  return share < 0.99 && hidden > float(begin_of_run(n)) + run_taken;
 #else
   return false;
 #endif
@@ -193,8 +255,7 @@ bool is_hidden(int n, float importance) {
 
 bool reads_features(uint asked) {
 #ifdef FEATURES
-  ivec2 both = feature_leaves.xy | feature_leaves.zw;
-  return (asked & uint(both.x | both.y)) != 0u;
+  return (asked & uint(readers_taken.x | readers_taken.y | readers_taken.z)) != 0u;
 #else
   return true;
 #endif
@@ -215,25 +276,25 @@ void march(float begin, float end, float far, bool fading) {
     int run_end = last;
     uint sure = 0u;
     uint open = ~0u;
-    if (looks_at_bricks) {
+    if (looks_taken) {
       bool passed;
       do {
         uvec4 known = texelFetch(bricks, brick_of(n), 0);
         float importance = uintBitsToFloat(known.g);
         // Rule 1 of spec::EarlyEnds, run by run.
-        passed = light.alpha >= leave_out_from && can_leave_out(importance);
-        if (leaps) {
+        passed = light.alpha >= leave_out_from_taken && can_leave_out(importance);
+        if (leaps_taken) {
           passed = passed || known.r > 1u || (fading && is_hidden(n, importance));
           sure = known.b;
           open = known.a;
         }
-        if (passed) n = behind_run(n, leaps ? known.r : 0u);
+        if (passed) n = behind_run(n, leaps_taken ? known.r : 0u);
       } while (passed && n < last);
-      run_end = min(begin_of_run(n) + int(run_cells), last);
+      run_end = min(begin_of_run(n) + int(run_taken), last);
       // Rule 2, unless rule 1 was used.
-      if (light.alpha >= end_at && !left_out && n < last) {
+      if (light.alpha >= end_at_taken && !left_out && n < last) {
         if (n >= valid_to) look_ahead(n, last_of_all, valid_to);
-        ended = light.alpha * kept_before(greatest_to_come) >= end_at;
+        ended = light.alpha * kept_before(greatest_to_come) >= end_at_taken;
       }
     }
     // A device that runs many rays in step skips nothing inside of a loop, but whole loops. The
