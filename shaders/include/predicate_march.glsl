@@ -58,6 +58,10 @@ uniform float cutaway_scale;  // Cutaway importance of importance 1.
 uniform float cutaway_greatest;
 #endif
 
+#if !defined(GENERIC) && !defined(TWO_VOLUMES)
+#define TWO_AT_ONCE
+#endif
+
 bool ended;              // The light is final.
 float greatest_to_come;  // Importance on the rest of the stretch, at most.
 
@@ -188,11 +192,12 @@ float faded_extinction(float tau, float importance, float begin, float end) {
 }
 #endif
 
-// The part of cell n between begin and end.
-void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, bool fading) {
+// The part of cell n between begin and end; not counts: nothing.
+void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, bool reads,
+              bool fading) {
   float cell = float(n);
   vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), last_voxel);
-  cost.x += 1.0;
+  cost.x += float(counts);
   vec4 first = first_texel(index, reads);
   // Without a branch: what shows nothing is composited with an opacity of 0.
   float entry = clamp(first.x * entry_taken.x + entry_taken.y, 0.0, last_entry_taken);
@@ -203,17 +208,30 @@ void add_cell(int n, float begin, float end, uint sure, uint open, bool reads, b
   precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
   if (fading && t_of(from) < cut_span.t2) {
-    cost.z += float(entry > 0.0 && look.importance > 0.0);
+    cost.z += float(counts && entry > 0.0 && look.importance > 0.0);
     tau = faded_extinction(tau, look.importance, from, to);
   }
 #endif
   precise float seen = opacity_of(max(tau * cell_mm * (to - from), 0.0));
-  seen = entry > 0.0 && look.importance > 0.0 ? seen : 0.0;
+  seen = counts && entry > 0.0 && look.importance > 0.0 ? seen : 0.0;
   precise float grey = entry / last_entry_taken;
   precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
   blend(rgb, seen, look.importance, 0.0);
-  ended = light.alpha >= end_at_taken && !left_out &&
+  if (counts) ended = light.alpha >= end_at_taken && !left_out &&
           light.alpha * kept_before(greatest_to_come) >= end_at_taken;
+}
+
+// Cells from n on, in front of run_end; returns the next one. As in march.glsl several at once.
+int add_cells(int n, int run_end, float begin, float end, uint sure, uint open, bool reads,
+              bool fading) {
+  add_cell(n, true, begin, end, sure, open, reads, fading);
+#ifdef TWO_AT_ONCE
+  if (!fading) {
+    add_cell(n + 1, n + 1 < run_end && !ended, begin, end, sure, open, reads, false);
+    return n + 2;
+  }
+#endif
+  return n + 1;
 }
 
 int begin_of_run(int n) {
@@ -306,14 +324,13 @@ void march(float begin, float end, float far, bool fading) {
 #endif
 #if defined(FEATURES) && !defined(ONE_TEXTURE)
     if (n < run_end && !ended && !reads && !fading) do {
-      add_cell(n, begin, end, sure, open, false, false);
-      ++n;
+      n = add_cells(n, run_end, begin, end, sure, open, false, false);
     } while (n < run_end && !ended);
 #endif
     if (n < run_end && !ended && reads) do {
-      add_cell(n, begin, end, sure, open, true, fading);
-      ++n;
+      n = add_cells(n, run_end, begin, end, sure, open, true, fading);
     } while (n < run_end && !ended);
+    n = min(n, run_end);
     marching = n < last && !ended;
   } while (marching);
 #ifdef TWO_VOLUMES
