@@ -5,17 +5,22 @@
 #include <cmath>
 
 namespace nav::render {
-std::vector<std::uint8_t> brick_texels(const BrickGrid& bricks, const TransferTable& table,
-                                       const BrickDistances& distances) {
+BrickTexels brick_texels(const BrickGrid& bricks, const BrickGrid& parts,
+                         const TransferTable& table) {
+  const std::vector<std::uint8_t> hidden = hidden_bricks(bricks, table);
+  const std::vector<std::uint8_t> shows = visible_parts(parts, bricks, hidden, table);
+  const BrickDistances distances = brick_distances(bricks, hidden);
   std::vector<std::uint8_t> texels;
-  texels.reserve(2 * distances.distance.size());
+  texels.reserve(4 * distances.distance.size());
   for (std::size_t b = 0; b < distances.distance.size(); ++b) {
     texels.push_back(distances.distance[b]);
     const double importance = table.max_importance(bricks.low[b], bricks.high[b]);
     texels.push_back(importance >= 1 ? 255
                                      : static_cast<std::uint8_t>(std::ceil(254 * importance)));
+    texels.push_back(shows[b]);
+    texels.push_back(0);
   }
-  return texels;
+  return {std::move(texels), distances.occupied};
 }
 
 std::vector<std::uint16_t> brick_range_texels(const BrickGrid& bricks) {

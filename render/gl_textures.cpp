@@ -261,13 +261,14 @@ void GlTextures::update_brick_cells(const AdaptiveStep& adaptive) {
 
 void GlTextures::update_bricks() {
   update_ranges();
-  const BrickDistances distances = brick_distances(ranges_, *table_);
-  bricks_occupied_ = distances.occupied;
+  if (part_ranges_of_ != volume_) part_ranges_ = make_part_grid(*volume_, 0);
+  part_ranges_of_ = volume_;
+  const BrickTexels made = brick_texels(ranges_, part_ranges_, *table_);
+  bricks_occupied_ = made.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  const auto texels = brick_texels(ranges_, *table_, distances);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
-               0, GL_RG_INTEGER, GL_UNSIGNED_BYTE, texels.data());
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8UI, ranges_.count.x(), ranges_.count.y(),
+               ranges_.count.z(), 0, GL_RGBA_INTEGER, GL_UNSIGNED_BYTE, made.texels.data());
   bricks_valid_ = true;
   ++uploads_.bricks;
 }

@@ -132,6 +132,8 @@ class GlTextures {
   std::optional<TransferTable> table_;
   std::shared_ptr<const Volume> ranges_volume_;
   BrickGrid ranges_;
+  std::shared_ptr<const Volume> part_ranges_of_;
+  BrickGrid part_ranges_;
   bool bricks_valid_ = false;
   std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
   std::uint64_t bricks_occupied_ = 0;

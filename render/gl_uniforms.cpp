@@ -163,6 +163,12 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (features.skipping || features.adaptive) {
     set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks, {}, reach_mm(scene));
   }
+  // Between two empty parts that touch nothing is visible: 4 voxels, less what rounding takes.
+  constexpr double kLongestCellOverParts = 3.5;
+  constexpr int kAllParts = 255;
+  if (features.skipping) {
+    program.set("all_parts", scene.quality.step_voxels <= kLongestCellOverParts ? 0 : kAllParts);
+  }
   if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
 

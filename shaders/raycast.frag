@@ -171,7 +171,9 @@ void main() {
 #endif
   Ray ray = ray_of_pixel(pixel_centre);
   set_lattice(ray);
-#if defined(SKIPPING) || defined(ADAPTIVE)
+#if defined(SKIPPING) && !defined(PROJECTION)
+  take_over_skipping();
+#elif defined(SKIPPING) || defined(ADAPTIVE)
   take_over_bricks();
 #endif
 #ifndef PROJECTION

@@ -218,7 +218,9 @@ void main() {
   move_lattice();
   second_set_lattice(second);
   second_move_lattice();
-#if defined(SKIPPING) || defined(ADAPTIVE)
+#if defined(SKIPPING) && !defined(PROJECTION)
+  take_over_skipping();
+#elif defined(SKIPPING) || defined(ADAPTIVE)
   take_over_bricks();
 #endif
   take_over_transfer();

@@ -32,12 +32,16 @@ ivec3 brick_of(int n) {
   return clamp(ivec3(floor(index * bricks_a_voxel)), ivec3(0), last_brick);
 }
 
-// Where a ray leaves the cube of bricks less than reach away from one; margin: voxels farther out.
-float leaves_cube(ivec3 brick, int reach, float margin) {
+// Where a ray leaves a box, in bricks; margin: voxels farther out.
+float leaves_box(vec3 low, vec3 high, float margin) {
   bvec3 ahead = greaterThan(lattice_step, vec3(0.0));
-  vec3 faces = (vec3(brick) + mix(vec3(1 - reach), vec3(reach), ahead)) * voxels_a_brick +
-               mix(vec3(-margin), vec3(margin), ahead);
+  vec3 faces = mix(low, high, ahead) * voxels_a_brick + mix(vec3(-margin), vec3(margin), ahead);
   vec3 exits = mix((faces - lattice_origin) * cells_a_voxel, vec3(1.0e9),
                    equal(lattice_step, vec3(0.0)));
   return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
+}
+
+// The same of the cube of bricks less than reach away from one.
+float leaves_cube(ivec3 brick, int reach, float margin) {
+  return leaves_box(vec3(brick + 1 - reach), vec3(brick + reach), margin);
 }

@@ -29,6 +29,7 @@
 #define lattice_shift second_lattice_shift
 #define lattice_step second_lattice_step
 #define last_voxel second_last_voxel
+#define leaves_box second_leaves_box
 #define leaves_cube second_leaves_cube
 #define march second_march
 #define clear_to second_clear_to

@@ -28,6 +28,7 @@
 #undef lattice_shift
 #undef lattice_step
 #undef last_voxel
+#undef leaves_box
 #undef leaves_cube
 #undef march
 #undef clear_to

@@ -5,7 +5,16 @@
 // bricks that touch share voxels, so their ranges of values overlap, and the values between the
 // ends are in one range or the other. (Steps are at most a brick long where this is compiled.)
 // Known of a brick: distance to the nearest occupied one, in bricks along the longest axis;
-// greatest importance.
+// greatest importance; which of its eight parts may show something, bit i + 2 j + 4 k. Parts are
+// leapt over like bricks, as long as cells are no longer than they are.
+
+uniform int all_parts;  // 255 where cells are too long: all parts count as occupied. Else 0.
+int all_parts_taken;
+
+void take_over_skipping() {
+  take_over_bricks();
+  all_parts_taken = taken_over(all_parts);
+}
 
 // In an occupied brick a ray looks again after this many samples, wherever it leaves the brick: rays
 // that run in step would wait for the one that leaves last, and may as well sample.
@@ -18,11 +27,18 @@ struct Brick {
 };
 
 Brick brick_at(int n) {
-  ivec3 at = brick_of(n);
-  uvec2 known = texelFetch(bricks, at, 0).rg;
-  bool empty = known.r > 0u;
+  vec3 place = index_at(float(n) + kPlace) * bricks_a_voxel;
+  ivec3 at = clamp(ivec3(floor(place)), ivec3(0), last_brick);
+  uvec3 known = texelFetch(bricks, at, 0).rgb;
+  ivec3 part = ivec3(greaterThanEqual(place - vec3(at), vec3(0.5)));
+  bool shows = ((known.b | uint(all_parts_taken)) >> uint(part.x + 2 * part.y + 4 * part.z) & 1u) != 0u;
+  bool far = known.r > 0u;
+  bool empty = far || !shows;
   // An empty region is left a little early.
-  int inside = int(floor(leaves_cube(at, int(known.r), -rounding)));
+  float reach = float(known.r);
+  vec3 low = vec3(at) + (far ? vec3(1.0 - reach) : 0.5 * vec3(part));
+  float size = far ? 2.0 * reach - 1.0 : 0.5;
+  int inside = int(floor(leaves_box(low, low + size, -rounding)));
   return Brick(empty, empty ? max(inside, n) : n + kRun);
 }
 

@@ -14,6 +14,7 @@
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
+#include "tests/render/scene_support.hpp"
 
 namespace nav::render {
 namespace {
@@ -246,6 +247,26 @@ TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
   const Image2d<RgbaF> by_hand(96, 72, caster().read());
   EXPECT_EQ(caster().compiled(), 2);
   EXPECT_TRUE(test::agree(by_hand, by_device, 0.5));
+}
+
+TEST_F(GlRaycasterTest, LeapsOverPartsOfBricks) {
+  // A wall across x in the first part of each brick of a row; rays run along it.
+  scene_ = test::plain_scene(
+      test::make_volume(test::centred_grid({17, 33, 17}, {1, 1, 1}),
+                        [](int i, int, int) { return i == 1 || i == 9 ? 1000 : -1000; }),
+      test::solid({1, 1, 1}), test::frontal(100, 16, true));
+  const auto samples = [&](double step) {
+    scene_.quality.step_voxels = step;
+    const auto leapt = test::GlViewTest::draw(scene_);
+    const auto taken = static_cast<double>(caster().statistics().volume_samples);
+    scene_.quality.skip_empty_bricks = false;
+    EXPECT_TRUE(test::same_bits(leapt, test::GlViewTest::draw(scene_)));
+    scene_.quality.skip_empty_bricks = true;
+    return taken;
+  };
+  // Cells of 4 voxels leap over bricks only.
+  EXPECT_LT(samples(2), 1.5 * samples(4));
+  EXPECT_GT(samples(2), 0);
 }
 
 TEST_F(GlRaycasterTest, PairsOfVoxelsDrawTheSamePicture) {
