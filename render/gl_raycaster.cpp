@@ -336,18 +336,24 @@ RenderStatistics GlRaycaster::statistics() const {
   if (!cast_) return statistics;
   const bool sparse = drawn_with_ && drawn_with_->sparse;
   const GlStateGuard guard;
-  std::vector<float> cost(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  costs_.resize(4 * pixels);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
   glReadBuffer(GL_COLOR_ATTACHMENT1);
-  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, cost.data());
-  for (std::size_t i = 0; i < cost.size(); i += 4) {
-    statistics.volume_samples += static_cast<std::uint64_t>(cost[i]);
-    statistics.gradient_samples += static_cast<std::uint64_t>(cost[i + 1]);
-    statistics.faded_cells += static_cast<std::uint64_t>(cost[i + 2]);
-    statistics.rays += cost[i + 3] > 0 ? 1 : 0;
-    if (sparse) statistics.pixels_without_ray += cost[i + 3] > 0 ? 0 : 1;
-    statistics.cutaway_rays += cost[i + 3] > 1 ? 1 : 0;
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, costs_.data());
+  Eigen::Array4d sum = Eigen::Array4d::Zero();  // Whole numbers, exact.
+  Eigen::Array2i rays = Eigen::Array2i::Zero();
+  for (std::size_t i = 0; i < costs_.size(); i += 4) {
+    sum += Eigen::Array4f::Map(costs_.data() + i).cast<double>();
+    const float kind = costs_[i + 3];
+    rays += Eigen::Array2i(kind > 0 ? 1 : 0, kind > 1 ? 1 : 0);
   }
+  statistics.volume_samples += static_cast<std::uint64_t>(sum[0]);
+  statistics.gradient_samples += static_cast<std::uint64_t>(sum[1]);
+  statistics.faded_cells += static_cast<std::uint64_t>(sum[2]);
+  statistics.rays += static_cast<std::uint64_t>(rays[0]);
+  if (sparse) statistics.pixels_without_ray += pixels - static_cast<std::uint64_t>(rays[0]);
+  statistics.cutaway_rays += static_cast<std::uint64_t>(rays[1]);
   return statistics;
 }
 
@@ -425,6 +431,7 @@ void GlRaycaster::release() {
   vertex_array_ = 0;
   manual_filter_.reset();
   voxel_pairs_.reset();
+  costs_ = {};
 }
 
 }  // namespace nav::render

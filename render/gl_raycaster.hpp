@@ -142,7 +142,8 @@ class GlRaycaster {
   std::optional<bool> manual_filter_;
   std::optional<bool> voxel_pairs_;
   RenderStatistics statistics_;
-  bool cast_ = false;  ///< The last picture took rays through the volume.
+  mutable std::vector<float> costs_;  ///< As statistics() reads them.
+  bool cast_ = false;                 ///< The last picture took rays through the volume.
 };
 
 }  // namespace nav::render
