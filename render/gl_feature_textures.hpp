@@ -37,6 +37,10 @@ class GlFeatureTextures {
     Group& group = groups_[used_[i]];
     return pairs_ ? group.pairs.texture.id() : group.texture.id();
   }
+  /// Features in it, and the volume.
+  [[nodiscard]] int members(std::size_t i) const {
+    return static_cast<int>(groups_[used_[i]].members.size());
+  }
   /// The first component of the first texture is the volume.
   [[nodiscard]] bool has_volume() const { return !pairs_ && !used_.empty() && used_.front() == 0; }
   /// Some feature of the last set has voxels without a value.

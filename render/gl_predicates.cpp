@@ -236,6 +236,11 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
 }
 
 void GlPredicates::bind_features(GlProgram& program, bool generic) {
+  Eigen::Vector3i counts = Eigen::Vector3i::Zero();
+  for (std::size_t i = 0; i < features_.used(); ++i) {
+    counts[static_cast<Eigen::Index>(i)] = features_.members(i);
+  }
+  program.set("feature_counts", counts);
   const std::size_t slots = generic ? GlFeatureTextures::kMostTextures : features_.used();
   for (std::size_t i = 0; i < slots; ++i) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));

@@ -4,6 +4,7 @@
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
 #include <bit>
+#include <sys/mman.h>
 
 #include "render/gl_bricks.hpp"
 #include "render/gl_gradients.hpp"
@@ -67,10 +68,22 @@ unsigned GlTable::buffer_id() {
   return buffer_;
 }
 
+void* GlTable::own_memory(std::size_t bytes) {
+  void* at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
+                  MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (at == MAP_FAILED) return nullptr;
+  memory_ = at;
+  memory_bytes_ = bytes;
+  return at;
+}
+
 void GlTable::release() {
   texture.release();
+  if (memory_ != nullptr) glFinish();
   if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
   buffer_ = 0;
+  if (memory_ != nullptr) munmap(memory_, memory_bytes_);
+  memory_ = nullptr;
 }
 
 Result<void> GlTextures::update(const Scene& scene) {

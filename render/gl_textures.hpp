@@ -43,12 +43,18 @@ class GlTable {
   GlTable(const GlTable&) = delete;
   GlTable& operator=(const GlTable&) = delete;
   unsigned buffer_id();
+  /// Memory of the process for the buffer to lie in, as long as it is there; zeros, and no page
+  /// before it is touched. Null when there is none. The device must be at rest when it goes.
+  void* own_memory(std::size_t bytes);
+  [[nodiscard]] void* memory() const { return memory_; }
   void release();
 
   GlTexture texture;
 
  private:
   unsigned buffer_ = 0;
+  void* memory_ = nullptr;
+  std::size_t memory_bytes_ = 0;
 };
 
 /// How often each kind of texture was sent to the device.

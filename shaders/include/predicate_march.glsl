@@ -34,6 +34,7 @@ uniform vec3 spacing_mm;
 #ifdef FEATURE_PAIRS
 #define FEATURE_TEXTURE isamplerBuffer  // One after the other, as the CT's in ct.glsl.
 uniform int feature_words;              // From one to the next.
+uniform ivec3 feature_counts;           // In each table.
 #else
 #define FEATURE_TEXTURE sampler3D
 #endif
@@ -72,6 +73,7 @@ vec2 entry_taken;
 vec3 spacing_taken;
 #ifdef FEATURES
 ivec3 readers_taken;
+ivec3 counts_taken;
 #ifdef FEATURE_PAIRS
 int words_of_feature;
 #endif
@@ -93,6 +95,8 @@ void take_over_predicates() {
   readers_taken = ivec3(taken_over(feature_leaves.x), taken_over(feature_leaves.y),
                         taken_over(feature_leaves.z));
 #ifdef FEATURE_PAIRS
+  counts_taken = ivec3(taken_over(feature_counts.x), taken_over(feature_counts.y),
+                       taken_over(feature_counts.z));
   words_of_feature = taken_over(feature_words);
 #endif
 #endif
@@ -106,17 +110,27 @@ void take_over_predicates() {
 
 #ifdef FEATURES
 #ifdef FEATURE_PAIRS
-vec4 features_at(isamplerBuffer texels, vec3 index) {
+// count: of the features there, >= 1.
+vec4 features_at(isamplerBuffer texels, int count, vec3 index) {
   Words at = words_at(index);
-  vec4 found;
+  vec4 found = vec4(0.0);
+#ifdef GENERIC
+  int c = 0;
+  do {
+    float value = pairs_between(texels, at);
+    found = mix(found, vec4(value), equal(ivec4(0, 1, 2, 3), ivec4(c)));
+    at.first += words_of_feature;
+  } while (++c < count);
+#else
   for (int c = 0; c < 4; ++c) {  // What is not asked for is not compiled.
     found[c] = pairs_between(texels, at);
     at.first += words_of_feature;
   }
+#endif
   return found;
 }
 #else
-vec4 features_at(sampler3D texels, vec3 index) { return trilinear(texels, index); }
+vec4 features_at(sampler3D texels, int count, vec3 index) { return trilinear(texels, index); }
 #endif
 #endif
 
@@ -138,15 +152,15 @@ uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
   texels[0] = first;
 #else
   texels[0] = vec4(0.0);
-  if (reads && (asked & uint(readers_taken.x)) != 0u) texels[0] = features_at(features0, index);
+  if (reads && (asked & uint(readers_taken.x)) != 0u) texels[0] = features_at(features0, counts_taken.x, index);
 #endif
 #if FEATURES > 1
   texels[1] = vec4(0.0);
-  if (reads && (asked & uint(readers_taken.y)) != 0u) texels[1] = features_at(features1, index);
+  if (reads && (asked & uint(readers_taken.y)) != 0u) texels[1] = features_at(features1, counts_taken.y, index);
 #endif
 #if FEATURES > 2
   texels[2] = vec4(0.0);
-  if (reads && (asked & uint(readers_taken.z)) != 0u) texels[2] = features_at(features2, index);
+  if (reads && (asked & uint(readers_taken.z)) != 0u) texels[2] = features_at(features2, counts_taken.z, index);
 #endif
 #ifdef UNDEFINED
 #ifdef GENERIC
