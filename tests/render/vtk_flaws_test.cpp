@@ -65,7 +65,7 @@ std::vector<std::unique_ptr<render::Engine>> engines(Diagnostics& diagnostics) {
   std::vector<std::unique_ptr<render::Engine>> all;
   all.push_back(render::make_reference_engine());
   all.push_back(render::make_cpu_engine());
-  all.push_back(render::make_cpu_engine({0, CpuLanes::kPortable}));
+  all.push_back(render::make_cpu_engine({0, render::CpuLanes::kPortable}));
   auto gl = render::make_gl_engine(diagnostics);
   EXPECT_TRUE(test::has_value(gl));
   if (gl) all.push_back(std::move(gl).value());
