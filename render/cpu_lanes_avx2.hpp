@@ -4,13 +4,14 @@
 
 #include <immintrin.h>
 
+#include "render/cpu_lanes_math.hpp"
 #include "render/cpu_march.hpp"
 
 namespace nav::render {
 namespace {
 
 /// Eight lanes of AVX2.
-struct Avx2 {
+struct Avx2 : LaneMath<Avx2> {
   using F = __m256;
   struct I {
     __m256i v;
@@ -60,73 +61,19 @@ struct Avx2 {
   static F select(M m, F a, F b) { return _mm256_blendv_ps(b, a, m.v); }
   static F mask(M m, F a) { return _mm256_and_ps(m.v, a); }
 
-  /// e^r - 1 for |r| <= ln 2 / 2: Taylor series.
-  static F small_exp(F r) {
-    F p = madd(r, set(1.0F / 5040), set(1.0F / 720));
-    p = madd(p, r, set(1.0F / 120));
-    p = madd(p, r, set(1.0F / 24));
-    p = madd(p, r, set(1.0F / 6));
-    p = madd(p, r, set(0.5F));
-    return madd(mul(p, r), r, r);
+  static F minus_product(F a, F b, F c) { return _mm256_fnmadd_ps(a, b, c); }
+  static F nearest(F a) {
+    return _mm256_round_ps(a, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
   }
-  /// e^y = scale · (1 + part), |part| < 0.42, y in [-87, 0]: y = n ln 2 + r.
-  static void split_exp(F y, F& scale, F& part) {
-    const F clamped = max(y, set(-87.0F));
-    const F n = _mm256_round_ps(mul(clamped, set(1.44269504F)),
-                                _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
-    F r = _mm256_fnmadd_ps(n, set(0.693359375F), clamped);
-    r = _mm256_fnmadd_ps(n, set(-2.12194440e-4F), r);
-    part = small_exp(r);
-    const __m256i exponent = _mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127));
-    scale = _mm256_castsi256_ps(_mm256_slli_epi32(exponent, 23));
+  static F two_to(F whole) {
+    const __m256i exponent = _mm256_add_epi32(_mm256_cvtps_epi32(whole), _mm256_set1_epi32(127));
+    return _mm256_castsi256_ps(_mm256_slli_epi32(exponent, 23));
   }
-  /// 1 - e^-x without cancellation for small x >= 0.
-  static F one_minus_exp(F x) {
-    const F y = sub(set(0.0F), x);
-    // Then n is 0 in all lanes, and the rest the same.
-    if (!any(less(set(0.34F), x))) return sub(set(0.0F), small_exp(y));
-    F scale;
-    F part;
-    split_exp(y, scale, part);
-    return _mm256_fnmadd_ps(scale, part, sub(set(1.0F), scale));
-  }
-  /// Natural logarithm of x >= 1e-38, after Cephes logf.
-  static F log(F x) {
+  static void take_apart(F x, F& mantissa, I& exponent) {
     const __m256i bits = _mm256_castps_si256(x);
-    __m256i e = _mm256_sub_epi32(_mm256_srli_epi32(bits, 23), _mm256_set1_epi32(126));
-    F m = _mm256_castsi256_ps(_mm256_or_si256(_mm256_and_si256(bits, _mm256_set1_epi32(0x007fffff)),
-                                              _mm256_set1_epi32(0x3f000000)));
-    const F small = _mm256_cmp_ps(m, set(0.707106781F), _CMP_LT_OQ);  // m in [0.5, 1).
-    e = _mm256_add_epi32(e, _mm256_castps_si256(small));              // The mask is -1.
-    m = sub(add(m, _mm256_and_ps(small, m)), set(1.0F));
-    constexpr float kLog[9] = {7.0376836292e-2F,  -1.1514610310e-1F, 1.1676998740e-1F,
-                               -1.2420140846e-1F, 1.4249322787e-1F,  -1.6668057665e-1F,
-                               2.0000714765e-1F,  -2.4999993993e-1F, 3.3333331174e-1F};
-    F p = set(kLog[0]);
-    for (int i = 1; i < 9; ++i) p = madd(p, m, set(kLog[i]));
-    const F n = _mm256_cvtepi32_ps(e);
-    const F square = mul(m, m);
-    F log = mul(mul(p, m), square);
-    log = madd(n, set(-2.12194440e-4F), log);
-    log = _mm256_fnmadd_ps(set(0.5F), square, log);
-    log = add(log, m);
-    return madd(n, set(0.693359375F), log);
-  }
-  /// log(1 + x) for x in (-1, 0]: the rounding of 1 + x is divided out.
-  static F log1p(F x) {
-    const F u = add(set(1.0F), x);
-    const F d = sub(u, set(1.0F));
-    const F tiny = _mm256_cmp_ps(d, set(0.0F), _CMP_EQ_OQ);
-    const F exact = mul(log(u), div(x, _mm256_blendv_ps(d, set(1.0F), tiny)));
-    return _mm256_blendv_ps(exact, x, tiny);
-  }
-  /// base^exponent for base in [0, 1], exponent >= 0.
-  static F power(F base, float exponent) {
-    const F x = max(base, set(1.17549435e-38F));
-    F scale;
-    F part;
-    split_exp(min(mul(log(x), set(exponent)), set(0.0F)), scale, part);
-    return madd(scale, part, scale);
+    exponent = {_mm256_sub_epi32(_mm256_srli_epi32(bits, 23), _mm256_set1_epi32(126))};
+    mantissa = _mm256_castsi256_ps(_mm256_or_si256(
+        _mm256_and_si256(bits, _mm256_set1_epi32(0x007fffff)), _mm256_set1_epi32(0x3f000000)));
   }
 
   static F low_half(__m256i pair) {

@@ -144,6 +144,10 @@ void variants(benchmark::internal::Benchmark* b) {
     b->Args({n, 0, 0})->Args({n, 0, 1})->Args({n, 1, 0})->Args({n, 1, 1});
   }
 }
+void planes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"plane", "cutaway"})->Unit(benchmark::kMillisecond)->UseRealTime();
+  b->MeasureProcessCPUTime()->Args({0, 0})->Args({1, 0})->Args({1, 1});
+}
 void sizes(benchmark::internal::Benchmark* b) {
   b->ArgName("voxels")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
   b->Arg(128)->Arg(256);
@@ -188,21 +192,7 @@ BENCHMARK_CAPTURE(reclassify, vessels, "cta-vessels")
     ->UseRealTime()
     ->MeasureProcessCPUTime();
 BENCHMARK(plane_only)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(with_plane, vessels, "cta-vessels")
-    ->ArgNames({"plane", "cutaway"})
-    ->Args({0, 0})
-    ->Args({1, 0})
-    ->Args({1, 1})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(with_plane, soft_tissue, "ct-soft-tissue")
-    ->ArgNames({"plane", "cutaway"})
-    ->Args({0, 0})
-    ->Args({1, 0})
-    ->Args({1, 1})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(with_plane, vessels, "cta-vessels")->Apply(planes);
+BENCHMARK_CAPTURE(with_plane, soft_tissue, "ct-soft-tissue")->Apply(planes);
 
 }  // namespace

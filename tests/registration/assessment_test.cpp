@@ -15,23 +15,14 @@
 namespace nav::registration {
 namespace {
 
-ImageRegistrationOptions assessed_options() {
-  ImageRegistrationOptions options;
-  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
-  options.starts = 0;
-  options.ridge = 0.005;
-  options.threads = 1;
-  return options;
-}
-
 struct AssessedScene {
   Volume ct = test::blob_ct(test::BlobPatient(11), test::cubic_grid());
   Sweep sweep = test::blob_sweep(test::BlobPatient(11), {});
-  PreparedCt prepared_ct = *PreparedCt::create(ct, assessed_options());
+  PreparedCt prepared_ct = *PreparedCt::create(ct, test::small_options());
   PreparedSweep prepared_sweep = prepared(sweep);
   static PreparedSweep prepared(const Sweep& sweep) {
     CollectingDiagnostics diagnostics;
-    return *PreparedSweep::create(sweep, assessed_options(), diagnostics);
+    return *PreparedSweep::create(sweep, test::small_options(), diagnostics);
   }
   [[nodiscard]] Lc2Cost finest() const {
     return {*prepared_ct.levels().back(), prepared_sweep.levels().back().patches, 0.005, 1};
@@ -45,7 +36,7 @@ const AssessedScene& assessed_scene() {
 Result<ImageRegistrationResult> registered(const Sweep& sweep) {
   CollectingDiagnostics diagnostics;
   return register_sweep(assessed_scene().ct, sweep, test::off_by(test::true_pose(), 5, 0.05, 1),
-                        assessed_options(), diagnostics);
+                        test::small_options(), diagnostics);
 }
 
 TEST(BasinTest, CostsRiseAllAroundTheMinimum) {
@@ -123,7 +114,7 @@ TEST(RegionTest, AThirdOfTheSweepThatLiesElsewherePullsAndIsNamed) {
 TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
   CollectingDiagnostics diagnostics;
-  auto options = assessed_options();
+  auto options = test::small_options();
   options.time_limit_s = 1e-9;
   for (const int starts : {0, 60}) {
     options.starts = starts;

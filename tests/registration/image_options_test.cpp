@@ -18,15 +18,6 @@ namespace {
 
 using test::BlobPatient;
 
-ImageRegistrationOptions quick_options() {
-  ImageRegistrationOptions options;
-  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
-  options.starts = 0;
-  options.ridge = 0.005;
-  options.threads = 1;
-  return options;
-}
-
 struct Scene {
   BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::cubic_grid());
@@ -51,7 +42,7 @@ double error_mm(const ImageRegistrationResult& result) {
 TEST(SimilarityTest, EachFindsThePlantedPose) {
   for (const Similarity similarity :
        {Similarity::kLc2, Similarity::kNcc, Similarity::kMutualInformation}) {
-    auto options = quick_options();
+    auto options = test::small_options();
     options.similarity = similarity;
     for (unsigned seed = 1; seed <= 2; ++seed) {
       const auto result = solve(scene().sweep, options, seed);
@@ -64,7 +55,7 @@ TEST(SimilarityTest, EachFindsThePlantedPose) {
 }
 
 TEST(PatchChoiceTest, EvenPatchesFindThePlantedPoseAndFlatOnesAreLeftOut) {
-  auto options = quick_options();
+  auto options = test::small_options();
   options.levels.back().choice = PatchChoice::kEven;
   const auto result = solve(scene().sweep, options);
   ASSERT_TRUE(test::has_value(result));
@@ -82,11 +73,11 @@ TEST(PatchChoiceTest, EvenPatchesFindThePlantedPoseAndFlatOnesAreLeftOut) {
 
 /// One prepared level to look at the cost itself.
 struct PreparedScene {
-  PreparedCt ct = *PreparedCt::create(scene().ct, quick_options());
+  PreparedCt ct = *PreparedCt::create(scene().ct, test::small_options());
   PreparedSweep sweep = prepared_sweep();
   static PreparedSweep prepared_sweep() {
     CollectingDiagnostics diagnostics;
-    return *PreparedSweep::create(scene().sweep, quick_options(), diagnostics);
+    return *PreparedSweep::create(scene().sweep, test::small_options(), diagnostics);
   }
 };
 
@@ -101,7 +92,7 @@ TEST(LossTest, PicturesWithAWrongPosePullLess) {
   const auto torn = Sweep::create(std::move(frames), "torn");
   ASSERT_TRUE(test::has_value(torn));
   const auto error_with = [&](const RobustLoss& loss) {
-    auto options = quick_options();
+    auto options = test::small_options();
     options.loss = loss;
     const auto result = solve(*torn, options);
     EXPECT_TRUE(test::has_value(result));
@@ -150,7 +141,7 @@ TEST(SimilarityTest, MutualInformationIgnoresAMonotoneChangeOfGreys) {
   }
   const auto dark = Sweep::create(std::move(frames), "inverted");
   ASSERT_TRUE(test::has_value(dark));
-  auto options = quick_options();
+  auto options = test::small_options();
   options.similarity = Similarity::kMutualInformation;
   options.mask.drop_grey = 254;  // Inverted pictures end in no shadow.
   const auto result = solve(*dark, options);
@@ -177,7 +168,7 @@ Sweep misread(double scale) {
 }
 
 TEST(StretchTest, FindsTheSpeedOfSound) {
-  auto options = quick_options();
+  auto options = test::small_options();
   for (const double scale : {0.96, 1.03}) {
     const Sweep sweep = misread(scale);
     options.stretch = StretchModel::kNone;
@@ -199,7 +190,7 @@ TEST(StretchTest, FindsTheSpeedOfSound) {
 }
 
 TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
-  auto options = quick_options();
+  auto options = test::small_options();
   options.stretch = StretchModel::kAffine;
   const auto plain = solve(scene().sweep, options);
   ASSERT_TRUE(test::has_value(plain));
@@ -214,7 +205,7 @@ TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
 }
 
 TEST(StretchTest, RefusesMutualInformation) {
-  auto options = quick_options();
+  auto options = test::small_options();
   options.stretch = StretchModel::kAffine;
   options.similarity = Similarity::kMutualInformation;
   EXPECT_TRUE(test::refuses(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
@@ -258,7 +249,7 @@ TEST(VolumeSweepTest, AVolumeRegistersLikeItsSlices) {
              volume.grid.at({7, 20, 30}).mm)
                 .norm(),
             1e-9);
-  const auto result = solve(*sweep, quick_options());
+  const auto result = solve(*sweep, test::small_options());
   ASSERT_TRUE(test::has_value(result));
   EXPECT_LT(error_mm(*result), 0.6);
 }

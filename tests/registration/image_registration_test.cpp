@@ -22,15 +22,6 @@ constexpr double kStartRad = 8 * M_PI / 180;
 constexpr double kSameAnswerMm = 0.05;
 constexpr double kToleranceMm = 0.5;
 
-ImageRegistrationOptions quick_options() {
-  ImageRegistrationOptions options;
-  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
-  options.starts = 60;
-  options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
-  options.threads = 1;
-  return options;
-}
-
 /// One patient for all tests: building the pictures is the slow part.
 struct Scene {
   BlobPatient patient{11};
@@ -42,8 +33,9 @@ const Scene& scene() {
   return instance;
 }
 
-Result<ImageRegistrationResult> solve(const Transform<frames::Ct, frames::Reference>& start,
-                                      const ImageRegistrationOptions& options = quick_options()) {
+Result<ImageRegistrationResult> solve(
+    const Transform<frames::Ct, frames::Reference>& start,
+    const ImageRegistrationOptions& options = test::small_options(60)) {
   CollectingDiagnostics diagnostics;
   return register_sweep(scene().ct, scene().sweep, start, options, diagnostics);
 }
@@ -62,7 +54,7 @@ TEST(ImageRegistrationTest, FindsThePlantedPoseFromALadderOfStarts) {
 
 TEST(ImageRegistrationTest, TheSearchReachesWhereThePlainSolveDoesNot) {
   const auto start = test::off_by(test::true_pose(), 30, 0.4, 1);
-  auto options = quick_options();
+  auto options = test::small_options(60);
   options.starts = 0;
   const auto plain = solve(start, options);
   ASSERT_TRUE(test::has_value(plain));
@@ -76,7 +68,7 @@ TEST(ImageRegistrationTest, TheSearchReachesWhereThePlainSolveDoesNot) {
 }
 
 TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
-  auto options = quick_options();
+  auto options = test::small_options(60);
   options.starts = 0;
   CollectingDiagnostics diagnostics;
   const auto ct = PreparedCt::create(scene().ct, options);
@@ -100,7 +92,7 @@ TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
 
 TEST(ImageRegistrationTest, TheSameBytesForOneAndTwoThreads) {
   const auto start = test::off_by(test::true_pose(), kStartMm, kStartRad, 1);
-  auto options = quick_options();
+  auto options = test::small_options(60);
   const auto one = solve(start, options);
   options.threads = 2;
   const auto two = solve(start, options);
@@ -122,7 +114,7 @@ TEST(ImageRegistrationTest, FarOriginsDoNotMatter) {
   truth = {truth.rotation(), truth.translation_mm() - truth.rotation() * reference_offset};
   CollectingDiagnostics diagnostics;
   const auto far = register_sweep(ct, sweep, test::off_by(truth, 5, 0.05, 1, ct_offset),
-                                  quick_options(), diagnostics);
+                                  test::small_options(60), diagnostics);
   const auto near = solve(test::off_by(test::true_pose(), 5, 0.05, 1));
   ASSERT_TRUE(test::has_value(far));
   ASSERT_TRUE(test::has_value(near));
@@ -141,7 +133,8 @@ TEST(ImageRegistrationTest, GainAndOffsetOfTheUltrasoundDoNotMatter) {
   const Sweep sweep = test::blob_sweep(scene().patient, dim);
   CollectingDiagnostics diagnostics;
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
-  const auto result = register_sweep(scene().ct, sweep, start, quick_options(), diagnostics);
+  const auto result =
+      register_sweep(scene().ct, sweep, start, test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm);
 }
@@ -150,7 +143,7 @@ TEST(ImageRegistrationTest, RefusesAnotherPatient) {
   const Volume other = test::blob_ct(BlobPatient(99), test::cubic_grid());
   CollectingDiagnostics diagnostics;
   const auto result =
-      register_sweep(other, scene().sweep, test::true_pose(), quick_options(), diagnostics);
+      register_sweep(other, scene().sweep, test::true_pose(), test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
@@ -162,8 +155,8 @@ TEST(ImageRegistrationTest, RefusesAMirroredCt) {
   const auto mirrored = Volume::create(scene().ct.grid(), std::move(hu), "mirrored");
   ASSERT_TRUE(test::has_value(mirrored));
   CollectingDiagnostics diagnostics;
-  const auto result =
-      register_sweep(*mirrored, scene().sweep, test::true_pose(), quick_options(), diagnostics);
+  const auto result = register_sweep(*mirrored, scene().sweep, test::true_pose(),
+                                     test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
@@ -186,7 +179,7 @@ TEST(ImageRegistrationTest, AConstantCtIsNeverAccepted) {
   ASSERT_TRUE(test::has_value(flat));
   CollectingDiagnostics diagnostics;
   const auto result =
-      register_sweep(*flat, scene().sweep, test::true_pose(), quick_options(), diagnostics);
+      register_sweep(*flat, scene().sweep, test::true_pose(), test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_NEAR(result->final_cost, 1.0, 1e-4);  // Nothing explained, not a perfect match.
   EXPECT_FALSE(result->covariance_valid);
@@ -199,7 +192,8 @@ TEST(ImageRegistrationTest, ExtremeHuStayFinite) {
   const auto metal = Volume::create(scene().ct.grid(), std::move(hu), "metal");
   CollectingDiagnostics diagnostics;
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
-  const auto result = register_sweep(*metal, scene().sweep, start, quick_options(), diagnostics);
+  const auto result =
+      register_sweep(*metal, scene().sweep, start, test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   // One voxel in 5000 is off by the whole window.
   constexpr double kMetalMm = 1.0;
@@ -220,7 +214,7 @@ TEST(ImageRegistrationTest, RefusesPicturesWithoutEchoes) {
   const Sweep sweep = test::blob_sweep(scene().patient, dark);
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::refuses(
-      register_sweep(scene().ct, sweep, test::true_pose(), quick_options(), diagnostics),
+      register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics),
       ErrorCode::kRefused, {"patches", "found 0"}));
 }
 
@@ -230,7 +224,7 @@ TEST(ImageRegistrationTest, OnePictureIsNeverAccepted) {
   const Sweep sweep = test::blob_sweep(scene().patient, single);
   CollectingDiagnostics diagnostics;
   const auto result =
-      register_sweep(scene().ct, sweep, test::true_pose(), quick_options(), diagnostics);
+      register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_TRUE(std::isinf(result->split_disagreement_mm));
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
@@ -241,8 +235,8 @@ TEST(ImageRegistrationTest, TheCallerCanCancelAtAnyTime) {
   for (const int calls : {1, 3, 10}) {
     int seen = 0;
     const auto result =
-        register_sweep(scene().ct, scene().sweep, test::true_pose(), quick_options(), diagnostics,
-                       [&](double) { return ++seen < calls; });
+        register_sweep(scene().ct, scene().sweep, test::true_pose(), test::small_options(60),
+                       diagnostics, [&](double) { return ++seen < calls; });
     EXPECT_TRUE(test::refuses(result, ErrorCode::kCancelled, {"cancelled"}));
     EXPECT_EQ(seen, calls);
   }
@@ -251,8 +245,8 @@ TEST(ImageRegistrationTest, TheCallerCanCancelAtAnyTime) {
 TEST(ImageRegistrationTest, ProgressGrowsToOne) {
   CollectingDiagnostics diagnostics;
   double last = 0;
-  const auto result = register_sweep(scene().ct, scene().sweep, test::true_pose(), quick_options(),
-                                     diagnostics, [&](double fraction) {
+  const auto result = register_sweep(scene().ct, scene().sweep, test::true_pose(),
+                                     test::small_options(60), diagnostics, [&](double fraction) {
                                        EXPECT_GE(fraction, last);
                                        last = fraction;
                                        return true;
@@ -262,7 +256,7 @@ TEST(ImageRegistrationTest, ProgressGrowsToOne) {
 }
 
 TEST(ImageRegistrationTest, ALevelThatDoesNotFitIsLeftOutAndReported) {
-  auto options = quick_options();
+  auto options = test::small_options(60);
   options.levels.insert(options.levels.begin(), LevelOptions{10.0, 21, 100, 9.0});
   CollectingDiagnostics diagnostics;
   const auto result = register_sweep(

@@ -16,15 +16,6 @@ namespace {
 using test::BlobPatient;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-ImageRegistrationOptions quick_options() {
-  ImageRegistrationOptions options;
-  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
-  options.starts = 60;
-  options.ridge = 0.005;
-  options.threads = 1;
-  return options;
-}
-
 struct Scene {
   BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::cubic_grid());
@@ -45,7 +36,7 @@ struct Outcome {
 Outcome judge(const Volume& ct, const Sweep& sweep, const Pose& start,
               const Pose& truth = test::true_pose()) {
   CollectingDiagnostics diagnostics;
-  const auto result = register_sweep(ct, sweep, start, quick_options(), diagnostics);
+  const auto result = register_sweep(ct, sweep, start, test::small_options(60), diagnostics);
   if (!result) {
     EXPECT_EQ(result.error().code, ErrorCode::kRefused) << result.error().message;
     return {false, INFINITY, result.error().message};
@@ -95,7 +86,7 @@ TEST(ImageStressTest, ADirectionThatNothingSeesIsNamed) {
   // Truth but for a shift along the prism: nothing can tell it, and nothing may invent one.
   const auto truth = test::true_pose();
   const Pose start(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(1, -1, 7));
-  auto options = quick_options();
+  auto options = test::small_options(60);
   options.starts = 0;
   const auto result = register_sweep(ct, test::blob_sweep(prism, {}), start, options, diagnostics);
   ASSERT_TRUE(test::has_value(result));

@@ -20,15 +20,6 @@ namespace {
 using SweepPose = Transform<frames::Reference, frames::Image>;
 using CtPose = Transform<frames::Ct, frames::Reference>;
 
-ImageRegistrationOptions stress_options() {
-  ImageRegistrationOptions options;
-  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
-  options.starts = 60;
-  options.ridge = 0.005;
-  options.threads = 1;
-  return options;
-}
-
 struct StressScene {
   test::BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::cubic_grid());
@@ -47,7 +38,7 @@ struct StressOutcome {
 };
 
 StressOutcome run(const Volume& ct, const Sweep& sweep,
-                  const ImageRegistrationOptions& options = stress_options()) {
+                  const ImageRegistrationOptions& options = test::small_options(60)) {
   CollectingDiagnostics diagnostics;
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
   const auto result = register_sweep(ct, sweep, start, options, diagnostics);
@@ -210,7 +201,7 @@ TEST(SweepStressTest, ThePatientsFrameMayLieInGimbalLockAndTheQuaternionBeNegati
       });
       const auto start = test::off_by(test::true_pose(), 5, 0.05, 1) * to.inverse();
       const auto result =
-          register_sweep(stress_scene().ct, sweep, start, stress_options(), diagnostics);
+          register_sweep(stress_scene().ct, sweep, start, test::small_options(60), diagnostics);
       ASSERT_TRUE(test::has_value(result));
       found.push_back(result->ct_from_reference * to);
       EXPECT_LT(test::cube_error_mm(found.back(), test::true_pose()), 0.5) << pitch;
@@ -225,7 +216,7 @@ TEST(SweepStressTest, TwoMetresOutsideAndHugeOffsetsAreRefusedNotCrashed) {
     const CtPose away(test::true_pose().rotation(),
                       test::true_pose().translation_mm() + Eigen::Vector3d(0, far_mm, 0));
     EXPECT_TRUE(test::refuses(register_sweep(stress_scene().ct, stress_scene().sweep, away,
-                                             stress_options(), diagnostics),
+                                             test::small_options(60), diagnostics),
                               ErrorCode::kRefused, {"outside"}));
   }
 }
@@ -240,7 +231,7 @@ class InvalidOperations {
 TEST(SweepStressTest, NoInvalidOperationIsDoneOnGoodInput) {
   const InvalidOperations operations;
   CollectingDiagnostics diagnostics;
-  auto options = stress_options();
+  auto options = test::small_options(60);
   for (const int starts : {0, 60}) {
     options.starts = starts;
     const auto result =

@@ -12,6 +12,7 @@
 
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
+#include "registration/image_registration.hpp"
 
 /// A small analytic patient: smooth blobs of known HU, so that CT and ultrasound come from the same
 /// formula and the pose between them is known exactly.
@@ -243,6 +244,16 @@ inline Transform<frames::Ct, frames::Reference> off_by(
   const Eigen::Vector3d shift = mm * direction();
   return {(turn * truth.rotation()).normalized(),
           centre_ct_mm + turn * (truth.translation_mm() - centre_ct_mm) + shift};
+}
+
+/// Three small levels for the CT of blobs, on one thread. starts: searched beside the plain solve.
+inline registration::ImageRegistrationOptions small_options(int starts = 0) {
+  registration::ImageRegistrationOptions options;
+  options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
+  options.starts = starts;
+  options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
+  options.threads = 1;
+  return options;
 }
 
 }  // namespace nav::test

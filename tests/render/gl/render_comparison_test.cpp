@@ -33,7 +33,7 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
-  ASSERT_EQ(report->rows.size(), 14U);
+  ASSERT_EQ(report->rows.size(), 15U);  // The last one at the step that was chosen.
   // Loose: VTK classifies after rounding and keeps 8 bits. A wrong camera, transfer function or
   // placement is ten times off.
   constexpr double kSamePicture = 0.06;
@@ -44,6 +44,13 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
     EXPECT_GT(row.cpu_s, 0);
     EXPECT_GT(row.wall_s, 0);
   }
+  ASSERT_EQ(report->chosen.size(), 1U);
+  const ChosenStep& chosen = report->chosen[0];
+  EXPECT_TRUE(chosen.choice.reached);
+  EXPECT_LE(chosen.choice.rms, render::kDefaultRms);
+  EXPECT_GT(chosen.search_cpu_s, 0);
+  EXPECT_EQ(report->rows.back().engine, "cpu");
+  EXPECT_EQ(report->rows.back().step, chosen.choice.step_voxels);
   EXPECT_EQ(report->ratios.size(), 7U);
   ASSERT_EQ(report->truths.size(), 1U);
   EXPECT_LT(report->truths[0].self_convergence, 1e-3);
@@ -60,7 +67,9 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
-  for (std::size_t i = 2; i < report->rows.size(); ++i) {  // Rows alternate between two engines.
+  // Rows alternate between two engines; behind them is that of the step that was chosen.
+  ASSERT_EQ(report->rows.size(), 9U);
+  for (std::size_t i = 2; i < 8; ++i) {
     EXPECT_LT(report->rows[i].rms, report->rows[i - 2].rms) << report->rows[i].engine;
   }
 }
