@@ -15,7 +15,7 @@ namespace {
 // A solve on the next finer level goes about so far.
 constexpr double kRoomMm = 3;
 // The kernel shuns the rim of the channels, texels.
-constexpr double kRim = 0.01;
+constexpr double kBoxRim = 0.01;
 
 /// Whether all of a part lies in another.
 bool holds(const TexelPart& outer, const TexelPart& inner) {
@@ -55,8 +55,9 @@ std::optional<TexelPart> PatchChannels::part_for(const PlacedPatch& placed,
   for (std::size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<Eigen::Index>(a);
     const int last = whole_.size[a] - 1;
-    const int from = std::clamp(static_cast<int>(std::floor(low[axis] - kRim)), 0, last - 1);
-    const int to = std::clamp(static_cast<int>(std::floor(high[axis] + kRim)) + 1, from + 1, last);
+    const int from = std::clamp(static_cast<int>(std::floor(low[axis] - kBoxRim)), 0, last - 1);
+    const int to =
+        std::clamp(static_cast<int>(std::floor(high[axis] + kBoxRim)) + 1, from + 1, last);
     part.first[a] = from;
     part.size[a] = to - from + 1;
   }
