@@ -51,12 +51,12 @@ struct LevelCt {
 };
 
 /// Where a level looks at the CT.
-struct Reach {
+struct LevelReach {
   std::function<CtBox()> box;
   const PreparedLevel& level;
   const std::vector<Pose>& poses;  ///< From which solves start; empty on the first level.
 };
-using ChannelsOf = std::function<Result<LevelCt>(const Reach& reach)>;
+using ChannelsOf = std::function<Result<LevelCt>(const LevelReach& reach)>;
 
 /// One rung of the ladder, ready to be evaluated.
 struct Level {
@@ -426,7 +426,7 @@ Result<ImageRegistrationResult> Registrar::run() {
 
 /// The CT near each patch, or nothing where these together have no fewer texels than the CT. The
 /// initial pose is looked at besides those that solves start from.
-Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const Reach& reach) {
+Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelReach& reach) {
   constexpr double kShare = 0.5;  // A texel of many small boxes takes about twice as long.
   const PatchSet& patches = reach.level.patches;
   auto near = PatchChannels::create(ct, sigma_of(reach.level.options.sample_step_mm),
@@ -452,7 +452,7 @@ Result<ImageRegistrationResult> register_prepared(
   if (const auto ok = validate(options); !ok) return ok.error();
   NAV_CHECK(ct.sample_steps_mm() == sweep.sample_steps_mm(), ct.name());
   NAV_CHECK(ct.levels().size() == options.levels.size(), options.levels.size());
-  const auto channels_of = [&](const Reach& reach) -> Result<LevelCt> {
+  const auto channels_of = [&](const LevelReach& reach) -> Result<LevelCt> {
     return LevelCt{ct.levels()[reach.level.index], nullptr};
   };
   return Registrar(ct.grid(), channels_of, sweep, initial, options, progress).run();
@@ -463,7 +463,7 @@ Result<ImageRegistrationResult> register_prepared(
     const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options, const std::function<bool(double fraction)>& progress) {
   if (const auto ok = validate(options); !ok) return ok.error();
-  const auto channels_of = [&](const Reach& reach) -> Result<LevelCt> {
+  const auto channels_of = [&](const LevelReach& reach) -> Result<LevelCt> {
     const LevelOptions& level = reach.level.options;
     const double sigma_mm = sigma_of(level.sample_step_mm);
     // Both look at the channels of the level themselves.
