@@ -71,7 +71,8 @@ class Presenter {
   /// Times that a 3D view was cast, and times that the last one was still right.
   [[nodiscard]] int views_cast() const { return views_cast_; }
   [[nodiscard]] int views_reused() const { return views_reused_; }
-  /// What the 3D view is sampled with, once one was cast: given, or chosen for rms_error.
+  /// The step that was chosen for rms_error, once a 3D view was cast; absent where it was given,
+  /// and in views by predicates and projections.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
   /// Seconds of the casting, all views.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }

@@ -32,16 +32,6 @@ std::size_t resident_bytes() {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < b.pixels().size(); ++i) {
-    const RgbaF& p = a.pixels()[i];
-    const RgbaF& q = b.pixels()[i];
-    sum += std::pow(p.r - q.r, 2) + std::pow(p.g - q.g, 2) + std::pow(p.b - q.b, 2);
-  }
-  return std::sqrt(sum / (3.0 * static_cast<double>(b.pixels().size())));
-}
-
 double median(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::sort(values.begin(), values.end());

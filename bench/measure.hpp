@@ -19,8 +19,6 @@ double process_time_s();
 std::size_t resident_bytes();
 /// NaN for no values.
 double median(std::vector<double> values);
-/// Root mean square over the colours of two pictures of one size.
-double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b);
 
 /// The pixels in the middle of parts of factor × factor of a picture. factor: odd, so that they are
 /// those of a picture of so many fewer pixels.

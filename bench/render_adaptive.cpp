@@ -44,7 +44,7 @@ Result<void> measure_points(const render::Scene& scene, const Repeats& repeats,
     one.quality.adaptive_error = point.adaptive_error;
     const auto small = render::make_cpu_engine()->render(few_pixels(one));
     if (!small) return small.error();
-    point.rms = rms_difference(small->pixels, truth->pixels);
+    point.rms = render::rms_difference(small->pixels, truth->pixels);
     cameras.emplace_back(std::move(one));
   }
   for (MovingCamera& camera : cameras) {

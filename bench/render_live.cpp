@@ -191,7 +191,7 @@ Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& 
       scene.quality.pixel_error = pixel_error;
       const auto image = engine->render(scene);
       if (!image) return image.error();
-      const double rms = rms_difference(middles(image->pixels, kFactor), truth->pixels);
+      const double rms = render::rms_difference(middles(image->pixels, kFactor), truth->pixels);
       const bool enough = rms <= kRms;
       if (enough && pixel_error == 0 && !dense_found) {
         dense_found = true;

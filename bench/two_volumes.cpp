@@ -142,7 +142,7 @@ Result<Truth> make_truth(const render::Scene& scene) {
   const auto coarser = reference->render(with_step(truth.scene, 1.0 / 8));
   if (!coarser) return coarser.error();
   truth.pixels = std::move(fine->pixels);
-  truth.rms = rms_difference(coarser->pixels, truth.pixels);
+  truth.rms = render::rms_difference(coarser->pixels, truth.pixels);
   return truth;
 }
 
@@ -164,7 +164,7 @@ Result<TwoVolumesReport> measure_engine(const EngineMaker& make, render::Scene s
     if (!row) return row.error();
     const auto drawn = (*engine)->render(with_step(truth.scene, step));
     if (!drawn) return drawn.error();
-    row->rms = rms_difference(drawn->pixels, truth.pixels);
+    row->rms = render::rms_difference(drawn->pixels, truth.pixels);
     report.rows.push_back(*row);
   }
   const auto edit = edit_ms(**engine, truth.scene);

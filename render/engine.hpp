@@ -38,6 +38,9 @@ struct RenderedImage {
 /// 8-bit form: round(255 · clamp(x, 0, 1)). The same rounding for every engine.
 Image2d<Rgba8> to_8bit(const Image2d<RgbaF>& pixels);
 
+/// Root mean square over the colours of two pictures of one size.
+double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b);
+
 /// One way to draw a scene. Not thread-safe; caches what the last scenes needed (bricks keyed on
 /// the volume, tables keyed on the transfer function).
 class Engine {

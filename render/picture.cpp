@@ -18,4 +18,14 @@ Image2d<Rgba8> to_8bit(const Image2d<RgbaF>& pixels) {
   return {pixels.width(), pixels.height(), std::move(out)};
 }
 
+double rms_difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < b.pixels().size(); ++i) {
+    const RgbaF& p = a.pixels()[i];
+    const RgbaF& q = b.pixels()[i];
+    sum += std::pow(p.r - q.r, 2) + std::pow(p.g - q.g, 2) + std::pow(p.b - q.b, 2);
+  }
+  return std::sqrt(sum / (3.0 * static_cast<double>(b.pixels().size())));
+}
+
 }  // namespace nav::render

@@ -33,17 +33,6 @@ Scene few_rays(const Scene& scene) {
   return few;
 }
 
-double rms_between(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b) {
-  const auto x = a.pixels();
-  const auto y = b.pixels();
-  double sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double d[3] = {x[i].r - y[i].r, x[i].g - y[i].g, x[i].b - y[i].b};
-    sum += d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  }
-  return std::sqrt(sum / (3.0 * static_cast<double>(x.size())));
-}
-
 /// Where errors that follow a power of the step pass an error; fine itself where they do not.
 StepChoice between(const StepChoice& coarse, const StepChoice& fine, double rms) {
   if (!(fine.rms > 0 && fine.rms < rms && rms < coarse.rms)) return fine;
@@ -81,7 +70,7 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
     while (pictures.size() <= i + kPerHalf) {
       if (auto ok = draw(); !ok) return ok.error();
     }
-    differences.push_back(rms_between(pictures[i], pictures[i + kPerHalf]));
+    differences.push_back(rms_difference(pictures[i], pictures[i + kPerHalf]));
     const double ratio = i < kPerHalf ? 2.0 : ratio_of(differences[i - kPerHalf], differences[i]);
     coarser = std::exchange(choice, {steps[i], differences[i] * ratio / (ratio - 1), false});
     choice.reached = choice.rms <= rms;

@@ -189,20 +189,10 @@ TEST(CtChannelsTest, AnAxisOfOneVoxelIsRepeatedAndHasNoSlope) {
 
 /// A level's patches with the whole CT and with the CT near each of them.
 struct Scene {
-  Volume ct = test::blob_ct(test::BlobPatient(11), grid());
+  Volume ct = test::blob_ct(test::BlobPatient(11), test::oblique_grid());
   CtChannels whole = *make_ct_channels(ct, box_of(ct.grid()), 1.5);
   Sweep sweep = test::blob_sweep(test::BlobPatient(11), {});
   PatchSet patches = make_patches(sweep, *shadow_masks(sweep, {}), {2.0, 7, 120, 6.0}, 1.5);
-
-  static VoxelGrid grid() {  // Oblique and left-handed.
-    VoxelGrid grid;
-    grid.size = {80, 80, 80};
-    grid.spacing_mm.setConstant(2.0);
-    grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) *
-                      Eigen::Vector3d(1, 1, -1).asDiagonal();
-    grid.origin_mm = -grid.directions * Eigen::Vector3d::Constant(79);
-    return grid;
-  }
 };
 
 TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatchesGo) {

@@ -93,16 +93,6 @@ TEST(CoarsePicturesTest, PicturesAreTakenEvenlyAlongTheWayAndNotInTime) {
   EXPECT_EQ(coarse_pictures(all, 1000, 0).frames().size(), all.frames().size());
 }
 
-struct EffortScene {
-  test::BlobPatient patient{11};
-  Volume ct = test::blob_ct(patient, test::cubic_grid());
-  Sweep sweep = test::blob_sweep(patient, {});
-};
-const EffortScene& effort_scene() {
-  static const EffortScene instance;
-  return instance;
-}
-
 ImageRegistrationOptions quick() {
   ImageRegistrationOptions options = with_effort(Effort::kQuick);
   options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
@@ -127,8 +117,8 @@ TEST(EffortTest, AQuickRegistrationFindsThePoseOnTwelvePictures) {
   CollectingDiagnostics diagnostics;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const auto start = test::off_by(test::true_pose(), 6, 0.08, seed);
-    const auto result =
-        register_sweep(effort_scene().ct, effort_scene().sweep, start, quick(), diagnostics);
+    const auto result = register_sweep(test::blob_scene().ct, test::blob_scene().sweep, start,
+                                       quick(), diagnostics);
     ASSERT_TRUE(test::has_value(result));
     // 2.4 mm samples of a patient that follows the model, 4 grey levels of noise.
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.8);
@@ -141,10 +131,10 @@ TEST(EffortTest, AQuickRegistrationFindsThePoseOnTwelvePictures) {
 
 TEST(EffortTest, TheCtNearItsPatchesGivesTheAnswerOfTheWholeCt) {
   // Voxels of 1 mm: the boxes of 200 patches have a small part of their texels.
-  const Volume fine = test::blob_ct(effort_scene().patient, test::cubic_grid(80, 1.0));
+  const Volume fine = test::blob_ct(test::blob_scene().patient, test::cubic_grid(80, 1.0));
   CollectingDiagnostics diagnostics;
   const auto options = quick();
-  const auto sweep = PreparedSweep::create(effort_scene().sweep, options, diagnostics);
+  const auto sweep = PreparedSweep::create(test::blob_scene().sweep, options, diagnostics);
   const auto ct = PreparedCt::create(fine, options);
   ASSERT_TRUE(test::has_value(sweep));
   ASSERT_TRUE(test::has_value(ct));
@@ -161,7 +151,7 @@ TEST(EffortTest, AQuickRegistrationRefusesAnotherPatient) {
   const Volume other = test::blob_ct(test::BlobPatient(99), test::cubic_grid());
   CollectingDiagnostics diagnostics;
   const auto result =
-      register_sweep(other, effort_scene().sweep, test::true_pose(), quick(), diagnostics);
+      register_sweep(other, test::blob_scene().sweep, test::true_pose(), quick(), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_FALSE(decide(*result, limits_for(Effort::kQuick), {{0, 0, 0}}).accepted);
 }
@@ -177,10 +167,10 @@ TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {
   const auto start = test::off_by(test::true_pose(), 6, 0.08, 1);
   auto options = quick();
   const auto one =
-      register_sweep(effort_scene().ct, effort_scene().sweep, start, options, diagnostics);
+      register_sweep(test::blob_scene().ct, test::blob_scene().sweep, start, options, diagnostics);
   options.threads = 2;
   const auto two =
-      register_sweep(effort_scene().ct, effort_scene().sweep, start, options, diagnostics);
+      register_sweep(test::blob_scene().ct, test::blob_scene().sweep, start, options, diagnostics);
   ASSERT_TRUE(test::has_value(one));
   ASSERT_TRUE(test::has_value(two));
   EXPECT_EQ(one->ct_from_reference.matrix(), two->ct_from_reference.matrix());

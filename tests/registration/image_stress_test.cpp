@@ -16,16 +16,6 @@ namespace {
 using test::BlobPatient;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-struct Scene {
-  BlobPatient patient{11};
-  Volume ct = test::blob_ct(patient, test::cubic_grid());
-  Sweep sweep = test::blob_sweep(patient, {});
-};
-const Scene& scene() {
-  static const Scene instance;
-  return instance;
-}
-
 /// What became of a registration.
 struct Outcome {
   bool accepted;
@@ -60,7 +50,7 @@ Pose near() { return test::off_by(test::true_pose(), 5, 0.05, 1); }
 
 /// The sweep with something done to each picture.
 Sweep altered(const std::function<void(TrackedFrame&)>& change) {
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   for (TrackedFrame& tracked : frames) change(tracked);
   return *Sweep::create(std::move(frames), "altered");
 }
@@ -80,7 +70,7 @@ Sweep with_greys(const std::function<double(int column, int row, double grey)>& 
 }
 
 TEST(ImageStressTest, ADirectionThatNothingSeesIsNamed) {
-  const test::PrismaticPatient prism(scene().patient);
+  const test::PrismaticPatient prism(test::blob_scene().patient);
   const Volume ct = test::blob_ct(prism, test::cubic_grid());
   CollectingDiagnostics diagnostics;
   // Truth but for a shift along the prism: nothing can tell it, and nothing may invent one.
@@ -103,19 +93,19 @@ TEST(ImageStressTest, ADirectionThatNothingSeesIsNamed) {
 TEST(ImageStressTest, ASweepInShadowIsRefused) {
   const Sweep sweep =
       with_greys([](int, int row, double grey) { return row < 12 ? 200 : std::min(grey, 0.0); });
-  const Outcome outcome = judge(scene().ct, sweep, near());
+  const Outcome outcome = judge(test::blob_scene().ct, sweep, near());
   EXPECT_FALSE(outcome.accepted);
   EXPECT_NE(outcome.reasons.find("patches"), std::string::npos) << outcome.reasons;
 }
 
 TEST(ImageStressTest, OneSaturatedBrightness) {
   const Sweep sweep = with_greys([](int, int, double) { return 255; });
-  EXPECT_FALSE(judge(scene().ct, sweep, near()).accepted);
+  EXPECT_FALSE(judge(test::blob_scene().ct, sweep, near()).accepted);
 }
 
 TEST(ImageStressTest, SaturatedEchoes) {
   const Sweep sweep = with_greys([](int, int, double grey) { return 3 * grey - 100; });
-  const Outcome outcome = judge(scene().ct, sweep, near());
+  const Outcome outcome = judge(test::blob_scene().ct, sweep, near());
   expect_right_or_refused(outcome, 1.0);
   EXPECT_LT(outcome.error_mm, 1.0);
 }
@@ -123,7 +113,7 @@ TEST(ImageStressTest, SaturatedEchoes) {
 TEST(ImageStressTest, AWrongPictureScale) {
   for (const double scale : {0.8, 1.25}) {
     const Sweep sweep = altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel *= scale; });
-    expect_right_or_refused(judge(scene().ct, sweep, near()), 2.0);
+    expect_right_or_refused(judge(test::blob_scene().ct, sweep, near()), 2.0);
   }
 }
 
@@ -131,7 +121,7 @@ TEST(ImageStressTest, AWrongSpeedOfSound) {
   for (const double scale : {0.94, 1.03}) {
     const Sweep sweep =
         altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel.col(1) *= scale; });
-    expect_right_or_refused(judge(scene().ct, sweep, near()), 3.0);
+    expect_right_or_refused(judge(test::blob_scene().ct, sweep, near()), 3.0);
   }
 }
 
@@ -140,7 +130,7 @@ TEST(ImageStressTest, StartsUpsideDown) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::Unit(axis)));
     const auto truth = test::true_pose();
     const Pose start((turn * truth.rotation()).normalized(), turn * truth.translation_mm());
-    expect_right_or_refused(judge(scene().ct, scene().sweep, start), 1.0);
+    expect_right_or_refused(judge(test::blob_scene().ct, test::blob_scene().sweep, start), 1.0);
   }
 }
 
@@ -148,11 +138,11 @@ TEST(ImageStressTest, ThickSlices) {
   VoxelGrid grid = test::cubic_grid(60, 2.0);
   grid.size = {301, 301, 25};
   grid.spacing_mm = {0.4, 0.4, 5.0};
-  const Volume ct = test::blob_ct(scene().patient, grid);
+  const Volume ct = test::blob_ct(test::blob_scene().patient, grid);
   test::SweepSpec spec;
   spec.frames = 20;
   spec.size_px = 96;
-  const Outcome outcome = judge(ct, test::blob_sweep(scene().patient, spec), near());
+  const Outcome outcome = judge(ct, test::blob_sweep(test::blob_scene().patient, spec), near());
   expect_right_or_refused(outcome, 1.0);
   EXPECT_LT(outcome.error_mm, 1.0);
 }
@@ -162,7 +152,8 @@ TEST(ImageStressTest, ALeftHandedGridIsNoMirror) {
   VoxelGrid grid = test::cubic_grid();
   grid.directions.col(0) *= -1;
   grid.origin_mm.x() *= -1;
-  const Outcome outcome = judge(test::blob_ct(scene().patient, grid), scene().sweep, near());
+  const Outcome outcome =
+      judge(test::blob_ct(test::blob_scene().patient, grid), test::blob_scene().sweep, near());
   EXPECT_TRUE(outcome.accepted) << outcome.reasons;
   EXPECT_LT(outcome.error_mm, 0.5);
 }
@@ -170,21 +161,22 @@ TEST(ImageStressTest, ALeftHandedGridIsNoMirror) {
 TEST(ImageStressTest, TinyOverlap) {
   VoxelGrid grid = test::cubic_grid(25);
   grid.origin_mm += Eigen::Vector3d(50, 40, 30);
-  const Outcome outcome = judge(test::blob_ct(scene().patient, grid), scene().sweep, near());
+  const Outcome outcome =
+      judge(test::blob_ct(test::blob_scene().patient, grid), test::blob_scene().sweep, near());
   EXPECT_FALSE(outcome.accepted);
   EXPECT_NE(outcome.reasons.find("CT"), std::string::npos) << outcome.reasons;
 }
 
 TEST(ImageStressTest, PosesOfAnotherSweep) {
   // Every picture where the next but five was: tracking and pictures do not belong together.
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].reference_from_image =
-        scene().sweep.frames()[(i * 7 + 5) % frames.size()].reference_from_image;
+        test::blob_scene().sweep.frames()[(i * 7 + 5) % frames.size()].reference_from_image;
   }
   const auto sweep = Sweep::create(std::move(frames), "shuffled");
   ASSERT_TRUE(test::has_value(sweep));
-  EXPECT_FALSE(judge(scene().ct, *sweep, near()).accepted);
+  EXPECT_FALSE(judge(test::blob_scene().ct, *sweep, near()).accepted);
 }
 
 }  // namespace

@@ -19,22 +19,12 @@ constexpr double kRidge = 0.02;
 
 struct Scene {
   test::BlobPatient patient{11};
-  Volume ct = test::blob_ct(patient, grid());
+  Volume ct = test::blob_ct(patient, test::oblique_grid());
   CtChannels channels =
       *make_ct_channels(ct, {Eigen::Vector3d::Constant(-80), Eigen::Vector3d::Constant(80)}, 2.25);
   Sweep sweep = test::blob_sweep(patient, spec());
   PatchSet patches = make_patches(sweep, *shadow_masks(sweep, {}), {3.0, 9, 200, 6.0}, 2.25);
 
-  /// Oblique and left-handed, so that every change of axes is exercised.
-  static VoxelGrid grid() {
-    VoxelGrid grid;
-    grid.size = {80, 80, 80};
-    grid.spacing_mm.setConstant(2.0);
-    grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) *
-                      Eigen::Vector3d(1, 1, -1).asDiagonal();
-    grid.origin_mm = -grid.directions * Eigen::Vector3d::Constant(79);
-    return grid;
-  }
   static test::SweepSpec spec() {
     test::SweepSpec spec;
     spec.frames = 10;

@@ -20,16 +20,6 @@ namespace {
 using SweepPose = Transform<frames::Reference, frames::Image>;
 using CtPose = Transform<frames::Ct, frames::Reference>;
 
-struct StressScene {
-  test::BlobPatient patient{11};
-  Volume ct = test::blob_ct(patient, test::cubic_grid());
-  Sweep sweep = test::blob_sweep(patient, {});
-};
-const StressScene& stress_scene() {
-  static const StressScene instance;
-  return instance;
-}
-
 struct StressOutcome {
   bool accepted;
   double error_mm;
@@ -55,7 +45,7 @@ StressOutcome run(const Volume& ct, const Sweep& sweep,
 }
 
 Sweep with_frames(const std::function<void(std::size_t, TrackedFrame&)>& change) {
-  std::vector<TrackedFrame> frames = stress_scene().sweep.frames();
+  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); ++i) change(i, frames[i]);
   return *Sweep::create(std::move(frames), "altered");
 }
@@ -76,7 +66,7 @@ Sweep with_pixels(const std::function<double(int column, int row, double grey)>&
 
 /// Tracker that reports each picture's pose of another moment.
 Sweep late_by(double pictures) {
-  const auto& frames = stress_scene().sweep.frames();
+  const auto& frames = test::blob_scene().sweep.frames();
   return with_frames([&](std::size_t i, TrackedFrame& tracked) {
     const double at =
         std::clamp(static_cast<double>(i) + pictures, 0.0, static_cast<double>(frames.size() - 1));
@@ -100,12 +90,12 @@ TEST(SweepStressTest, OneTwoThreeFiveAndTenPicturesAreRightOrRefused) {
   for (const std::size_t count : {1, 2, 3, 5, 10}) {
     // Evenly over the sweep.
     std::vector<TrackedFrame> frames;
-    const auto& all = stress_scene().sweep.frames();
+    const auto& all = test::blob_scene().sweep.frames();
     for (std::size_t i = 0; i < count; ++i)
       frames.push_back(all[(2 * i + 1) * all.size() / (2 * count)]);
     const auto sweep = Sweep::create(std::move(frames), "few");
     ASSERT_TRUE(test::has_value(sweep));
-    const StressOutcome outcome = run(stress_scene().ct, *sweep);
+    const StressOutcome outcome = run(test::blob_scene().ct, *sweep);
     expect_right_or_refused(outcome, 1.5);
     if (count == 1) {
       EXPECT_FALSE(outcome.accepted);
@@ -127,7 +117,7 @@ TEST(SweepStressTest, GainGammaNoiseAndTimeGainOfTheScanner) {
       {"gain that grows with depth",
        with_pixels([](int, int row, double g) { return g * (0.6 + 0.008 * row); })}};
   for (const auto& [name, sweep] : sweeps) {
-    const StressOutcome outcome = run(stress_scene().ct, sweep);
+    const StressOutcome outcome = run(test::blob_scene().ct, sweep);
     expect_right_or_refused(outcome, 1.0);
     std::printf("XX %s %f %d %s\n", name, outcome.error_mm, outcome.accepted,
                 outcome.reasons.c_str());
@@ -142,14 +132,14 @@ TEST(SweepStressTest, BlackAndWhitePicturesAmongOthersDoNoHarm) {
     tracked.frame.pixels = Image2d<std::uint8_t>(
         old.width(), old.height(), std::vector<std::uint8_t>(old.pixels().size(), grey));
   });
-  const StressOutcome outcome = run(stress_scene().ct, sweep);
+  const StressOutcome outcome = run(test::blob_scene().ct, sweep);
   EXPECT_LT(outcome.error_mm, 0.8) << outcome.reasons;
 }
 
 TEST(SweepStressTest, AHundredMillisecondsBetweenPicturesAndPoses) {
   // 24 pictures of 4 mm: at 20 pictures a second 100 ms are two of them, 8 mm.
   for (const double pictures : {-2.0, 2.0}) {
-    const StressOutcome outcome = run(stress_scene().ct, late_by(pictures));
+    const StressOutcome outcome = run(test::blob_scene().ct, late_by(pictures));
     // Along a straight way a delay is a shift, which nothing in the pictures can tell from a pose:
     // it must at least be no more than that.
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
@@ -166,20 +156,20 @@ TEST(SweepStressTest, ThreePercentOfScaleAreRightOrRefused) {
       tracked.frame.grid.origin_mm *= scale;
     });
     // 3 % of the 87 mm to the corners that the error is measured at.
-    expect_right_or_refused(run(stress_scene().ct, sweep), 0.03 * 87);
+    expect_right_or_refused(run(test::blob_scene().ct, sweep), 0.03 * 87);
   }
 }
 
 TEST(SweepStressTest, TheOrderOfPicturesHardlyMatters) {
-  std::vector<TrackedFrame> frames = stress_scene().sweep.frames();
+  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   std::vector<Timestamp> times;
   for (const auto& tracked : frames) times.push_back(tracked.frame.acquired);
   std::reverse(frames.begin(), frames.end());
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].frame.acquired = times[i];
   const auto reversed = Sweep::create(std::move(frames), "reversed");
   ASSERT_TRUE(test::has_value(reversed));
-  const StressOutcome forth = run(stress_scene().ct, stress_scene().sweep);
-  const StressOutcome back = run(stress_scene().ct, *reversed);
+  const StressOutcome forth = run(test::blob_scene().ct, test::blob_scene().sweep);
+  const StressOutcome back = run(test::blob_scene().ct, *reversed);
   EXPECT_TRUE(back.accepted) << back.reasons;
   // Other pictures are thinned out, so other patches are chosen.
   EXPECT_NEAR(back.error_mm, forth.error_mm, 0.3);
@@ -201,7 +191,7 @@ TEST(SweepStressTest, ThePatientsFrameMayLieInGimbalLockAndTheQuaternionBeNegati
       });
       const auto start = test::off_by(test::true_pose(), 5, 0.05, 1) * to.inverse();
       const auto result =
-          register_sweep(stress_scene().ct, sweep, start, test::small_options(60), diagnostics);
+          register_sweep(test::blob_scene().ct, sweep, start, test::small_options(60), diagnostics);
       ASSERT_TRUE(test::has_value(result));
       found.push_back(result->ct_from_reference * to);
       EXPECT_LT(test::cube_error_mm(found.back(), test::true_pose()), 0.5) << pitch;
@@ -215,7 +205,7 @@ TEST(SweepStressTest, TwoMetresOutsideAndHugeOffsetsAreRefusedNotCrashed) {
     CollectingDiagnostics diagnostics;
     const CtPose away(test::true_pose().rotation(),
                       test::true_pose().translation_mm() + Eigen::Vector3d(0, far_mm, 0));
-    EXPECT_TRUE(test::refuses(register_sweep(stress_scene().ct, stress_scene().sweep, away,
+    EXPECT_TRUE(test::refuses(register_sweep(test::blob_scene().ct, test::blob_scene().sweep, away,
                                              test::small_options(60), diagnostics),
                               ErrorCode::kRefused, {"outside"}));
   }
@@ -235,7 +225,7 @@ TEST(SweepStressTest, NoInvalidOperationIsDoneOnGoodInput) {
   for (const int starts : {0, 60}) {
     options.starts = starts;
     const auto result =
-        register_sweep(stress_scene().ct, stress_scene().sweep,
+        register_sweep(test::blob_scene().ct, test::blob_scene().sweep,
                        test::off_by(test::true_pose(), 5, 0.05, 1), options, diagnostics);
     ASSERT_TRUE(test::has_value(result));
   }
@@ -245,7 +235,7 @@ TEST(SweepStressTest, NoInvalidOperationIsDoneOnGoodInput) {
 TEST(SweepStressTest, ASignalAsWeakAsTheLeastGreyIsRefusedOrRight) {
   // Two grey levels: what is left after a gain that is all but off.
   const Sweep sweep = with_pixels([](int, int, double g) { return g > 100 ? 91 : 90; });
-  expect_right_or_refused(run(stress_scene().ct, sweep), 1.5);
+  expect_right_or_refused(run(test::blob_scene().ct, sweep), 1.5);
 }
 
 }  // namespace

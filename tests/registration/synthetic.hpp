@@ -256,4 +256,26 @@ inline registration::ImageRegistrationOptions small_options(int starts = 0) {
   return options;
 }
 
+/// A grid of 80 voxels a side, oblique and left-handed, so that every change of axes is exercised.
+inline VoxelGrid oblique_grid() {
+  VoxelGrid grid;
+  grid.size = {80, 80, 80};
+  grid.spacing_mm.setConstant(2.0);
+  grid.directions = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 0).normalized()) *
+                    Eigen::Vector3d(1, 1, -1).asDiagonal();
+  grid.origin_mm = -grid.directions * Eigen::Vector3d::Constant(79);
+  return grid;
+}
+
+/// A patient of blobs, its CT and a sweep over it.
+struct BlobScene {
+  BlobPatient patient{11};
+  Volume ct = blob_ct(patient, cubic_grid());
+  Sweep sweep = blob_sweep(patient, {});
+};
+inline const BlobScene& blob_scene() {
+  static const BlobScene instance;
+  return instance;
+}
+
 }  // namespace nav::test

@@ -28,16 +28,6 @@ RenderedImage at_step(Engine& engine, Scene scene, double step) {
   return test::draw(engine, scene);
 }
 
-double rms_between(const RenderedImage& found, const RenderedImage& truth) {
-  double sum = 0;
-  for (std::size_t i = 0; i < truth.pixels.pixels().size(); ++i) {
-    const RgbaF a = found.pixels.pixels()[i];
-    const RgbaF b = truth.pixels.pixels()[i];
-    sum += std::pow(a.r - b.r, 2) + std::pow(a.g - b.g, 2) + std::pow(a.b - b.b, 2);
-  }
-  return std::sqrt(sum / (3.0 * static_cast<double>(truth.pixels.pixels().size())));
-}
-
 TEST(StepSearchTest, TheChosenStepErrsAboutAsMuchAsIsSaid) {
   // An estimate: it may be off by a third, and the next coarser step must err more than was asked.
   constexpr double kOff = 1.35;
@@ -47,7 +37,7 @@ TEST(StepSearchTest, TheChosenStepErrsAboutAsMuchAsIsSaid) {
       const RenderedImage truth = at_step(*make_reference_engine(), scene, 1.0 / 16);
       const auto engine = make_cpu_engine();
       const auto error_at = [&](double step) {
-        return rms_between(at_step(*engine, scene, step), truth);
+        return rms_difference(at_step(*engine, scene, step).pixels, truth.pixels);
       };
       for (const double asked : {1e-2, 4e-3}) {
         const auto choice = step_for_error(*make_cpu_engine(), scene, asked);
