@@ -322,8 +322,12 @@ std::vector<RgbaF> GlRaycaster::read() const {
   std::vector<RgbaF> pixels(width * height);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, layers_ ? resolve_framebuffer_ : framebuffer_);
   glReadBuffer(GL_COLOR_ATTACHMENT0);
+  // Rows from the top on, where the device can write them so.
+  const bool from_top = GLEW_MESA_pack_invert != 0;
+  if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_TRUE);
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, pixels.data());
-  for (std::size_t row = 0; row < height / 2; ++row) {
+  if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_FALSE);
+  for (std::size_t row = 0; !from_top && row < height / 2; ++row) {
     const auto top = pixels.begin() + static_cast<std::ptrdiff_t>(row * width);
     const auto bottom = pixels.begin() + static_cast<std::ptrdiff_t>((height - 1 - row) * width);
     std::swap_ranges(top, top + width_, bottom);

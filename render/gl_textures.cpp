@@ -72,6 +72,9 @@ void* GlTable::own_memory(std::size_t bytes) {
   void* at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (at == MAP_FAILED) return nullptr;
+#ifdef MADV_HUGEPAGE
+  madvise(at, bytes, MADV_HUGEPAGE);  // As CpuVolume: a wish, without which pictures are the same.
+#endif
   memory_ = at;
   memory_bytes_ = bytes;
   return at;
@@ -113,7 +116,7 @@ Result<void> GlTextures::update(const Scene& scene) {
   } else if (!scene.predicates) {
     update_transfer(scene.transfer);
     const bool needs_gradients = scene.shading.enabled || scene.transfer.uses_gradient();
-    if (needs_gradients && gradient_texture_) update_gradients();
+    if (needs_gradients && gradient_texture_ && !pairs_) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
     if (const auto adaptive = adaptive_step(scene, *table_)) update_brick_cells(*adaptive);
   }

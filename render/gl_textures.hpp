@@ -96,7 +96,9 @@ class GlTextures {
   [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
 
   /// Gradients of the last scene's volume are on the device.
-  [[nodiscard]] bool has_gradients() const { return gradient_texture_ && gradients_of_ == volume_; }
+  [[nodiscard]] bool has_gradients() const {
+    return gradient_texture_ && !pairs_ && gradients_of_ == volume_;
+  }
   void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
   /// Volumes are tables of pairs of voxels instead of textures, where the device's tables are large
   /// enough.

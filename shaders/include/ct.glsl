@@ -81,6 +81,63 @@ float pairs_between(isamplerBuffer pairs, Words at) {
 }
 
 float ct_hu(vec3 index) { return pairs_between(ct, words_at(index)); }
+
+#ifdef GRADIENTS
+vec4 lows_of(ivec4 words) { return vec4((words << 16) >> 16); }
+vec4 highs_of(ivec4 words) { return vec4(words >> 16); }
+
+ivec4 pairs_of(ivec4 at) {
+  return ivec4(texelFetch(ct, at.x).r, texelFetch(ct, at.y).r, texelFetch(ct, at.z).r,
+               texelFetch(ct, at.w).r);
+}
+
+// Between the four rows around a place.
+float between_rows(vec4 rows, vec2 part) {
+  vec2 slices = rows.xz + part.x * (rows.yw - rows.xz);
+  return slices.x + part.y * (slices.y - slices.x);
+}
+
+// What trilinear values one voxel either way along each axis differ by, HU; outside the volume its
+// outermost voxels are repeated. The 32 voxels that they share are read once.
+vec3 differences_at(vec3 index) {
+  vec3 inside = clamp(index, vec3(0.0), last_voxel);
+  ivec3 low = ivec3(inside);
+  vec3 part = inside - vec3(low);
+  ivec3 words = ivec3(1, row_words, slice_words);
+  ivec3 before = words * min(low, 1);
+  ivec3 room = ivec3(last_voxel) - low;
+  ivec3 behind = words * min(room, 1);
+  ivec3 beyond = words * min(room, 2);
+  int at = low.x + low.y * row_words + low.z * slice_words;
+  // The four rows, from x - 1 to x + 2.
+  ivec4 rows = at + ivec4(0, behind.y, behind.z, behind.y + behind.z);
+  ivec4 left = pairs_of(rows - before.x);
+  ivec4 right = pairs_of(rows + behind.x);
+  vec4 v0 = lows_of(left);
+  vec4 v1 = low.x == 0 ? v0 : highs_of(left);
+  vec4 v2 = lows_of(right);
+  vec4 rise = v2 - v0;
+  vec4 x_rises = rise + part.x * ((highs_of(right) - v1) - rise);
+  vec4 centre = v1 + part.x * (v2 - v1);
+  // Rows in front of them and behind, then slices.
+  ivec4 outer = at + ivec4(-before.y, beyond.y, behind.z - before.y, behind.z + beyond.y);
+  ivec4 pairs = pairs_of(outer);
+  vec4 y_low = lows_of(pairs);
+  vec4 beside = y_low + part.x * (highs_of(pairs) - y_low);
+  outer = at + ivec4(-before.z, behind.y - before.z, beyond.z, behind.y + beyond.z);
+  pairs = pairs_of(outer);
+  vec4 z_low = lows_of(pairs);
+  vec4 around = z_low + part.x * (highs_of(pairs) - z_low);
+  vec2 y_rises = centre.yw - beside.xz;
+  y_rises += part.y * ((beside.yw - centre.xz) - y_rises);
+  vec2 slices = centre.xz + part.y * (centre.yw - centre.xz);
+  vec2 outer_slices = around.xz + part.y * (around.yw - around.xz);
+  float z_rise = slices.y - outer_slices.x;
+  z_rise += part.z * ((outer_slices.y - slices.x) - z_rise);
+  return vec3(between_rows(x_rises, part.yz), y_rises.x + part.z * (y_rises.y - y_rises.x),
+              z_rise);
+}
+#endif
 #else
 void take_over_volume() {
   last_voxel = vec3(ct_size - 1);

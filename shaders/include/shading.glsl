@@ -16,6 +16,8 @@ vec3 per_difference;  // half_per_spacing, taken over.
 vec3 gradient_at(vec3 index) {
 #ifdef GRADIENT_TEXTURE
   return trilinear(gradients, index).rgb * per_difference;
+#elif defined(VOXEL_PAIRS)
+  return differences_at(index) * per_difference;
 #else
   vec3 i = clamp(index, vec3(0.0), vec3(ct_size - 1));
   return vec3(ct_hu(i + vec3(1, 0, 0)) - ct_hu(i - vec3(1, 0, 0)),

@@ -157,6 +157,7 @@ TEST_F(GlRaycasterTest, ProjectionsSkipWhatCannotChangeThem) {
 
 TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
   scene_ = test::ball_scene(test::oblique_grid());
+  caster().set_voxel_pairs(false);
   draw();
   const Image2d<RgbaF> kept(96, 72, caster().read());
   const std::uint64_t taken = caster().statistics().gradient_samples;
@@ -281,6 +282,31 @@ TEST_F(GlRaycasterTest, PairsOfVoxelsDrawTheSamePicture) {
     EXPECT_TRUE(test::agree(Image2d<RgbaF>(96, 72, caster().read()), by_texture, 0.5));
   }
   EXPECT_EQ(caster().uploads().volumes, 6);
+}
+
+TEST_F(GlRaycasterTest, GradientsOfPairsOfVoxelsAreThoseOfSixFetches) {
+  // Rays cross all edges, where neighbours are repeated, and axes of one to five voxels.
+  for (const std::array<int, 3>& size :
+       {std::array{1, 1, 1}, std::array{2, 1, 3}, std::array{1, 4, 2}, std::array{3, 2, 1},
+        std::array{5, 4, 3}}) {
+    const Eigen::Vector3d spacing = 60 / Eigen::Array3i::Map(size.data()).cast<double>();
+    scene_ = test::plain_scene(
+        test::make_volume(test::centred_grid(size, spacing),
+                          [](int i, int j, int k) { return (i * 619 + j * 811 + k * 1097) % 907; }),
+        test::fog(0.05, {0.9, 0.6, 0.3}), test::frontal(160, 90, false));
+    scene_.shading.enabled = true;
+    scene_.shading.full_gradient_per_mm = 5;
+    caster().set_voxel_pairs(false);
+    caster().set_gradient_texture(false);
+    const auto drawn = [&] {
+      return Image2d<RgbaF>(scene_.width, scene_.height, test::GlViewTest::draw(scene_));
+    };
+    const Image2d<RgbaF> six = drawn();
+    EXPECT_GT(caster().statistics().gradient_samples, 0U);
+    caster().set_voxel_pairs(true);
+    caster().set_gradient_texture(true);
+    EXPECT_TRUE(test::agree(drawn(), six, 0.05));
+  }
 }
 
 TEST_F(GlRaycasterTest, PairsOfVoxelsAreForSoftware) {
