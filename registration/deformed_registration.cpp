@@ -34,15 +34,20 @@ void add_field_error(double displacement_mm, ImageRegistrationResult& result) {
 Result<Volume> bent_ct(const Volume& ct, const SplineField& field) {
   std::vector<std::int16_t> hu(ct.hu().begin(), ct.hu().end());
   const VoxelGrid& grid = ct.grid();
+  // Rows of most CTs run along x, where a field is cheaper to ask.
+  const bool along_x = grid.directions(1, 0) == 0 && grid.directions(2, 0) == 0;
   tbb::parallel_for(0, grid.size[2], [&](int k) {
     auto voxel = hu.begin() + static_cast<std::ptrdiff_t>(k) * grid.size[0] * grid.size[1];
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++voxel) {
+    for (int j = 0; j < grid.size[1]; ++j, voxel += grid.size[0]) {
+      const Vec first = grid.at(Vec(0, j, k)).mm;
+      const SplineField::Row row = along_x ? field.row(first.y(), first.z()) : SplineField::Row{};
+      if (along_x && row.empty()) continue;
+      for (int i = 0; i < grid.size[0]; ++i) {
         const Point<frames::Ct> p = grid.at(Vec(i, j, k));
-        const Vec moved = field.displacement(p.mm);
+        const Vec moved = along_x ? row.displacement(p.mm.x()) : field.displacement(p.mm);
         if (moved.isZero(0)) continue;
         const auto value = ct.sample({p.mm + moved});
-        *voxel = value ? static_cast<std::int16_t>(std::lround(*value)) : kAirHu;
+        voxel[i] = value ? static_cast<std::int16_t>(std::lround(*value)) : kAirHu;
       }
     }
   });

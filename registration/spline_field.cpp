@@ -113,6 +113,42 @@ Eigen::Vector3d SplineField::displacement(const Eigen::Vector3d& p) const {
   return sum;
 }
 
+SplineField::Row SplineField::row(double y_ct_mm, double z_ct_mm) const {
+  constexpr std::size_t kEnds = 2;
+  Row out;
+  const auto at = near({origin_.x(), y_ct_mm, z_ct_mm});
+  if (!at) return out;
+  out.origin_mm_ = origin_.x();
+  out.spacing_mm_ = spacing_mm_;
+  out.sums_.assign(static_cast<std::size_t>(size_[0]) + 2 * kEnds, Eigen::Vector3d::Zero());
+  for (int i = 0; i < size_[0]; ++i) {
+    Eigen::Vector3d& sum = out.sums_[static_cast<std::size_t>(i) + kEnds];
+    for (std::size_t c = at->begin[2]; c < at->end[2]; ++c) {
+      for (std::size_t b = at->begin[1]; b < at->end[1]; ++b) {
+        // The first of those near is one before the line's own cell.
+        const int n = index(*at, 0, b, c) - at->first[0] + i;
+        sum += at->weights[2].value[c] * at->weights[1].value[b] * coefficients_.segment<3>(3 * n);
+      }
+    }
+  }
+  return out;
+}
+
+Eigen::Vector3d SplineField::Row::displacement(double x_ct_mm) const {
+  const double at = (x_ct_mm - origin_mm_) / spacing_mm_;
+  // Of the padded sums the four that reach a cell begin one after its number.
+  const double cells = static_cast<double>(sums_.size()) - 4;
+  if (sums_.empty() || !(at > -1 && at < cells + 1)) return Eigen::Vector3d::Zero();
+  const double cell = std::floor(at);
+  const Four weights = cubic(at - cell);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t a = 0; a < 4; ++a) {
+    const std::size_t n = static_cast<std::size_t>(cell + 1) + a;
+    if (n < sums_.size()) sum += weights.value[a] * sums_[n];
+  }
+  return sum;
+}
+
 Eigen::Matrix3d SplineField::jacobian(const Eigen::Vector3d& p) const {
   const Reach near = reach(p);
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();

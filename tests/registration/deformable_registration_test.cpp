@@ -45,6 +45,32 @@ TEST(SplineFieldTest, JacobianIsTheDerivativeAndWeightsSumToOne) {
   EXPECT_EQ(field.displacement(Vec::Constant(std::nan(""))), Vec(0, 0, 0));
 }
 
+TEST(SplineFieldTest, ARowIsTheFieldAlongALine) {
+  // Sums in another order.
+  constexpr double kRoundingMm = 1e-12;
+  SplineField field({{-40, -30, -20}, {55, 30, 45}}, 22);
+  Eigen::VectorXd c(3 * field.control_points());
+  for (Eigen::Index i = 0; i < c.size(); ++i) c[i] = 3 * std::sin(1.7 * static_cast<double>(i));
+  field.set_coefficients(c);
+  int inside = 0;
+  for (double z = -110; z < 140; z += 13.3) {
+    for (double y = -110; y < 110; y += 17.9) {
+      const SplineField::Row row = field.row(y, z);
+      for (double x = -130; x < 160; x += 5.5) {
+        const Vec expected = field.displacement({x, y, z});
+        const Vec found = row.empty() ? Vec(Vec::Zero()) : row.displacement(x);
+        EXPECT_LE((found - expected).norm(), kRoundingMm) << x << ' ' << y << ' ' << z;
+        inside += expected.norm() > 1 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_TRUE(field.row(1e5, 0).empty());
+  EXPECT_TRUE(field.row(std::nan(""), 0).empty());
+  EXPECT_EQ(field.row(0, 0).displacement(1e9), Vec(0, 0, 0));
+  EXPECT_EQ(field.row(0, 0).displacement(std::nan("")), Vec(0, 0, 0));
+}
+
 TEST(SplineFieldTest, BendingEnergyIsTheIntegralOfSquaredSecondDerivatives) {
   SplineField field(kBox, 30);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(field.coefficients().size());
