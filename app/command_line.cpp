@@ -305,8 +305,10 @@ void CommandLine::add_register() {
   verb->add_option("--effort", register_.effort,
                    "quick: in a fifth of the time, a few tenths of a millimetre farther off; usual")
       ->capture_default_str();
-  verb->add_option("--time-limit", register_.time_limit_s,
-                   "s, from a start pose on: the best pose until then is reported and refused");
+  verb->add_option(
+      "--time-limit", register_.time_limit_s,
+      "s, also of the search without a start pose: the best pose until then is reported "
+      "and refused; none until then is an error");
   verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
       ->capture_default_str();
   verb->add_option("--loss", register_.loss,

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
 #include <cmath>
 #include <iomanip>
 #include <map>
@@ -13,6 +14,7 @@
 #include "app/registration_file.hpp"
 #include "app/registration_picture.hpp"
 #include "app/replay.hpp"
+#include "nav/stopwatch.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/skin_search.hpp"
 
@@ -256,16 +258,23 @@ Result<registration::ImageRegistrationResult> register_from(
     console.progress(fraction);
     return true;
   };
+  registration::ImageRegistrationOptions from_start = solver;
   if (start.kind == "centred") {
+    const auto begin = std::chrono::steady_clock::now();
     auto found = registration::register_on_skin(ct, sweep, solver, search, console, progress);
     if (found) start.kind = "skin";
+    // The one who set the limit is told, rather than one who maintains a device.
+    if (!found && found.error().code == ErrorCode::kTimeout) {
+      return Error{ErrorCode::kRefused, found.error().message};
+    }
     // Nowhere held as declared: no other pose is an answer.
     if (found || search.marker_towards || found.error().code != ErrorCode::kRefused) return found;
+    from_start.time_limit_s = std::max(solver.time_limit_s - seconds_since(begin), 1e-9);
     console.report(Severity::kWarning, "register",
                    found.error().message + "; the search begins from: " + start.statement);
   }
-  return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, solver, console,
-                                      progress);
+  return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, from_start,
+                                      console, progress);
 }
 
 }  // namespace

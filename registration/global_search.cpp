@@ -49,6 +49,9 @@ struct Trial {
 constexpr std::array<Trial, 3> kTrials{{{2, 1.0}, {3, 0.3}, {kScreenIterations, 0.1}}};
 // Found poses are refined on other levels: a few tenths of a millimetre are near enough.
 constexpr double kTolerance = 3e-4;
+// Poses ranked or solved side by side before anybody is asked whether to go on: some 10 ms.
+constexpr std::size_t kRankedPerCheck = 600;
+constexpr std::size_t kSolvedPerCheck = 48;
 
 struct Ranked {
   double cost;
@@ -92,7 +95,7 @@ class Search {
   std::vector<Found> run_among(const Places& places) {
     if (places.poses.empty()) return {};
     rank_places(places);
-    try_places(places.tried);
+    if (!stopped()) try_places(places.tried);
     // What neighbours of a pose leave between them, twice.
     search_about(places.spacing_mm / kRotationScaleMm / kShrink, places.spacing_mm / kShrink);
     finish();
@@ -133,20 +136,34 @@ class Search {
     rank(poses, screen);
   }
 
-  /// Poses side by side: one alone is too little work to be shared.
+  /// Poses side by side: one alone is too little work to be shared. Those that there is no time
+  /// for are left out.
   void rank(const std::vector<Pose>& poses, const Lc2Cost& screen) {
     const std::size_t first = ranked_.size();
     for (const Pose& pose : poses) ranked_.push_back({0, pose});
-    std::vector<int> non_finite(poses.size(), 0);
-    tbb::task_arena arena(options_.threads);
-    arena.execute([&] {
-      tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
-        const CostTerms terms = screen.cost(poses[i]);
-        ranked_[first + i].cost = terms.cost;
-        non_finite[i] = terms.non_finite;
-      });
+    const std::size_t done = side_by_side(poses.size(), kRankedPerCheck, [&](std::size_t i) {
+      const CostTerms terms = screen.cost(poses[i]);
+      ranked_[first + i].cost = terms.cost;
+      return terms.non_finite;
     });
-    for (const int count : non_finite) non_finite_ = std::max(non_finite_, count);
+    ranked_.erase(ranked_.begin() + static_cast<std::ptrdiff_t>(first + done), ranked_.end());
+  }
+
+  /// Calls work(i), which returns how many patches were not finite, for all i below count, or until
+  /// stopped: asked every per_check of them, from the calling thread. How many were done.
+  template <class Work>
+  std::size_t side_by_side(std::size_t count, std::size_t per_check, const Work& work) {
+    std::vector<int> non_finite(count, 0);
+    tbb::task_arena arena(options_.threads);
+    std::size_t done = 0;
+    while (done < count && (done == 0 || !stopped())) {
+      const std::size_t end = std::min(count, done + per_check);
+      arena.execute(
+          [&] { tbb::parallel_for(done, end, [&](std::size_t i) { non_finite[i] = work(i); }); });
+      done = end;
+    }
+    for (const int one : non_finite) non_finite_ = std::max(non_finite_, one);
+    return done;
   }
 
   /// What a cost must be below to be no chance.
@@ -220,20 +237,15 @@ class Search {
     }
   }
 
-  /// Side by side; only between calls is anybody asked whether to go on.
+  /// Those that there is no time for stay what they were.
   std::vector<Ranked> solve_all(const std::vector<Ranked>& starts, int iterations) {
     std::vector<Ranked> out = starts;
-    std::vector<int> non_finite(starts.size(), 0);
-    tbb::task_arena arena(options_.threads);
-    arena.execute([&] {
-      tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
-        const PoseSolution solution =
-            solve_pose(screen_, starts[i].pose, points_.centroid, {iterations, kTolerance}, {});
-        out[i] = {solution.final_cost, solution.pose};
-        non_finite[i] = solution.non_finite;
-      });
+    side_by_side(starts.size(), kSolvedPerCheck, [&](std::size_t i) {
+      const PoseSolution solution =
+          solve_pose(screen_, starts[i].pose, points_.centroid, {iterations, kTolerance}, {});
+      out[i] = {solution.final_cost, solution.pose};
+      return solution.non_finite;
     });
-    for (const int count : non_finite) non_finite_ = std::max(non_finite_, count);
     return out;
   }
 

@@ -3,9 +3,12 @@
 #include "registration/skin_search.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
+#include "nav/stopwatch.hpp"
 #include "registration/body_surface.hpp"
 #include "registration/global_search.hpp"
 #include "registration/picture_outline.hpp"
@@ -27,6 +30,7 @@ constexpr std::size_t kPointsLookedAt = 60;
 constexpr double kSamePlaceMm = 5;
 constexpr double kSamePoseMm = 1;
 constexpr std::size_t kKeptPlaces = 2;
+constexpr double kLeastTimeLimitS = 1e-9;
 
 /// The middle of the transducer's face, Image.
 Point<frames::Image> face_of(const UltrasoundFrame& frame) {
@@ -107,11 +111,41 @@ bool held_so(const Eigen::Matrix3d& axes_in_ct, const SkinSearchOptions& options
          -axes_in_ct.col(0).dot(*options.marker_towards) >= std::cos(options.marker_within_rad);
 }
 
+/// How long a search without a start may take, and who else may end it.
+class Patience {
+ public:
+  Patience(double limit_s, const std::function<bool(double fraction)>& progress)
+      : limit_s_(limit_s), progress_(progress) {}
+
+  bool keep_going() {
+    cancelled_ = cancelled_ || (progress_ && !progress_(0));
+    return !cancelled_ && !late();
+  }
+  [[nodiscard]] bool late() const { return left_s() <= 0; }
+  [[nodiscard]] double left_s() const { return limit_s_ - seconds_since(start_); }
+  /// Why there is no pose, where a search ended early.
+  [[nodiscard]] std::optional<Error> error() const {
+    const std::string what = "registration without a start pose: ";
+    if (cancelled_) return Error{ErrorCode::kCancelled, what + "cancelled by the caller"};
+    if (!late()) return {};
+    std::ostringstream text;
+    text << what << "expected a place within the time limit of " << limit_s_ << " s, found none";
+    return Error{ErrorCode::kTimeout, text.str()};
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double limit_s_;
+  const std::function<bool(double fraction)>& progress_;
+  bool cancelled_ = false;
+};
+
 std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, const VoxelGrid& grid,
-                                 const SkinSearchOptions& options) {
+                                 const SkinSearchOptions& options, Patience& patience) {
   std::vector<Pose> poses;
   const auto tilts = leans(options.lean_rad);
   for (const SkinPoint& skin : body.points(options.spacing_mm)) {
+    if (!patience.keep_going()) break;
     Eigen::Matrix3d upright;  // x, y (into the body), z of a picture.
     upright.col(1) = skin.inward;
     upright.col(0) = skin.inward.unitOrthogonal();
@@ -140,7 +174,8 @@ struct RivalPlaces {
 /// Each place solved on the second level, where there is one before the finest: what costs much
 /// more there has lost.
 RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector<Found>& found,
-                      const ImageRegistrationOptions& options, const SkinSearchOptions& search) {
+                      const ImageRegistrationOptions& options, const SkinSearchOptions& search,
+                      Patience& patience) {
   std::vector<PoseSolution> all;
   for (const Found& one : found) {
     if (all.size() == static_cast<std::size_t>(search.followed)) break;
@@ -151,13 +186,15 @@ RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::v
   ImageRegistrationOptions plain = options;
   plain.starts = 0;
   for (PoseSolution& place : all) {
+    if (!patience.keep_going()) break;
     const auto channels = make_ct_channels(ct, reachable_box(sweep, place.pose, plain),
                                            sigma_of(level.options.sample_step_mm));
     if (!channels) continue;
     const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads,
                        options.similarity);
-    place = solve_pose(cost, place.pose, sweep.points().centroid,
-                       {options.max_iterations, kCoarseTolerance}, {});
+    place =
+        solve_pose(cost, place.pose, sweep.points().centroid,
+                   {options.max_iterations, kCoarseTolerance, [&] { return patience.late(); }}, {});
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.final_cost < b.final_cost; });
@@ -221,12 +258,15 @@ Result<ImageRegistrationResult> register_on_skin(
     const SkinSearchOptions& search_options, Diagnostics& diagnostics,
     const std::function<bool(double fraction)>& progress) {
   if (const auto ok = validate(search_options); !ok) return ok.error();
+  Patience patience(options.time_limit_s, progress);
+  const auto keep_going = [&] { return patience.keep_going(); };
   const Sweep sweep = with_outline(as_recorded);
-  const auto prepared = PreparedSweep::create(sweep, options, diagnostics);
-  if (!prepared) return prepared.error();
+  const auto prepared = PreparedSweep::create(sweep, options, diagnostics, keep_going);
+  if (!prepared) return patience.error().value_or(prepared.error());
   const BodySurface body(ct);
   const auto poses =
-      standing_poses(held(sweep, prepared->points()), body, ct.grid(), search_options);
+      standing_poses(held(sweep, prepared->points()), body, ct.grid(), search_options, patience);
+  if (const auto error = patience.error()) return *error;
   if (poses.empty()) {
     return Error{ErrorCode::kRefused,
                  "registration without a start pose: expected skin in " + ct.name() +
@@ -239,31 +279,33 @@ Result<ImageRegistrationResult> register_on_skin(
       make_ct_channels(ct, box_of(ct.grid()), sigma_of(level.options.sample_step_mm));
   if (!channels) return channels.error();
   const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads, options.similarity);
-  bool stopped = false;
-  const auto keep_going = [&] {
-    stopped = stopped || (progress && !progress(0));
-    return !stopped;
-  };
   int non_finite = 0;
   const SearchOptions about{0, 0, 0, options.max_iterations, options.seed, options.threads};
   const Places places{poses, search_options.spacing_mm,
                       static_cast<std::size_t>(search_options.tried)};
   const auto found = search_among(cost, places, prepared->points(), about, keep_going, non_finite);
-  const RivalPlaces rivals = rivals_of(ct, *prepared, found, options, search_options);
+  const RivalPlaces rivals = rivals_of(ct, *prepared, found, options, search_options, patience);
   ImageRegistrationOptions plain = options;
   plain.starts = 0;
   std::vector<ImageRegistrationResult> ends;
   for (const PoseSolution& place : rivals.places) {
+    // Late, what is found is the best until then, and refused.
+    if (!patience.keep_going() && !ends.empty()) break;
+    plain.time_limit_s = std::max(patience.left_s(), kLeastTimeLimitS);
     auto end = register_prepared(ct, *prepared, place.pose, plain, progress);
     if (!end && end.error().code == ErrorCode::kRefused) continue;  // A place outside the CT.
     if (!end) return end.error();
     ends.push_back(std::move(*end));
   }
   if (ends.empty()) {
-    return Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
-                                          ct.name() + " that the sweep shows, found none"};
+    return patience.error().value_or(
+        Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
+                                       ct.name() + " that the sweep shows, found none"});
   }
-  return best_of(std::move(ends), prepared->points(), rivals.margin);
+  auto best = best_of(std::move(ends), prepared->points(), rivals.margin);
+  // Places that there was no time for might have been better.
+  if (patience.late()) best.termination = Termination::kTimeLimit;
+  return best;
 }
 
 }  // namespace nav::registration

@@ -37,8 +37,10 @@ Result<void> validate(const SkinSearchOptions& options);
 /// level; the surroundings of the best are searched as register_sweep() does, the best places are
 /// followed to the second level, and the best two that have not lost there are registered to the
 /// end. The answer is the cheapest of these; its margin counts the others.
-/// Errors: those of register_sweep(); kRefused where the CT shows no skin that the sweep fits on,
-/// held as the options say.
+/// options.time_limit_s is of the whole: a search that it ends without a place is kTimeout, what it
+/// ends later is the best until then, which decide() refuses.
+/// Errors: those of register_sweep(); kTimeout; kRefused where the CT shows no skin that the sweep
+/// fits on, held as the options say.
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,
     const SkinSearchOptions& search, Diagnostics& diagnostics,

@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/skin_search.hpp"
 
+#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <gtest/gtest.h>
 
+#include "nav/stopwatch.hpp"
+#include "registration/acceptance.hpp"
 #include "registration/body_surface.hpp"
 #include "registration/patches.hpp"
 #include "tests/registration/synthetic.hpp"
@@ -197,6 +201,50 @@ TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {
   for (const TrackedFrame& tracked : sweep.frames()) {
     const auto p = tracked.reference_from_image * tracked.frame.grid.at(45, 45);
     EXPECT_LE(((found->ct_from_reference * p) - (test::true_pose() * p)).v.norm(), 1);
+  }
+}
+
+double process_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(SkinSearchTest, TheTimeLimitBoundsTheSearch) {
+  const Sweep sweep = side_sweep(Trunk());
+  ImageRegistrationOptions options;
+  options.threads = 1;
+  CollectingDiagnostics diagnostics;
+  const auto run = [&](double limit_s) {
+    options.time_limit_s = limit_s;
+    return register_on_skin(trunk_ct(), sweep, options, {}, diagnostics);
+  };
+  const auto start = std::chrono::steady_clock::now();
+  const double before_s = process_s();
+  ASSERT_TRUE(test::has_value(run(1e9)));
+  const double whole_s = process_s() - before_s;
+  const double wall_s = seconds_since(start);
+  // What cannot be interrupted: the skin of the CT and one level of patches.
+  constexpr double kUninterrupted = 0.5;
+  EXPECT_TRUE(test::refuses(run(1e-9), ErrorCode::kTimeout, {"time limit", "found none"}));
+  EXPECT_LT(process_s() - before_s - whole_s, kUninterrupted * whole_s);
+  for (const double share : {0.05, 0.2, 0.4, 0.6, 0.8, 0.9}) {
+    const auto found = run(share * wall_s);
+    if (!found) {
+      EXPECT_EQ(found.error().code, ErrorCode::kTimeout) << share;
+    } else if (found->termination != Termination::kConverged) {
+      EXPECT_EQ(found->termination, Termination::kTimeLimit) << share;
+      EXPECT_FALSE(decide(*found, {}, {{0, 0, 0}}).accepted) << share;
+    }
+  }
+}
+
+TEST(SkinSearchTest, ACancelledSearchSaysSo) {
+  int asked = 0;
+  ImageRegistrationOptions options;
+  options.threads = 1;
+  CollectingDiagnostics diagnostics;
+  for (const int after : {1, 5, 100}) {
+    asked = 0;
+    const auto found = register_on_skin(trunk_ct(), side_sweep(Trunk()), options, {}, diagnostics,
+                                        [&](double) { return ++asked < after; });
+    EXPECT_TRUE(test::refuses(found, ErrorCode::kCancelled, {"cancelled"})) << after;
   }
 }
 
