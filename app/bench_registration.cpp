@@ -37,6 +37,7 @@ class RegistrationBench {
   [[nodiscard]] bench::CohortOptions cohort(std::uint64_t first_seed) const;
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
   void measure_effort();
+  void measure_bootstrap();
   Result<void> compare();
   Result<void> measure_motion();
   Result<void> measure_skin();
@@ -62,6 +63,7 @@ class RegistrationBench {
   std::ofstream trials_;
   std::optional<bench::CohortSummary> development_, evaluation_;
   std::vector<bench::EffortPoint> curve_;
+  bench::BootstrapCurve bootstrap_;
   std::vector<bench::SkinCurvePoint> skin_;
   std::vector<bench::MotionPoint> motion_;
   bench::LiveCurve live_;
@@ -114,6 +116,21 @@ void RegistrationBench::measure_effort() {
   curve_ = bench::measure_effort(effort, store_, progress());
   console_.end();
   std::cout << bench::to_text(curve_) << std::flush;
+}
+
+void RegistrationBench::measure_bootstrap() {
+  console_.begin("pictures drawn anew");
+  bench::BootstrapCurveOptions bootstrap;
+  bootstrap.first_seed = kDevelopmentSeed;
+  if (options_.quick) {
+    bootstrap.patients = 1;
+    bootstrap.paths = {bench::SweepPath::kSubcostal};
+    bootstrap.solved = 20;
+  }
+  if (options_.patients > 0) bootstrap.patients = options_.patients;
+  bootstrap_ = bench::measure_bootstrap(bootstrap, store_, progress());
+  console_.end();
+  std::cout << bench::to_text(bootstrap_) << std::flush;
 }
 
 Result<void> RegistrationBench::compare() {
@@ -221,6 +238,7 @@ Json RegistrationBench::json() const {
   json["summary_seeds"] = evaluation_ ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
   json["curve"] = json_of(curve_);
+  json["bootstrap"] = json_of(bootstrap_);
   json["skin"] = json_of(skin_);
   json["motion"] = json_of(motion_);
   json["live"] = json_of(live_);
@@ -239,6 +257,7 @@ Result<void> RegistrationBench::run() {
     if (options_.evaluate) evaluation_ = judge("evaluation seeds", kEvaluationSeed);
   }
   if (wants("curve")) measure_effort();
+  if (wants("bootstrap")) measure_bootstrap();
   if (wants("skin")) {
     if (auto ok = measure_skin(); !ok) return ok;
   }

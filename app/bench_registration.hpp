@@ -20,7 +20,7 @@ struct BenchRegistrationOptions {
   registration::Effort effort = registration::Effort::kUsual;  ///< Of the cohort's registrations.
   /// How echoes of the sweeps are computed.
   sim::AcousticModel model = sim::AcousticModel::kRays;
-  std::vector<std::string> parts;  ///< Of "cohort", "curve", "skin", "motion", "peer"; none: all.
+  std::vector<std::string> parts;  ///< Of those of --part; none: all.
   std::optional<std::string> json;
   std::optional<std::string> trials;  ///< CSV with a line for each registration of the cohorts.
 };

@@ -41,6 +41,9 @@ Json json_of(const bench::CohortSummary& s) {
           {"warned_p95_mm", json_number(s.warned_p95_mm)},
           {"hopeless_refused", json_number(s.hopeless_refused)},
           {"coverage_95", json_number(s.coverage_95)},
+          {"coverage_95_clusters", json_number(s.coverage_95_clusters)},
+          {"coverage_95_bootstrap", json_number(s.coverage_95_bootstrap)},
+          {"predicted_over_actual", json_number(s.predicted_over_actual)},
           {"local_cpu_s", json_number(s.local_cpu_s)},
           {"global_cpu_s", json_number(s.global_cpu_s)},
           {"local_solve_cpu_s", json_number(s.local_solve_cpu_s)},
@@ -112,6 +115,30 @@ Json json_of(const std::vector<bench::MotionPoint>& points) {
                     {"motion_wall_s", json_number(p.motion_wall_s)}});
   }
   return rows;
+}
+
+Json json_of(const bench::BootstrapCurve& curve) {
+  if (curve.points.empty()) return nullptr;
+  Json json;
+  json["replicates"] = Json::array();
+  for (const auto& p : curve.points) {
+    json["replicates"].push_back(
+        {{"replicates", p.replicates}, {"cpu_us", p.cpu_us}, {"off", json_number(p.off)}});
+  }
+  json["solved"] = Json::array();
+  for (const auto& r : curve.references) {
+    json["solved"].push_back({{"patient", r.patient},
+                              {"path", bench::to_string(r.path)},
+                              {"pictures", r.pictures},
+                              {"block_pictures", r.block},
+                              {"error_mm", json_number(r.error_mm)},
+                              {"clusters_mm", json_number(r.clusters_mm)},
+                              {"step_mm", json_number(r.step_mm)},
+                              {"solved_mm", json_number(r.solved_mm)},
+                              {"apart", json_number(r.apart)},
+                              {"solved_cpu_s", json_number(r.solved_cpu_s)}});
+  }
+  return json;
 }
 
 Json json_of(const bench::LiveCurve& curve) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/report.hpp"
+#include "bench/registration/bootstrap_curve.hpp"
 #include "bench/registration/effort_curve.hpp"
 #include "bench/registration/live_curve.hpp"
 #include "bench/registration/motion_curve.hpp"
@@ -21,6 +22,7 @@ Json json_of(const std::vector<bench::EffortPoint>& points);
 Json json_of(const std::vector<bench::SkinCurvePoint>& points);
 Json json_of(const std::vector<bench::MotionPoint>& points);
 /// Null when nothing was measured.
+Json json_of(const bench::BootstrapCurve& curve);
 Json json_of(const bench::LiveCurve& curve);
 
 }  // namespace nav::app

@@ -564,8 +564,8 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
       ->check(CLI::Range(1, 100));
   verb->add_option("--part", bench_registration_.parts,
-                   "cohort, curve, skin, motion, live, peer; default all")
-      ->check(CLI::IsMember({"cohort", "curve", "skin", "motion", "live", "peer"}))
+                   "cohort, curve, bootstrap, skin, motion, live, peer; default all")
+      ->check(CLI::IsMember({"cohort", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);

@@ -81,6 +81,21 @@ Json json_of(const registration::Decision& decision) {
           {"warnings", decision.warnings}};
 }
 
+namespace {
+Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
+                    const Point<frames::Ct>& target) {
+  constexpr double kMost = 0.95;
+  return {{"valid", bootstrap.valid},
+          {"fault", bootstrap.fault},
+          {"replicates", bootstrap.twists.size()},
+          {"unsolved", bootstrap.unsolved},
+          {"pictures", bootstrap.pictures},
+          {"block_pictures", bootstrap.block},
+          {"target_error_rms_mm", json_number(bootstrap.tre_rms_mm(target))},
+          {"target_error_p95_mm", json_number(bootstrap.tre_quantile_mm(target, kMost))}};
+}
+}  // namespace
+
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target) {
   Json json = json_of(decision);
@@ -109,6 +124,9 @@ Json json_of(const registration::ImageRegistrationResult& result,
                                {"centre_ct_mm", {c.x(), c.y(), c.z()}}});
   }
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
+  json["clustered_target_error_rms_mm"] =
+      result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : Json(nullptr);
+  json["bootstrap"] = bootstrap_json(result.bootstrap, target);
   json["covariance_valid"] = result.covariance_valid;
   json["covariance_fault"] = result.covariance_fault;
   Json covariance = Json::array();

@@ -13,6 +13,7 @@
 #include "registration/assessment.hpp"
 #include "registration/basin.hpp"
 #include "registration/ct_structure.hpp"
+#include "registration/frame_bootstrap.hpp"
 #include "registration/global_search.hpp"
 #include "registration/patch_channels.hpp"
 #include "registration/pose_solver.hpp"
@@ -330,6 +331,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
                                        0.25 * finest.prepared.options.sample_step_mm);
   const SandwichCovariance covariance =
       sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
+  FrameBootstrap bootstrap = frame_bootstrap(shape, options_.bootstrap);
   ImageRegistrationResult result{
       pose,
       best.solution.termination,
@@ -339,7 +341,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       best.solution.final_cost,
       overlap(ct_, points_, pose),
       static_cast<int>(finest.patches().patches.size()),
-      covariance.uncertainty,
+      with_bootstrap(covariance, bootstrap, options_.bias_floor_mm),
       covariance.valid,
       covariance.fault,
       z_score(levels_.front().cost, points_, pose, options_.z_score_poses, options_.seed + 1),
@@ -348,6 +350,8 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0,
       {},
       0};
+  result.clusters = covariance.uncertainty;
+  result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());
   const Lc2Cost solved = solved_cost(finest, patches);

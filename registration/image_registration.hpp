@@ -15,6 +15,7 @@
 #include "nav/sweep.hpp"
 #include "nav/transform.hpp"
 #include "nav/volume.hpp"
+#include "registration/frame_bootstrap.hpp"
 #include "registration/patch_loss.hpp"
 #include "registration/pose_uncertainty.hpp"
 #include "registration/shadow_mask.hpp"
@@ -93,6 +94,7 @@ struct ImageRegistrationOptions {
   double start_range_rad = 0.45;  ///< Half width of their box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
   double bias_floor_mm = 0.07;    ///< Standard deviation that no sweep can undercut, >= 0.
+  BootstrapOptions bootstrap;     ///< Of its pictures, for the predicted error.
   int threads = 2;                ///< 1 to 64; the result does not depend on it.
   /// After so long no solve is begun or goes on: the best pose so far is assessed, and refused. >
   /// 0.
@@ -193,7 +195,11 @@ struct ImageRegistrationResult {
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
   Stretch stretch = {};             ///< Identity unless the options ask for it.
-  int used_patches = 0;             ///< Of patches, those where the CT has structure.
+  /// What uncertainty is the larger of, in every direction (frame_bootstrap.hpp): by clusters of
+  /// patches alone, and by pictures drawn anew.
+  PoseUncertainty clusters = {};
+  FrameBootstrap bootstrap = {};
+  int used_patches = 0;  ///< Of patches, those where the CT has structure.
   BasinCheck basin = {};
   std::vector<RegionAgreement> regions = {};  ///< Along the sweep and deep (regions.hpp).
 

@@ -99,6 +99,7 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (!(options.bias_floor_mm >= 0 && options.bias_floor_mm <= 100)) {
     return refuse("bias_floor_mm", "0 to 100", options.bias_floor_mm);
   }
+  if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {
     return refuse("time_limit_s", "a positive number", options.time_limit_s);
   }

@@ -112,8 +112,8 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
 }
 
 CostTerms Lc2Cost::terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
-                         bool keep_patch_gradients) const {
-  return sum_terms(true, ct_from_reference, centre_ct_mm, keep_patch_gradients);
+                         bool keep_patches) const {
+  return sum_terms(true, ct_from_reference, centre_ct_mm, keep_patches);
 }
 
 CostTerms Lc2Cost::gradient(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
@@ -148,6 +148,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
   const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   std::vector<Vector6d> gradients(keep_patch_gradients ? patches_.patches.size() : 0);
+  std::vector<Matrix6d> hessians(with_hessian ? gradients.size() : 0);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     CostTerms& part = parts[chunk];
     for (std::size_t i = begin; i < end; ++i) {
@@ -157,6 +158,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
       PatchTerms terms = terms_of(ct, placed, with_hessian);
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
+      if (!hessians.empty()) hessians[i].setZero();
       if (std::isnan(terms.s)) {
         part.cost += w;
         ++part.non_finite;
@@ -167,6 +169,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
       part.gradient += w * terms.gradient;
       if (with_hessian) part.hessian += w * terms.hessian;
       if (keep_patch_gradients) gradients[i] = w * terms.gradient;
+      if (!hessians.empty()) hessians[i] = w * terms.hessian;
     }
   });
   CostTerms sum;
@@ -181,6 +184,8 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
   sum.hessian = to_grid.transpose() * sum.hessian * to_grid;
   sum.patch_gradients = std::move(gradients);
   for (Vector6d& g : sum.patch_gradients) g = to_grid.transpose() * g;
+  sum.patch_hessians = std::move(hessians);
+  for (Matrix6d& h : sum.patch_hessians) h = to_grid.transpose() * h * to_grid;
   return sum;
 }
 

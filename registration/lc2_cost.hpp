@@ -23,6 +23,8 @@ struct CostTerms {
   Matrix6d hessian = Matrix6d::Zero();    ///< Gauss–Newton, the same twist.
   int non_finite = 0;                     ///< Patches whose term was not finite.
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
+  /// wᵢ Hᵢ, the same, of terms(); empty of mutual information, which has no such parts.
+  std::vector<Matrix6d> patch_hessians;
 };
 
 /// ct_from_reference followed by the change to Grid axes.
@@ -56,7 +58,7 @@ class Lc2Cost {
   /// Cost, gradient and Gauss–Newton Hessian by a twist about centre_ct_mm. Sums are taken over
   /// fixed chunks, so that the number of threads does not change a bit.
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
-                                bool keep_patch_gradients = false) const;
+                                bool keep_patches = false) const;
   /// The same without the Hessian, which is 0, for less time; mutual information has both always.
   [[nodiscard]] CostTerms gradient(const Pose& ct_from_reference,
                                    const Eigen::Vector3d& centre_ct_mm,

@@ -40,6 +40,41 @@ Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector
   return 0.5 * (h + h.transpose());
 }
 
+/// How far the patches of a picture lie from the plane of another, mean, mm.
+double way_mm(const std::vector<const Patch*>& from, const std::vector<const Patch*>& to) {
+  const Patch& plane = *from.front();
+  const Eigen::Vector3d normal = plane.step_a.cross(plane.step_b).normalized();
+  double sum = 0;
+  for (const Patch* patch : to) sum += std::abs(normal.dot(patch->centre_mm - plane.centre_mm));
+  return sum / static_cast<double>(to.size());
+}
+
+/// What each picture adds to the terms of all patches, in scaled parameters.
+std::vector<PictureShape> shapes_of_pictures(const std::vector<Patch>& patches,
+                                             const CostTerms& terms) {
+  const Matrix6d scale = twist_from_scaled();
+  std::map<int, std::vector<const Patch*>> patches_of;
+  for (const Patch& patch : patches) patches_of[patch.frame].push_back(&patch);
+  std::vector<PictureShape> pictures;
+  const std::vector<const Patch*>* before = nullptr;
+  for (const auto& [frame, of] : patches_of) {
+    PictureShape picture{frame, 0, 0, Vector6d::Zero(), Matrix6d::Zero()};
+    if (before != nullptr) picture.way_mm = way_mm(*before, of);
+    for (const Patch* patch : of) {
+      const auto i = static_cast<std::size_t>(patch - patches.data());
+      picture.weight += patch->weight;
+      picture.gradient += scale * terms.patch_gradients[i];
+      if (!terms.patch_hessians.empty()) picture.hessian += terms.patch_hessians[i];
+    }
+    // Terms that have no parts: a picture's share by its weight.
+    if (terms.patch_hessians.empty()) picture.hessian = picture.weight * terms.hessian;
+    picture.hessian = scale * picture.hessian * scale;
+    pictures.push_back(picture);
+    before = &of;
+  }
+  return pictures;
+}
+
 /// n/(n−6) Σ g_b g_bᵀ in scaled parameters, and n.
 std::pair<Matrix6d, int> block_scatter(const LocalShape& shape, const PatchSet& patches,
                                        const Pose& pose) {
@@ -78,10 +113,25 @@ Matrix6d twist_from_scaled() {
   return diagonal.asDiagonal();
 }
 
+std::string curvature_fault(const Matrix6d& hessian) {
+  if (!hessian.allFinite()) return "expected a finite curvature of the cost, found NaN or Inf";
+  const auto eigen = eigenpairs(hessian);
+  const double weakest = eigen.values[0];
+  const double strongest = eigen.values[5];
+  if (weakest > kMinCurvatureRatio * strongest && strongest > 0) return "";
+  std::ostringstream fault;
+  fault << "the sweep does not determine the " << describe(eigen.vectors.col(0))
+        << ": expected a curvature ratio above " << kMinCurvatureRatio << ", found "
+        << (strongest > 0 ? weakest / strongest : weakest);
+  return fault.str();
+}
+
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm) {
-  LocalShape shape{centre_ct, Matrix6d::Zero(), {}};
-  shape.patch_gradients = cost.gradient(pose, centre_ct.mm, true).patch_gradients;
+  LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
+  CostTerms terms = cost.terms(pose, centre_ct.mm, true);
+  shape.pictures = shapes_of_pictures(cost.patches().patches, terms);
+  shape.patch_gradients = std::move(terms.patch_gradients);
   for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
   const std::size_t stride =
       (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;
@@ -136,20 +186,8 @@ SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& 
     return result;
   }
   const Matrix6d& h = shape.hessian;
-  if (!h.allFinite() || !scatter.allFinite()) {
-    result.fault = "expected a finite curvature of the cost, found NaN or Inf";
-    return result;
-  }
-  const auto eigen = eigenpairs(h);
-  const double weakest = eigen.values[0];
-  const double strongest = eigen.values[5];
-  if (!(weakest > kMinCurvatureRatio * strongest) || !(strongest > 0)) {
-    fault << "the sweep does not determine the " << describe(eigen.vectors.col(0))
-          << ": expected a curvature ratio above " << kMinCurvatureRatio << ", found "
-          << (strongest > 0 ? weakest / strongest : weakest);
-    result.fault = fault.str();
-    return result;
-  }
+  result.fault = scatter.allFinite() ? curvature_fault(h) : curvature_fault(scatter);
+  if (!result.fault.empty()) return result;
   const Matrix6d inverse = symmetric_inverse(h);
   Matrix6d sigma = inverse * scatter * inverse;
   sigma += bias_floor_mm * bias_floor_mm * Matrix6d::Identity();

@@ -14,17 +14,31 @@ namespace nav::registration {
 /// Twist [ω | t], rad and mm, of scaled parameters [60 ω | t] mm: a diagonal.
 Matrix6d twist_from_scaled();
 
+/// What one picture adds to the cost about a minimum, of E/2, in scaled parameters.
+struct PictureShape {
+  int frame;      ///< Index in the sweep.
+  double weight;  ///< Of its patches; those of all pictures sum to 1.
+  double way_mm;  ///< Its patches from the plane of the picture before, mean; 0 of the first.
+  Vector6d gradient;
+  Matrix6d hessian;  ///< Gauss–Newton, of all its patches; 0 or positive.
+};
+
 /// The cost about a minimum, in scaled parameters [60 ω | t] mm about a centre.
 struct LocalShape {
   Point<frames::Ct> centre_ct;
   Matrix6d hessian;  ///< Of E/2, true: symmetric differences of the exact gradient.
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch, of E/2.
+  std::vector<PictureShape> pictures;     ///< Those with patches, in the order of the sweep.
 };
 
 /// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by
 /// symmetric differences over step_mm, of at most 600 patches evenly chosen.
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm);
+
+/// Why a Hessian in scaled parameters determines no pose: not finite, or which direction; empty
+/// where it does.
+std::string curvature_fault(const Matrix6d& hessian);
 
 /// Covariance of an image registration, or why there is none.
 struct SandwichCovariance {

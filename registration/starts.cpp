@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "registration/counter_random.hpp"
+
 namespace nav::registration {
 namespace {
 
@@ -13,15 +15,6 @@ double radical_inverse(int index, int base) {
   double digit = 1.0 / base;
   for (; index > 0; index /= base, digit /= base) result += digit * (index % base);
   return result;
-}
-
-/// splitmix64: a counter-based generator (Steele, Lea, Flood 2014), as a fraction in [0, 1).
-double fraction(std::uint64_t counter) {
-  std::uint64_t z = counter * 0x9e3779b97f4a7c15ULL + 0x9e3779b97f4a7c15ULL;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1.0p-53;
 }
 
 }  // namespace

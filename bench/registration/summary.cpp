@@ -21,26 +21,36 @@ double share(int part, int whole) {
   return whole > 0 ? static_cast<double>(part) / whole : std::numeric_limits<double>::quiet_NaN();
 }
 
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double one : values) sum += one;
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : sum / static_cast<double>(values.size());
+}
+
 /// Of starts that should succeed.
 bool in_reach(const Trial& trial) {
   return !trial.hopeless && trial.start_mm <= (trial.global ? kGlobalMm : kLocalMm);
 }
 
 void add_right(const std::vector<Trial>& trials, CohortSummary& out) {
-  std::vector<double> errors, covered;
+  std::vector<double> errors, covered, clusters, bootstrap, ratios;
   for (const Trial& trial : trials) {
     if (!in_reach(trial) || !trial.right()) continue;
     ++out.right;
     errors.push_back(trial.error_mm);
     covered.push_back(trial.covered);
+    clusters.push_back(trial.covered_clusters);
+    bootstrap.push_back(trial.covered_bootstrap);
+    ratios.push_back(trial.predicted_mm / trial.error_mm);
     out.false_refusals += trial.accepted ? 0 : 1;
   }
   out.tre_median_mm = median(errors);
   out.tre_p95_mm = quantile(errors, 0.95);
-  double sum = 0;
-  for (const double one : covered) sum += one;
-  out.coverage_95 = covered.empty() ? std::numeric_limits<double>::quiet_NaN()
-                                    : sum / static_cast<double>(covered.size());
+  out.coverage_95 = mean(covered);
+  out.coverage_95_clusters = mean(clusters);
+  out.coverage_95_bootstrap = mean(bootstrap);
+  out.predicted_over_actual = median(ratios);
 }
 
 /// What warnings are worth: the error of accepted results with and without them.
@@ -196,7 +206,9 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << "accepted " << s.accepted << ", with warnings " << s.warned << ": error median, p95 "
        << s.clear_median_mm << ", " << s.clear_p95_mm << " mm without, " << s.warned_median_mm
        << ", " << s.warned_p95_mm << " mm with\n"
-       << "95 % intervals cover " << s.coverage_95 << '\n'
+       << "95 % intervals cover " << s.coverage_95 << " (clusters alone " << s.coverage_95_clusters
+       << ", replicates alone, without a floor, " << s.coverage_95_bootstrap
+       << "), predicted over actual error, median " << s.predicted_over_actual << '\n'
        << "processor s: local " << s.local_cpu_s << " (solve " << s.local_solve_cpu_s
        << "), global " << s.global_cpu_s << " (solve " << s.global_solve_cpu_s << "), CT once "
        << s.ct_cpu_s << '\n';

@@ -46,7 +46,10 @@ struct CohortSummary {
   double warned_median_mm = 0, warned_p95_mm = 0;  ///< And with warnings; NaN without any.
   double hopeless_refused = 0;  ///< Share refused; those that came out right count as refused.
   double coverage_95 = 0;       ///< Mean share of targets in their ellipsoid, right results.
-  double local_cpu_s = 0;       ///< Median: sweep preparation, solve, checks; CT prepared.
+  /// The same of what the uncertainty is the larger of; the replicates without a floor.
+  double coverage_95_clusters = 0, coverage_95_bootstrap = 0;
+  double predicted_over_actual = 0;  ///< Median of predicted over actual target error, RMS.
+  double local_cpu_s = 0;            ///< Median: sweep preparation, solve, checks; CT prepared.
   double global_cpu_s = 0;
   double local_solve_cpu_s = 0;  ///< The same without the preparation of the sweep.
   double global_solve_cpu_s = 0;

@@ -22,14 +22,14 @@ using registration::PreparedSweep;
 constexpr double kChi95 = 7.815;
 
 /// Share of the targets whose error lies inside the predicted 95 % ellipsoid.
-double covered(const ImageRegistrationResult& result, const CtPose& truth,
-               const std::vector<Point<frames::Ct>>& targets) {
+double covered(const registration::PoseUncertainty& uncertainty, const CtPose& found_pose,
+               const CtPose& truth, const std::vector<Point<frames::Ct>>& targets) {
   const auto back = truth.inverse();
   double inside = 0;
   for (const auto& target : targets) {
-    const Point<frames::Ct> found = result.ct_from_reference * (back * target);
+    const Point<frames::Ct> found = found_pose * (back * target);
     const Eigen::Vector3d error = (found - target).v;
-    const Eigen::Matrix3d spread = result.uncertainty.tre_covariance(found);
+    const Eigen::Matrix3d spread = uncertainty.tre_covariance(found);
     inside += error.dot(spread.ldlt().solve(error)) <= kChi95 ? 1 : 0;
   }
   return inside / static_cast<double>(targets.size());
@@ -122,7 +122,12 @@ class SweepTrials {
     for (const auto& reason : decision.reasons) trial.reason += reason + "; ";
     trial.error_mm = target_error_mm(found.ct_from_reference, patient_->truth, targets);
     trial.predicted_mm = predicted(found, targets);
-    trial.covered = found.covariance_valid ? covered(found, patient_->truth, targets) : 0;
+    const auto share = [&](bool valid, const registration::PoseUncertainty& uncertainty) {
+      return valid ? covered(uncertainty, found.ct_from_reference, patient_->truth, targets) : 0;
+    };
+    trial.covered = share(found.covariance_valid, found.uncertainty);
+    trial.covered_clusters = share(found.covariance_valid, found.clusters);
+    trial.covered_bootstrap = share(found.bootstrap.valid, found.bootstrap.uncertainty());
     trial.z_score = found.z_score;
     trial.cost = found.final_cost;
     trial.split_mm = found.split_disagreement_mm;
@@ -194,7 +199,8 @@ Sweep every(int stride, const Sweep& sweep) {
 
 std::string csv_header() {
   return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,"
-         "predicted_mm,covered,solve_cpu_s,sweep_cpu_s,z_score,cost,overlap,split_mm,halves_mm,"
+         "predicted_mm,covered,covered_clusters,covered_bootstrap,solve_cpu_s,sweep_cpu_s,z_score,"
+         "cost,overlap,split_mm,halves_mm,"
          "margin,reason\n";
 }
 
@@ -204,9 +210,9 @@ std::string to_csv(const std::vector<Trial>& trials) {
     text << t.patient << ',' << to_string(t.path) << ',' << (t.global ? "global" : "local") << ','
          << t.start_mm << ',' << (t.hopeless ? to_string(*t.hopeless) : "") << ',' << t.acceptable
          << ',' << t.solved << ',' << t.accepted << ',' << t.warned << ',' << t.error_mm << ','
-         << t.predicted_mm << ',' << t.covered << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s
-         << ',' << t.z_score << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ','
-         << t.halves_mm << ',';
+         << t.predicted_mm << ',' << t.covered << ',' << t.covered_clusters << ','
+         << t.covered_bootstrap << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s << ',' << t.z_score
+         << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ',' << t.halves_mm << ',';
     if (t.margin) text << *t.margin;
     text << ",\"" << t.reason << "\"\n";
   }

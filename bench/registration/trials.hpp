@@ -32,9 +32,11 @@ struct Trial {
   double error_mm = 0;      ///< At the targets, RMS; meaningless unless solved and acceptable.
   double predicted_mm = 0;  ///< The same as predicted; infinite where nothing is predicted.
   double covered = 0;       ///< Share of the targets inside their 95 % ellipsoid.
-  double solve_cpu_s = 0;   ///< With CT and sweep prepared.
-  double sweep_cpu_s = 0;   ///< Preparation of the sweep.
-  std::string reason;       ///< Why it was refused; empty when accepted.
+  /// The same of what the uncertainty is the larger of: clusters of patches, pictures drawn anew.
+  double covered_clusters = 0, covered_bootstrap = 0;
+  double solve_cpu_s = 0;  ///< With CT and sweep prepared.
+  double sweep_cpu_s = 0;  ///< Preparation of the sweep.
+  std::string reason;      ///< Why it was refused; empty when accepted.
   /// What the decision rests on (registration/image_registration.hpp).
   double z_score = 0, cost = 1, overlap = 0, split_mm = 0, halves_mm = 0;
   std::optional<double> margin;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "bench/registration/bootstrap_curve.hpp"
 #include "bench/registration/hopeless.hpp"
 #include "bench/registration/peer.hpp"
 #include "bench/registration/summary.hpp"
@@ -18,6 +19,9 @@ Trial trial(bool global, double start_mm, double error_mm, bool accepted) {
   t.error_mm = error_mm;
   t.accepted = accepted;
   t.covered = 0.9;
+  t.covered_clusters = 0.8;
+  t.covered_bootstrap = 0.6;
+  t.predicted_mm = 1.5 * error_mm;
   return t;
 }
 
@@ -47,6 +51,9 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   EXPECT_EQ(s.false_refusals, 1);
   EXPECT_DOUBLE_EQ(s.hopeless_refused, 0.5);
   EXPECT_DOUBLE_EQ(s.coverage_95, 0.9);
+  EXPECT_NEAR(s.coverage_95_clusters, 0.8, 1e-12);
+  EXPECT_NEAR(s.coverage_95_bootstrap, 0.6, 1e-12);
+  EXPECT_DOUBLE_EQ(s.predicted_over_actual, 1.5);
 }
 
 /// Name, right of four, error, processor s in memory, solve, from files.
@@ -134,6 +141,27 @@ TEST(CohortTest, StartsHaveTheErrorThatTheyClaim) {
       EXPECT_LE(rotation_distance_rad(start, truth), 30 * M_PI / 180 + 1e-9);
     }
   }
+}
+
+/// A simulated sweep, solved anew for each draw: what the one step stands for.
+TEST(BootstrapCurveTest, OneStepIsNearAFullSolveOfTheSameDraws) {
+  CaseStore store;
+  BootstrapCurveOptions options;
+  options.first_seed = 501;
+  options.patients = 1;
+  options.paths = {SweepPath::kSubcostal};
+  options.solved = 20;
+  options.replicates = {50, 800};
+  const BootstrapCurve curve = measure_bootstrap(options, store);
+  ASSERT_EQ(curve.references.size(), 1u);
+  const BootstrapReference& one = curve.references.front();
+  // The greatest of six sweeps: 14 % and 0.3 (docs/registration.md).
+  EXPECT_NEAR(one.step_mm / one.solved_mm, 1, 0.2);
+  EXPECT_LT(one.apart, 0.4);
+  ASSERT_EQ(curve.points.size(), 2u);
+  EXPECT_LT(curve.points[1].off, curve.points[0].off);
+  EXPECT_LT(curve.points[1].off, 0.05);
+  EXPECT_NE(to_text(curve).find("800 replicates"), std::string::npos);
 }
 
 }  // namespace
