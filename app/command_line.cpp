@@ -308,7 +308,7 @@ void CommandLine::add_register() {
   verb->add_option(
       "--time-limit", register_.time_limit_s,
       "s, also of the search without a start pose: the best pose until then is reported "
-      "and refused; none until then is an error");
+      "and refused; none until then is a refusal");
   verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
       ->capture_default_str();
   verb->add_option("--loss", register_.loss,
