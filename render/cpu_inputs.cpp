@@ -100,6 +100,9 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   // A ray crosses at most diagonal / step + 2 cells.
   const double cells = grid.extent_mm().norm() / spec::step_mm(scene.quality, grid) + 2;
   in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
+  in.shades_per_root =
+      static_cast<float>(spec::kShadesPerRoot * std::sqrt(scene.quality.step_voxels));
+  in.most_shades = static_cast<float>(spec::kMostShades);
 }
 
 /// Along the axes of the grid, in voxels per mm.

@@ -260,14 +260,39 @@ class Marcher {
       shaded = V::both(shaded, V::less(V::set(0.0F), share));
       if (!V::any(shaded)) return;
     }
-    counts_.gradients += static_cast<std::uint64_t>(V::count(shaded));
-    if constexpr (!kWindows) {
-      const F middle = kPre ? V::madd(cells_, V::set(0.5F), part.cell) : part.cell;
-      sampler_.gradient(middle, shaded, gradient_);
+    if constexpr (kPre) {
+      shade_places(part.cell, c, weight, share, shaded);
+    } else {
+      counts_.gradients += static_cast<std::uint64_t>(V::count(shaded));
+      if constexpr (!kWindows) sampler_.gradient(part.cell, shaded, gradient_);
+      F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
+      Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
+      for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, full[i], c.rgb[i]);
     }
-    F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
-    Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
-    for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, full[i], c.rgb[i]);
+  }
+
+  /// The mean of the shades at spec::shades_of() places of each lane's cell.
+  void shade_places(F cell, Classified& c, F weight, F share, M shaded) {
+    const F one = V::set(1.0F);
+    const F half = V::set(0.5F);
+    F wanted =
+        V::mul(V::set(in_.shades_per_root), V::sqrt(V::mul(V::max(weight, V::set(0.0F)), cells_)));
+    wanted = V::min(V::floor(V::add(wanted, half)), V::set(in_.most_shades));
+    const F per = V::div(one, V::max(one, wanted));
+    const F apart = V::mul(cells_, per);
+    F sum[3] = {V::set(0.0F), V::set(0.0F), V::set(0.0F)};
+    F place = half;
+    M open = shaded;
+    do {
+      counts_.gradients += static_cast<std::uint64_t>(V::count(open));
+      sampler_.gradient(V::madd(apart, place, cell), open, gradient_);
+      F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
+      Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
+      for (int i = 0; i < 3; ++i) sum[i] = V::add(sum[i], V::mask(open, full[i]));
+      place = V::add(place, one);
+      open = V::both(open, V::less(place, wanted));
+    } while (V::any(open));
+    for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, V::mul(sum[i], per), c.rgb[i]);
   }
 
   const MarchInputs& in_;

@@ -82,6 +82,8 @@ struct MarchInputs {
   float warm_share;
   float silhouette;
   float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded.
+  float shades_per_root;    ///< Of the weight of one cell: spec::shades_of().
+  float most_shades;
 
   float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
   float overlay_cells;  ///< 1e30 for infinity.

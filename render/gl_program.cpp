@@ -139,6 +139,7 @@ std::string constants() {
   constant("kGoochBlue", spec::kGoochBlue);
   constant("kGoochYellow", spec::kGoochYellow);
   defines += "const int kFadeSteps = " + std::to_string(spec::kFadeSteps) + ";\n";
+  constant("kMostShades", spec::kMostShades);
   return defines;
 }
 

@@ -126,6 +126,9 @@ void set_shading(GlProgram& program, const GlFeatures& features, const Scene& sc
   const Eigen::Matrix3d axes_from_local = grid.directions.transpose();
   program.set("axes_from_local", axes_from_local);
   program.set("full_gradient_per_mm", shading.full_gradient_per_mm);
+  if (features.classified == GlFeatures::Classified::kPreIntegrated) {
+    program.set("shades_per_root", spec::kShadesPerRoot * std::sqrt(scene.quality.step_voxels));
+  }
   if (features.emphasis) program.set("emphasis", shading.emphasis);
   if (features.shaded != GlFeatures::Shaded::kGooch) return;
   const auto view = view_of(scene, grid);

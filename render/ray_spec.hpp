@@ -50,7 +50,8 @@
 /// Opacity of a cell: alpha = -expm1(-tau · length_mm).
 ///
 /// Colour, shaded if shading.enabled by shade_sample() with the gradient at the cell's middle and
-/// the share that the importance gives; share 0: no gradient.
+/// the share that the importance gives; share 0: no gradient. Pre-integrated: the mean of so
+/// shading it at shades_of() places of the cell.
 ///
 /// Gradient. Central difference one voxel either way along each index axis, positions clamped to
 /// [0, n - 1], divided by 2 · spacing_mm, turned by directions: HU per mm along the CT axes.

@@ -165,7 +165,8 @@ class Caster {
     double t_b;
     double v_a;
     double v_b;
-    Vec3 middle;     ///< Index, of the whole cell.
+    double k;        ///< Where the whole cell begins, cells.
+    int cells;       ///< Its length: 1, or of the segment.
     double bow = 0;  ///< HU; spec::bow_of().
   };
   /// A classified cell; importance only with emphasis.
@@ -293,7 +294,7 @@ class Caster {
     double before_k = last_k;  // Where the segment before began.
     double before_value = 0;
     for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
-      Cell cell{t_a, t_b, 0, 0, index_at(k + 0.5 * m)};
+      Cell cell{t_a, t_b, 0, 0, k, m};
       if (p_.pre_integrated) {
         const double v0 = k == last_k ? last_value : sample(index_at(k));
         const double v1 = sample(index_at(k + m));
@@ -312,7 +313,7 @@ class Caster {
         cell.v_a = value(t_a);
         cell.v_b = value(t_b);
       } else {
-        cell.v_a = cell.v_b = sample(cell.middle);
+        cell.v_a = cell.v_b = sample(place_in(cell, 0.5));
       }
       add(cell);
     });
@@ -321,18 +322,31 @@ class Caster {
   void add(const Cell& cell) {
     const bool windows = p_.table.rows() > 1;
     Vec3 gradient = Vec3::Zero();
-    if (windows) gradient = gradient_at(*scene_.ct, cell.middle);
+    if (windows) gradient = gradient_at(*scene_.ct, place_in(cell, 0.5));
     Classified c =
         cell.t_a < span_.t2 ? faded(cell, gradient.norm()) : plain(cell, gradient.norm());
     if (!(c.tau_per_mm > 0)) return;
+    const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
     const double share = spec::shaded_share(c.importance, scene_.shading);
     if (scene_.shading.enabled && share > 0) {
-      ++counts_.gradients;
-      if (!windows) gradient = gradient_at(*scene_.ct, cell.middle);
-      c.rgb = spec::shade_sample<double>(c.rgb, gradient, ray_.direction,
-                                         spec::gooch_light(p_.view), share, scene_.shading);
+      const int n = p_.pre_integrated ? spec::shades_of((1 - alpha_) * opacity,
+                                                        cell.cells * scene_.quality.step_voxels)
+                                      : 1;
+      Vec3 sum = Vec3::Zero();
+      for (int j = 0; j < n; ++j) {
+        ++counts_.gradients;
+        if (!windows) gradient = gradient_at(*scene_.ct, place_in(cell, (j + 0.5) / n));
+        sum += spec::shade_sample<double>(c.rgb, gradient, ray_.direction,
+                                          spec::gooch_light(p_.view), share, scene_.shading);
+      }
+      c.rgb = sum / n;
     }
-    blend(c.rgb, -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a)));
+    blend(c.rgb, opacity);
+  }
+
+  /// Index of a place in the whole cell, from 0 to 1.
+  [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const {
+    return index_at(cell.k + w * cell.cells);
   }
 
   [[nodiscard]] bool needs_importance() const {

@@ -12,6 +12,7 @@
 // Part of a cell and how it looks.
 struct Cell {
   float middle;       // Of the whole cell, cells.
+  float size;         // The whole cell's, cells.
   float begin, end;   // Of the part, cells.
   float v_a, v_b;     // Values there, HU.
   vec4 look;          // rgb, not premultiplied, and extinction per mm.
@@ -72,11 +73,33 @@ void shade_and_composite(Cell cell, bool fading) {
 #else
   const float share = 1.0;
 #endif
+#ifdef PREINTEGRATED
+  float opacity = opacity_of(cell.look.a * length_mm(cell));
+  if (share > 0.0) {
+    // The mean of the shades at several places: spec::shades_of().
+    float weight = (1.0 - picture.a) * opacity;
+    float wanted = min(floor(shades_taken * sqrt(weight * cell.size) + 0.5), kMostShades);
+    float apart = cell.size / max(wanted, 1.0);
+    float at = cell.middle - 0.5 * cell.size + 0.5 * apart;
+    vec3 sum = vec3(0.0);
+    float place = 0.5;
+    do {
+      sum += shaded(cell.look.rgb, gradient_at(index_at(at)), share);
+      at += apart;
+      place += 1.0;
+    } while (place < wanted);
+    float places = place - 0.5;
+    cost.y += places;
+    cell.look.rgb = sum / places;
+  }
+  put_behind(picture, cell.look.rgb, opacity);
+#else
   if (share > 0.0) {
     cost.y += 1.0;
     cell.look.rgb = shaded(cell.look.rgb, gradient_at(index_at(cell.middle)), share);
   }
   composite(cell);
+#endif
 }
 #endif
 
@@ -184,7 +207,8 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
   cell.v_b = to < 1.0 ? v0 + to * (v1 - v0) : v1;
   cell.begin = float(k) + from;
   cell.end = float(k) + to * float(w.size);
-  cell.middle = float(k) + 0.5 * float(w.size);
+  cell.size = float(w.size);
+  cell.middle = float(k) + 0.5 * cell.size;
   cell.importance = 1.0;
   cell.look = vec4(0.0);
   return cell;

@@ -31,6 +31,10 @@ vec3 gradient_at(vec3 index) {
 #ifdef SHADING
 uniform mat3 axes_from_local;  // Rotation (or mirror) to the index axes.
 uniform float full_gradient_per_mm;
+#ifdef PREINTEGRATED
+uniform float shades_per_root;  // Of the weight of one cell.
+float shades_taken;
+#endif
 #ifdef EMPHASIS
 uniform float emphasis;
 #endif
@@ -84,6 +88,9 @@ void take_over_shading() {
 #ifdef SHADING
   ray_axes = axes_from_local * ray_direction;
   full_gradient = taken_over(full_gradient_per_mm);
+#ifdef PREINTEGRATED
+  shades_taken = taken_over(shades_per_root);
+#endif
 #ifdef EMPHASIS
   emphasised = taken_over(emphasis);
 #endif

@@ -313,6 +313,30 @@ double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit)
   return static_cast<double>(beyond) / static_cast<double>(a.pixels.pixels().size());
 }
 
+TEST(CpuEngineTest, NoisyTissueIsShadedAtSeveralPlacesOfACell) {
+  // Gradients of noise turn within a voxel. With one place a cell these are 0.0108 and 0.0031,
+  // with several 0.0029 and 0.0024.
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(40, 30);
+  Scene scene = test::plain_scene(test::make_volume(test::centred_grid({24, 24, 24}, {2, 2, 2}),
+                                                    [&](int, int, int) { return noise(random); }),
+                                  test::fog(0.06, {0.8, 0.6, 0.5}), test::frontal(200, 60, false));
+  scene.shading.enabled = true;
+  scene.shading.full_gradient_per_mm = 5;
+  const auto engine = make_cpu_engine();
+  const auto at_step = [&](double voxels) {
+    scene.quality.step_voxels = voxels;
+    return test::draw(*engine, scene);
+  };
+  const auto truth = at_step(1.0 / 32);
+  const auto coarse = at_step(1);
+  EXPECT_LT(rms_difference(coarse.pixels, truth.pixels), 0.006);
+  const auto fine = at_step(0.5);
+  EXPECT_LT(rms_difference(fine.pixels, truth.pixels), 0.0028);
+  EXPECT_GT(coarse.statistics.gradient_samples, coarse.statistics.volume_samples);
+  EXPECT_LT(fine.statistics.gradient_samples, 3 * fine.statistics.volume_samples);
+}
+
 TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   constexpr double kShare = 0.001;

@@ -177,5 +177,21 @@ TEST(JitterTest, IsEvenAndWithoutRows) {
   EXPECT_NEAR(product / (kSize * kSize), 0, 3.0 / 12 / kSize);
 }
 
+TEST(ShadesTest, GrowWithWeightAndLengthWithinBounds) {
+  EXPECT_EQ(spec::shades_of(0, 0.5), 1);
+  EXPECT_EQ(spec::shades_of(1, 1e-9), 1);
+  EXPECT_EQ(spec::shades_of(1, 1), spec::kMostShades);
+  EXPECT_EQ(spec::shades_of(1, 1e6), spec::kMostShades);
+  EXPECT_EQ(spec::shades_of(0.02, 0.5), 1);
+  EXPECT_EQ(spec::shades_of(0.05, 0.5), 2);
+  EXPECT_EQ(spec::shades_of(0.05, 2), 3);
+  int before = 1;
+  for (double weight = 0; weight <= 1; weight += 1.0 / 64) {
+    const int now = spec::shades_of(weight, 0.25);
+    EXPECT_GE(now, before);
+    before = now;
+  }
+}
+
 }  // namespace
 }  // namespace nav::render::spec
