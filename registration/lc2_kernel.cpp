@@ -100,34 +100,6 @@ struct Rows {
   alignas(32) std::array<Eight, 3> by;
 };
 
-/// Trilinear interpolation at integer corner + fractions.
-template <bool kDerivatives>
-[[gnu::always_inline]] inline void interpolate(const std::array<float, 4>* corner,
-                                               std::ptrdiff_t row, std::ptrdiff_t slice, float wi,
-                                               float wj, float wk, std::size_t lane, Rows& rows) {
-  Float8 t00, t10, t01, t11;
-  load_pair(corner, t00);
-  load_pair(corner + row, t10);
-  load_pair(corner + slice, t01);
-  load_pair(corner + slice + row, t11);
-  const Float8 dj0 = t10 - t00;
-  const Float8 dj1 = t11 - t01;
-  const Float8 a0 = t00 + wj * dj0;
-  const Float8 dk = t01 + wj * dj1 - a0;
-  const Float8 value = a0 + wk * dk;
-  const Float4 di = high_half(value) - low_half(value);
-  const Float4 middle = low_half(value) + wi * di;
-  std::memcpy(&rows.value[lane], &middle, sizeof middle);
-  if constexpr (kDerivatives) {
-    const Float8 dj = dj0 + wk * (dj1 - dj0);
-    const Float4 by_j = low_half(dj) + wi * (high_half(dj) - low_half(dj));
-    const Float4 by_k = low_half(dk) + wi * (high_half(dk) - low_half(dk));
-    std::memcpy(&rows.by[0][lane], &di, sizeof di);
-    std::memcpy(&rows.by[1][lane], &by_j, sizeof by_j);
-    std::memcpy(&rows.by[2][lane], &by_k, sizeof by_k);
-  }
-}
-
 /// Eight texels, one register for each of f, gx, gy, gz.
 struct Columns {
   Float8 f, gx, gy, gz;
@@ -157,12 +129,45 @@ struct Columns {
   out.gz = __builtin_shufflevector(yz01, yz23, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-/// Where eight samples lie: texel corner and fractions; moves[axis] is 0 where one was clamped.
+/// Where eight samples lie. In memory, from where one number fills a register for nothing; out of
+/// another register it takes two shuffles, which are what the kernel would wait for.
 struct Locations {
-  Int8 offset;
-  std::array<Float8, 3> w;
-  std::array<Float8, 3> moves;
+  alignas(32) std::array<int, kLanes> offset;  ///< Of the texel corner.
+  /// Fractions by axis, and the weights of the four rows of texels along i about a sample.
+  alignas(32) std::array<std::array<float, kLanes>, 3> w;
+  alignas(32) std::array<std::array<float, kLanes>, 4> corner;
+  std::array<Float8, 3> moves;  ///< 0 where a sample was clamped along an axis, else 1.
 };
+
+/// Trilinear interpolation of one sample.
+template <bool kDerivatives>
+[[gnu::always_inline]] inline void interpolate(const std::array<float, 4>* first,
+                                               std::ptrdiff_t row, std::ptrdiff_t slice,
+                                               const Locations& at, std::size_t lane, Rows& rows) {
+  const std::array<float, 4>* corner = first + at.offset[lane];
+  Float8 t00, t10, t01, t11;
+  load_pair(corner, t00);
+  load_pair(corner + row, t10);
+  load_pair(corner + slice, t01);
+  load_pair(corner + slice + row, t11);
+  const float wi = at.w[0][lane];
+  const Float8 value = at.corner[0][lane] * t00 + at.corner[1][lane] * t10 +
+                       at.corner[2][lane] * t01 + at.corner[3][lane] * t11;
+  const Float4 di = high_half(value) - low_half(value);
+  const Float4 middle = low_half(value) + wi * di;
+  std::memcpy(&rows.value[lane], &middle, sizeof middle);
+  if constexpr (kDerivatives) {
+    const Float8 dj0 = t10 - t00;
+    const Float8 twist = t11 - t01 - dj0;
+    const Float8 dj = dj0 + at.w[2][lane] * twist;
+    const Float8 dk = t01 - t00 + at.w[1][lane] * twist;
+    const Float4 by_j = low_half(dj) + wi * (high_half(dj) - low_half(dj));
+    const Float4 by_k = low_half(dk) + wi * (high_half(dk) - low_half(dk));
+    std::memcpy(&rows.by[0][lane], &di, sizeof di);
+    std::memcpy(&rows.by[1][lane], &by_j, sizeof by_j);
+    std::memcpy(&rows.by[2][lane], &by_k, sizeof by_k);
+  }
+}
 
 /// The patch in texel indices relative to a texel of the grid: small numbers keep floats exact.
 struct LocalPatch {
@@ -214,11 +219,12 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
   splat(1, one);
   const Float8 none{};
   std::array<Int8, 3> corner;
+  std::array<Float8, 3> w;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Float8 x = local.centre[axis] + a * local.step_a[axis] + b * local.step_b[axis];
     if (local.inside) {
       corner[axis] = __builtin_convertvector(x, Int8);
-      out.w[axis] = x - __builtin_convertvector(corner[axis], Float8);
+      w[axis] = x - __builtin_convertvector(corner[axis], Float8);
       out.moves[axis] = one;
       continue;
     }
@@ -229,9 +235,16 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
     const Float8 whole = __builtin_convertvector(__builtin_convertvector(clamped, Int8), Float8);
     const Float8 before = whole < last ? whole : last - 1.0f;
     corner[axis] = __builtin_convertvector(before, Int8);
-    out.w[axis] = clamped - before;
+    w[axis] = clamped - before;
   }
-  out.offset = (corner[2] * ct.size[1] + corner[1]) * ct.size[0] + corner[0];
+  const Int8 offset = (corner[2] * ct.size[1] + corner[1]) * ct.size[0] + corner[0];
+  std::memcpy(out.offset.data(), &offset, sizeof offset);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::memcpy(out.w[axis].data(), &w[axis], sizeof w[axis]);
+  }
+  const Float8 both = w[1] * w[2];
+  const std::array<Float8, 4> weights{one - w[1] - (w[2] - both), w[1] - both, w[2] - both, both};
+  std::memcpy(out.corner.data(), weights.data(), sizeof weights);
 }
 
 /// Both channels, and their derivatives where asked for, of eight samples.
@@ -296,10 +309,10 @@ template <bool kDerivatives>
   for (std::size_t k = 0; k < groups; ++k) {
     Locations at;
     locate(ct, local, steps, k, at);
+    asm("" : "+m"(at));  // Read from memory, not shuffled out of the registers it was made in.
     Rows rows;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      interpolate<kDerivatives>(first + at.offset[lane], row, slice, at.w[0][lane], at.w[1][lane],
-                                at.w[2][lane], lane, rows);
+      interpolate<kDerivatives>(first, row, slice, at, lane, rows);
     }
     finish_group<kDerivatives>(rows, at, inverse, d, out.groups[k]);
   }
@@ -311,7 +324,7 @@ template <bool kDerivatives>
 
 /// The eliminated 2 × 2 problem.
 struct Fit {
-  double s;
+  double s, mean_f, mean_g;
   std::array<double, 2> c;
   std::array<double, 3> inverse;  ///< S⁻¹: 00, 01, 11.
 };
@@ -344,59 +357,66 @@ struct Doubles {
   for (std::size_t l = 0; first + l < u.size(); ++l) out[l] = u[first + l];
 }
 
-/// Sums over the samples of a patch, centred.
-struct Moments {
-  double ff = 0, fg = 0, gg = 0, fu = 0, gu = 0, uu = 0;
+/// Sums over the samples of a patch as they come. In doubles the squares of values up to 3 lose
+/// nothing that counts when the means are taken out afterwards.
+struct RawSums {
+  Double4 f{}, g{}, u{}, ff{}, fg{}, gg{}, fu{}, gu{}, uu{};
 };
 
-/// Takes the means from f and g.
-[[gnu::always_inline]] inline Moments centre(Samples& samples, std::span<const float> u) {
-  const std::size_t n = u.size();
-  const std::size_t groups = groups_of(n);
-  Double4 sum_f{}, sum_g{};
+[[gnu::always_inline]] inline void add_group(const Group& group, std::span<const float> u,
+                                             std::size_t k, RawSums& sums) {
+  Float8 ultrasound;
+  load_ultrasound(u, k, ultrasound);
   Doubles f, g, v;
+  widen(group.f, f);
+  widen(group.g, g);
+  widen(ultrasound, v);
+  sums.f += f.low + f.high;
+  sums.g += g.low + g.high;
+  sums.u += v.low + v.high;
+  add_product(f, f, sums.ff);
+  add_product(f, g, sums.fg);
+  add_product(g, g, sums.gg);
+  add_product(f, v, sums.fu);
+  add_product(g, v, sums.gu);
+  add_product(v, v, sums.uu);
+}
+
+/// Takes the means from f and g.
+[[gnu::always_inline]] inline void centre(double mean_f, double mean_g, std::size_t n,
+                                          Samples& samples) {
+  const std::size_t groups = groups_of(n);
   for (std::size_t k = 0; k < groups; ++k) {
-    widen(samples.groups[k].f, f);
-    widen(samples.groups[k].g, g);
-    sum_f += f.low + f.high;
-    sum_g += g.low + g.high;
-  }
-  const auto mean_f = static_cast<float>(sum_of(sum_f) / static_cast<double>(n));
-  const auto mean_g = static_cast<float>(sum_of(sum_g) / static_cast<double>(n));
-  for (std::size_t k = 0; k < groups; ++k) {
-    samples.groups[k].f -= mean_f;
-    samples.groups[k].g -= mean_g;
+    samples.groups[k].f -= static_cast<float>(mean_f);
+    samples.groups[k].g -= static_cast<float>(mean_g);
   }
   Float8 mask;
   lanes_within(groups - 1, n, mask);
   clear_beyond<false>(mask, samples.groups[groups - 1]);
-  Double4 ff{}, fg{}, gg{}, fu{}, gu{}, uu{};
-  for (std::size_t k = 0; k < groups; ++k) {
-    Float8 ultrasound;
-    load_ultrasound(u, k, ultrasound);
-    widen(samples.groups[k].f, f);
-    widen(samples.groups[k].g, g);
-    widen(ultrasound, v);
-    add_product(f, f, ff);
-    add_product(f, g, fg);
-    add_product(g, g, gg);
-    add_product(f, v, fu);
-    add_product(g, v, gu);
-    add_product(v, v, uu);
-  }
-  return {sum_of(ff), sum_of(fg), sum_of(gg), sum_of(fu), sum_of(gu), sum_of(uu)};
 }
 
-/// Centres f and g in place and solves for the coefficients.
-[[gnu::always_inline]] inline Fit fit_patch(Samples& samples, std::span<const float> u,
+/// Solves for the coefficients.
+[[gnu::always_inline]] inline Fit fit_patch(const Samples& samples, std::span<const float> u,
                                             double ridge, bool intensity_only) {
   const std::size_t n = u.size();
-  auto [ff, fg, gg, fu, gu, uu] = centre(samples, u);
+  RawSums sums;
+  for (std::size_t k = 0; k < groups_of(n); ++k) add_group(samples.groups[k], u, k, sums);
+  const double mean_f = sum_of(sums.f) / static_cast<double>(n);
+  const double mean_g = sum_of(sums.g) / static_cast<double>(n);
+  const double sum_u = sum_of(sums.u);
+  double ff = sum_of(sums.ff) - mean_f * sum_of(sums.f);
+  const double fg = sum_of(sums.fg) - mean_f * sum_of(sums.g);
+  double gg = sum_of(sums.gg) - mean_g * sum_of(sums.g);
+  const double fu = sum_of(sums.fu) - mean_f * sum_u;
+  const double gu = sum_of(sums.gu) - mean_g * sum_u;
+  const double uu = sum_of(sums.uu);
   const double damping = static_cast<double>(n) * ridge * ridge;
   ff += damping;
   gg += damping;
   const double determinant = ff * gg - fg * fg;
   Fit fit{};
+  fit.mean_f = mean_f;
+  fit.mean_g = mean_g;
   fit.inverse = {gg / determinant, -fg / determinant, ff / determinant};
   if (intensity_only) fit.inverse = {1 / ff, 0, 0};
   fit.c = {fit.inverse[0] * fu + fit.inverse[1] * gu, fit.inverse[1] * fu + fit.inverse[2] * gu};
@@ -535,6 +555,7 @@ template <bool kHessian>
   if (!sample_patch<true>(ct, patch, samples)) return terms;
   const Fit fit = fit_patch(samples, patch.u, ridge, intensity_only);
   if (std::isnan(fit.s)) return terms;
+  centre(fit.mean_f, fit.mean_g, patch.u.size(), samples);
   Sums sums;
   accumulate<kHessian>(samples, patch, fit, sums);
   for (std::size_t r = 0; r < 6; ++r) {
