@@ -88,6 +88,15 @@ PatchSet judging(const PreparedLevel& level) {
   return subset(level.patches, [&](const Patch& patch) { return patch.norm_grey >= least; });
 }
 
+std::vector<IndexedPatch> placed(const PatchSet& patches, const GridPose& pose) {
+  std::vector<IndexedPatch> out;
+  out.reserve(patches.patches.size());
+  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
+    out.push_back({patches.patches[i].index, place(patches, i, pose)});
+  }
+  return out;
+}
+
 /// A pose on its way through the levels.
 struct Candidate {
   PoseSolution solution;
@@ -320,6 +329,7 @@ double Registrar::initial_cost(const Level& level) const {
   if (level.ct.near == nullptr) return level.cost.on(judging_).cost(initial_).cost;
   std::size_t index = 0;
   const PatchSet some = subset(judging_, [&](const Patch&) { return index++ % kStride == 0; });
+  level.ct.near->share(placed(some, grid_pose(*level.ct.channels, initial_)));
   return level.cost.on(some).cost(initial_).cost;
 }
 
@@ -337,7 +347,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       best.solution.termination,
       best.solution.message,
       0,
-      initial_cost(finest),
+      0,
       best.solution.final_cost,
       overlap(ct_, points_, pose),
       static_cast<int>(finest.patches().patches.size()),
@@ -369,6 +379,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
          level.patches().frames, solve.candidates, solve.iterations, solve.initial_cost,
          solve.final_cost, level.prepared.seconds + level.channels_s, solve.seconds});
   }
+  result.initial_cost = initial_cost(finest);  // Last: it may look at other parts of the CT.
   result.total_s = seconds_since(start_);
   return result;
 }
@@ -438,12 +449,12 @@ Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelR
   if (!near) return near.error();
   const CtChannels& whole = near->whole();
   const GridPose pose = grid_pose(whole, reach.poses.front());
+  const std::vector<IndexedPatch> all = placed(patches, pose);
   double texels = 0;
-  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
-    texels += near->texels_for(place(patches, i, pose));
-  }
+  for (const IndexedPatch& patch : all) texels += near->texels_for(patch.placed);
   texels *= static_cast<double>(reach.poses.size() + 1);
   if (texels > kShare * whole.size[0] * whole.size[1] * whole.size[2]) return {nullptr};
+  near->share(all);
   return std::make_shared<PatchChannels>(*std::move(near));
 }
 

@@ -17,6 +17,15 @@ constexpr double kRoomMm = 3;
 // The kernel shuns the rim of the channels, texels.
 constexpr double kBoxRim = 0.01;
 
+TexelPart hull(const TexelPart& p, const TexelPart& q) {
+  TexelPart out{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    out.first[a] = std::min(p.first[a], q.first[a]);
+    out.size[a] = std::max(p.first[a] + p.size[a], q.first[a] + q.size[a]) - out.first[a];
+  }
+  return out;
+}
+
 /// Whether all of a part lies in another.
 bool holds(const TexelPart& outer, const TexelPart& inner) {
   for (std::size_t a = 0; a < 3; ++a) {
@@ -64,20 +73,63 @@ std::optional<TexelPart> PatchChannels::part_for(const PlacedPatch& placed,
   return part;
 }
 
-PatchChannels::Box PatchChannels::make(const TexelPart& part) const {
-  Box box{part, {part.size, whole_.spacing_mm, {}, whole_.directions, {}}};
+std::shared_ptr<const PatchChannels::Box> PatchChannels::make(const TexelPart& part) const {
+  auto box =
+      std::make_shared<Box>(Box{part, {part.size, whole_.spacing_mm, {}, whole_.directions, {}}});
   const Eigen::Vector3d first(part.first[0], part.first[1], part.first[2]);
-  box.channels.origin_ct_mm =
+  box->channels.origin_ct_mm =
       whole_.origin_ct_mm + whole_.directions * first.cwiseProduct(whole_.spacing_mm);
-  box.channels.texels.reserve(as_size(part.size[0]) * as_size(part.size[1]) *
-                              as_size(part.size[2]));
-  append_texels(ct_, lattice_, part, box.channels.texels);
+  append_texels(ct_, lattice_, part, box->channels.texels);
   return box;
+}
+
+/// Texels that have to be smoothed for a part, those that the Gaussian reaches included.
+double PatchChannels::work_for(const TexelPart& part) const {
+  double texels = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    texels *= part.size[a] + 2.0 * static_cast<double>(lattice_.kernel[a].size());
+  }
+  return texels;
+}
+
+void PatchChannels::share(std::span<const IndexedPatch> patches) {
+  struct Group {
+    TexelPart part;
+    double work;
+    std::vector<std::size_t> indices;
+  };
+  std::vector<Group> groups;
+  for (const auto& [index, placed] : patches) {
+    NAV_CHECK(index < boxes_.size(), index, boxes_.size());
+    const auto needed = part_for(placed, 0);
+    if (!needed || (boxes_[index] && holds(boxes_[index]->part, *needed))) continue;
+    const TexelPart own = part_for(placed, kRoomMm).value_or(*needed);
+    // The group that takes it for the least; one of its own where none takes it for less.
+    double least = work_for(own);
+    Group* best = nullptr;
+    for (Group& group : groups) {
+      const double more = work_for(hull(group.part, own)) - group.work;
+      if (more >= least) continue;
+      least = more;
+      best = &group;
+    }
+    if (best == nullptr) {
+      groups.push_back({own, least, {index}});
+      continue;
+    }
+    best->part = hull(best->part, own);
+    best->work += least;
+    best->indices.push_back(index);
+  }
+  for (const Group& group : groups) {
+    const std::shared_ptr<const Box> box = make(group.part);
+    for (const std::size_t index : group.indices) boxes_[index] = box;
+  }
 }
 
 const CtChannels& PatchChannels::around(std::size_t index, PlacedPatch& placed) {
   NAV_CHECK(index < boxes_.size(), index, boxes_.size());
-  std::optional<Box>& box = boxes_[index];
+  std::shared_ptr<const Box>& box = boxes_[index];
   const auto needed = part_for(placed, 0);
   if (!needed) {  // No texel is looked at for such a patch.
     placed.centre.setConstant(std::numeric_limits<double>::quiet_NaN());

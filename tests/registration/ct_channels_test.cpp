@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+#include <set>
 
 #include "registration/ct_texels.hpp"
 #include "registration/lc2_cost.hpp"
@@ -226,6 +227,77 @@ TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
   const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
   const Pose pose = test::true_pose();
   EXPECT_NEAR(sparse.on(odd).cost(pose).cost, dense.on(odd).cost(pose).cost, 1e-6);
+}
+
+/// Texels of a box that differ from those of the whole, or lie outside it.
+std::size_t other_texels(const CtChannels& box, const CtChannels& whole) {
+  const Eigen::Vector3d first =
+      whole.grid_of(box.origin_ct_mm).cwiseQuotient(whole.spacing_mm).array().round();
+  std::size_t other = 0;
+  for (int k = 0; k < box.size[2]; ++k) {
+    for (int j = 0; j < box.size[1]; ++j) {
+      for (int i = 0; i < box.size[0]; ++i) {
+        const auto at = index_of(whole, static_cast<int>(first.x()) + i,
+                                 static_cast<int>(first.y()) + j, static_cast<int>(first.z()) + k);
+        other += box.texels.at(index_of(box, i, j, k)) == whole.texels.at(at) ? 0 : 1;
+      }
+    }
+  }
+  return other;
+}
+
+TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldTheirPatches) {
+  Scene scene;
+  // Neither may spoil the box of others.
+  scene.patches.patches[3].centre_mm.x() = std::nan("");
+  scene.patches.patches[4].centre_mm.y() = 1e300;
+  scene.patches.patches[5].centre_mm.y() += 4000;
+  const std::size_t count = scene.patches.patches.size();
+  auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, count);
+  ASSERT_TRUE(test::has_value(near));
+  const CtChannels whole = *make_ct_channels(scene.ct, box_of(scene.ct.grid()), 1.5);
+  std::vector<IndexedPatch> all;
+  const GridPose pose = grid_pose(near->whole(), test::true_pose());
+  for (std::size_t i = 0; i < count; ++i) all.push_back({i, place(scene.patches, i, pose)});
+  near->share(all);
+  std::set<const CtChannels*> boxes;
+  double texels = 0;
+  double texels_of_each = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i == 3 || i == 4) continue;
+    PlacedPatch placed = all[i].placed;
+    const CtChannels& box = near->around(i, placed);
+    texels_of_each += near->texels_for(all[i].placed);
+    if (!boxes.insert(&box).second) continue;
+    EXPECT_EQ(other_texels(box, whole), 0u) << "patch " << i;
+    texels += static_cast<double>(box.texels.size());
+  }
+  EXPECT_LT(boxes.size(), count / 2);
+  EXPECT_LT(texels, 0.7 * texels_of_each);
+  // Nothing is made anew for who lies in his box.
+  near->share(all);
+  PlacedPatch again = all[0].placed;
+  EXPECT_EQ(boxes.count(&near->around(0, again)), 1u);
+}
+
+TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
+  const Scene scene;
+  auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
+  ASSERT_TRUE(test::has_value(near));
+  const Lc2Cost dense(scene.whole, scene.patches, 0.02, 1);
+  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  for (const double off_mm : {0.0, 1.5, 9.0, 60.0, 0.5}) {
+    const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
+    if (off_mm != 1.5) {  // Some share again on their way, some do not.
+      std::vector<IndexedPatch> all;
+      const GridPose at = grid_pose(near->whole(), pose);
+      for (std::size_t i = 0; i < scene.patches.patches.size(); ++i) {
+        all.push_back({i, place(scene.patches, i, at)});
+      }
+      near->share(all);
+    }
+    EXPECT_NEAR(sparse.cost(pose).cost, dense.cost(pose).cost, 1e-6) << off_mm;
+  }
 }
 
 TEST(PatchChannelsTest, APatchThatIsNotFiniteIsNoMatch) {
