@@ -48,7 +48,10 @@ UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor) {
   if (factor == 1) return frame;
   const auto pixels = frame.pixels.pixels();
   const auto row_size = as_size(frame.pixels.width());
-  const int count = factor * factor;
+  const auto count = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
+  // Division by a multiplication: exact below 2^40, and nothing here reaches 2^33.
+  constexpr int kShift = 40;
+  const std::uint64_t per_count = (std::uint64_t{1} << kShift) / count + 1;
   std::vector<std::uint16_t> sums(as_size(width * factor));
   std::vector<std::uint8_t> means(as_size(width) * as_size(height));
   for (int row = 0; row < height; ++row) {
@@ -59,9 +62,9 @@ UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor) {
     const std::uint16_t* from = sums.data();
     std::uint8_t* to = &means[as_size(row) * as_size(width)];
     for (int column = 0; column < width; ++column) {
-      int sum = 0;
+      std::uint64_t sum = count / 2;
       for (int x = 0; x < factor; ++x) sum += *from++;
-      *to++ = static_cast<std::uint8_t>((sum + count / 2) / count);
+      *to++ = static_cast<std::uint8_t>(sum * per_count >> kShift);
     }
   }
   UltrasoundFrame out = frame;

@@ -10,6 +10,7 @@
 
 #include "nav/check.hpp"
 #include "registration/coarse_pictures.hpp"
+#include "registration/lc2_kernel.hpp"
 
 namespace nav::registration {
 namespace {
@@ -18,25 +19,36 @@ namespace {
 constexpr double kMinDeviation = 1.0;
 constexpr int kDepthBands = 3;
 
+/// Between which two pixels of one axis something lies: low and the next, where there is one.
+struct Between {
+  int low;
+  float w;  ///< Of the next.
+};
+
 /// A picture smoothed to a level on coarser pixels, masked pixels not counted.
 struct SmoothPicture {
   cv::Mat grey;         ///< CV_32F.
   double per_x, per_y;  ///< Of its pixels per pixel of the picture.
 
+  static Between between(double pixel, double per_pixel, int count) {
+    const double at = std::clamp((pixel + 0.5) * per_pixel - 0.5, 0.0, count - 1.0);
+    const int low = std::min(static_cast<int>(at), std::max(count - 2, 0));
+    return {low, static_cast<float>(at - low)};
+  }
+  [[nodiscard]] Between along_x(double pixel) const { return between(pixel, per_x, grey.cols); }
+  [[nodiscard]] Between along_y(double pixel) const { return between(pixel, per_y, grey.rows); }
+
   /// Bilinear, at full-resolution pixel coordinates.
   [[nodiscard]] float at(double pixel_x, double pixel_y) const {
-    const double x = std::clamp((pixel_x + 0.5) * per_x - 0.5, 0.0, grey.cols - 1.0);
-    const double y = std::clamp((pixel_y + 0.5) * per_y - 0.5, 0.0, grey.rows - 1.0);
-    const int column = std::min(static_cast<int>(x), std::max(grey.cols - 2, 0));
-    const int row = std::min(static_cast<int>(y), std::max(grey.rows - 2, 0));
+    return at(along_x(pixel_x), along_y(pixel_y));
+  }
+  [[nodiscard]] float at(const Between& x, const Between& y) const {
     const int right = grey.cols > 1 ? 1 : 0;
-    const float* above = grey.ptr<float>(row) + column;
-    const float* below = grey.rows > 1 ? grey.ptr<float>(row + 1) + column : above;
-    const auto wx = static_cast<float>(x - column);
-    const auto wy = static_cast<float>(y - row);
-    const float top = above[0] + wx * (above[right] - above[0]);
-    const float bottom = below[0] + wx * (below[right] - below[0]);
-    return top + wy * (bottom - top);
+    const float* above = grey.ptr<float>(y.low) + x.low;
+    const float* below = grey.rows > 1 ? grey.ptr<float>(y.low + 1) + x.low : above;
+    const float top = above[0] + x.w * (above[right] - above[0]);
+    const float bottom = below[0] + x.w * (below[right] - below[0]);
+    return top + y.w * (bottom - top);
   }
 };
 
@@ -160,6 +172,33 @@ struct LevelPicture {
   }
 };
 
+/// sample_square() where the square's sides are those of the pixels, one axis at a time: the same
+/// to the last bit. Its corners lie in the picture.
+bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, double step_x,
+                    double step_y, int half, int stride, std::vector<float>& values) {
+  struct Column {
+    std::ptrdiff_t pixel;
+    Between between;
+  };
+  std::array<Column, kMaxPatchSide> columns;
+  std::size_t count = 0;
+  for (int i = -half; i <= half; i += stride) {
+    const double x = middle.x() + i * step_x;
+    columns[count++] = {static_cast<std::ptrdiff_t>(x + 0.5), picture.smooth.along_x(x)};
+  }
+  for (int j = -half; j <= half; j += stride) {
+    const double y = middle.y() + j * step_y;
+    const std::uint8_t* usable =
+        picture.usable + static_cast<std::ptrdiff_t>(y + 0.5) * picture.width;
+    const Between row = picture.smooth.along_y(y);
+    for (std::size_t c = 0; c < count; ++c) {
+      if (usable[columns[c].pixel] == 0) return false;
+      values.push_back(picture.smooth.at(columns[c].between, row));
+    }
+  }
+  return true;
+}
+
 /// Samples (i, j) of a square about a centre, each stride-th from −half to half; false: one lies
 /// outside the mask. values: all samples.
 bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
@@ -176,6 +215,9 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
         return false;
       }
     }
+  }
+  if (a.y() == 0 && b.x() == 0) {
+    return sample_upright(picture, middle, a.x(), b.y(), half, stride, values);
   }
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {

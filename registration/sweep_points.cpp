@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/index.hpp"
+
 namespace nav::registration {
 
 SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks) {
@@ -19,21 +21,33 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
       return std::max(1,
                       static_cast<int>(std::lround(kStepMm / grid.mm_per_pixel.col(axis).norm())));
     };
-    for (int row = stride(1) / 2; row < masks[i].height(); row += stride(1)) {
-      for (int column = stride(0) / 2; column < masks[i].width(); column += stride(0)) {
-        if (masks[i].at(column, row) == 0) continue;
-        out.points.push_back(tracked.reference_from_image * grid.at(column, row));
+    const Point<frames::Reference> first = tracked.reference_from_image * grid.at(0, 0);
+    const Eigen::Matrix<double, 3, 2> per_pixel =
+        tracked.reference_from_image.rotation().toRotationMatrix().leftCols<2>() *
+        grid.mm_per_pixel;
+    const int step_x = stride(0);
+    const int step_y = stride(1);
+    const auto usable = masks[i].pixels();
+    for (int row = step_y / 2; row < masks[i].height(); row += step_y) {
+      const std::size_t of_row = as_size(row) * as_size(masks[i].width());
+      const Eigen::Vector3d start = first.mm + row * per_pixel.col(1);
+      for (int column = step_x / 2; column < masks[i].width(); column += step_x) {
+        if (usable[of_row + as_size(column)] == 0) continue;
+        out.points.push_back({start + column * per_pixel.col(0)});
         out.centroid.mm += out.points.back().mm;
       }
     }
   }
   if (out.points.empty()) return out;
   out.centroid.mm /= static_cast<double>(out.points.size());
+  double farthest_mm2 = 0;
   for (const auto& p : out.points) {
     const Eigen::Vector3d r = (p - out.centroid).v;
-    out.radius_mm = std::max(out.radius_mm, r.norm());
-    out.spread_mm2 += r * r.transpose() / static_cast<double>(out.points.size());
+    farthest_mm2 = std::max(farthest_mm2, r.squaredNorm());
+    out.spread_mm2 += r * r.transpose();
   }
+  out.radius_mm = std::sqrt(farthest_mm2);
+  out.spread_mm2 /= static_cast<double>(out.points.size());
   return out;
 }
 
