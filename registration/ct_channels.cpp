@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "nav/index.hpp"
 #include "registration/ct_texels.hpp"
 
 namespace nav::registration {
@@ -26,7 +25,6 @@ Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double s
   CtChannels out;
   const auto lattice = lattice_over(ct, box, sigma_mm, texel_sigmas, out);
   if (!lattice) return lattice.error();
-  out.texels.reserve(as_size(out.size[0]) * as_size(out.size[1]) * as_size(out.size[2]));
   append_texels(ct, *lattice, {{0, 0, 0}, out.size}, out.texels);
   return out;
 }

@@ -123,9 +123,9 @@ class PartMaker {
         smooth_(slice_ * as_size(kSmoothed)) {}
 
   void append(std::vector<std::array<float, 4>>& out) {
-    const std::size_t before = out.size();
-    out.resize(before + as_size(i_.size) * as_size(j_.size) * as_size(k_.size));
-    std::array<float, 4>* row = &out[before];
+    out.reserve(out.size() + as_size(i_.size) * as_size(j_.size) * as_size(k_.size));
+    // Row by row, as memory that is only made larger would be cleared first.
+    std::vector<std::array<float, 4>> row(as_size(i_.size));
     int source = 0;  // Slices made so far, and those smoothed along k.
     int smooth = 0;
     for (int k = k_.first; k < k_.first + k_.size; ++k) {
@@ -134,8 +134,8 @@ class PartMaker {
         smooth_along_k(smooth);
       }
       for (int j = j_.first; j < j_.first + j_.size; ++j) {
-        fill_row(j_.held(j), k_.held(k), row);
-        row += i_.size;
+        fill_row(j_.held(j), k_.held(k), row.data());
+        out.insert(out.end(), row.begin(), row.end());
       }
     }
   }
