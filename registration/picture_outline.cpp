@@ -198,8 +198,10 @@ std::vector<std::uint8_t> never_lit(const Sweep& sweep) {
   cv::Mat dark(first.height(), first.width(), CV_8U, cv::Scalar(1));
   for (const auto& tracked : sweep.frames()) {
     const auto pixels = tracked.frame.pixels.pixels();
+    std::uint8_t* still = dark.data;
+    const std::uint8_t* grey = pixels.data();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (pixels[i] > kNothing) dark.data[i] = 0;
+      still[i] = static_cast<std::uint8_t>(still[i] & (grey[i] <= kNothing ? 1 : 0));
     }
   }
   cv::Mat parts;

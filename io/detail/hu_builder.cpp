@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/hu_builder.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -44,7 +47,40 @@ void HuBuilder::append_as(std::span<const std::byte> samples, const Rescale& res
   }
 }
 
+/// What append_as() does with whole numbers of 16 bits where nothing can need rounding: most CTs.
+template <class T>
+void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t by) {
+  constexpr std::int32_t kMax = std::numeric_limits<std::int16_t>::max();
+  constexpr std::size_t kBlock = 1024;
+  std::array<std::int16_t, kBlock> block;
+  for (std::size_t left = samples.size() / sizeof(T); left > 0;) {
+    const std::size_t count = std::min(left, kBlock);
+    std::int32_t below = 0;
+    std::int32_t above = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      T stored;
+      std::memcpy(&stored, samples.data() + i * sizeof(T), sizeof(T));
+      const std::int32_t hu = stored + by;
+      below += hu < kAirHu ? 1 : 0;
+      above += hu > kMax ? 1 : 0;
+      block[i] = static_cast<std::int16_t>(std::clamp<std::int32_t>(hu, kAirHu, kMax));
+    }
+    below_ += static_cast<std::size_t>(below);
+    above_ += static_cast<std::size_t>(above);
+    hu_.insert(hu_.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+    samples = samples.subspan(count * sizeof(T));
+    left -= count;
+  }
+}
+
 void HuBuilder::append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) {
+  constexpr double kFarthest = 1e6;
+  if (rescale.slope == 1 && !rescale.padding && std::abs(rescale.intercept) <= kFarthest &&
+      rescale.intercept == std::trunc(rescale.intercept)) {
+    const auto by = static_cast<std::int32_t>(rescale.intercept);
+    if (type == PixelType::kInt16) return append_shifted<std::int16_t>(samples, by);
+    if (type == PixelType::kUint16) return append_shifted<std::uint16_t>(samples, by);
+  }
   switch (type) {
     case PixelType::kUint8:
       return append_as<std::uint8_t>(samples, rescale);

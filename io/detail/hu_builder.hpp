@@ -48,6 +48,8 @@ class HuBuilder {
  private:
   template <class T>
   void append_as(std::span<const std::byte> samples, const Rescale& rescale);
+  template <class T>
+  void append_shifted(std::span<const std::byte> samples, std::int32_t by);
   void push(double hu);
   std::vector<std::int16_t> hu_;
   std::size_t below_ = 0;

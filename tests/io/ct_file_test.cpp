@@ -3,8 +3,10 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <span>
 
 #include "io/ct.hpp"
+#include "io/detail/hu_builder.hpp"
 #include "tests/io/support.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
@@ -410,6 +412,37 @@ TEST_F(CtFileTest, RefusesBadNifti) {
   set<std::int16_t>(q, 252, 1);
   set<float>(q, 84, 0);
   EXPECT_TRUE(refuses(read("a.nii", q + data), Code::kMalformedData, {"pixdim", "found 0"}));
+}
+
+/// HU, and what was counted, of samples and an intercept.
+std::pair<std::vector<std::int16_t>, std::string> hu_of(const std::string& bytes, PixelType type,
+                                                        const detail::Rescale& rescale) {
+  detail::HuBuilder builder(1);
+  builder.append(std::as_bytes(std::span(bytes)), type, rescale);
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::has_value(builder.report("a", {1, 1, 1}, diagnostics)));
+  std::string said;
+  for (const auto& entry : diagnostics.entries()) said += entry.message + '\n';
+  return {builder.take(), said};
+}
+
+template <class T>
+void expect_shift_is_rescaling(PixelType type) {
+  std::vector<T> samples;
+  for (int i = 0; i < 65536; ++i) samples.push_back(static_cast<T>(i));
+  const std::string bytes = test::bytes_of(samples) + 'x';  // Half a sample: of no use to anyone.
+  for (const double intercept : {0.0, -1024.0, 1000.0, -1e6, 1e6, 3e9, 0.25}) {
+    // Padding that no sample has keeps from the short way.
+    const auto slow = hu_of(bytes, type, {1, intercept, {{1e9, 1e9}}});
+    const auto quick = hu_of(bytes, type, {1, intercept, {}});
+    EXPECT_EQ(quick.first.size(), samples.size());
+    EXPECT_EQ(quick, slow) << intercept;
+  }
+}
+
+TEST(HuBuilderTest, WholeNumbersGiveTheSameHuAndCountsWithoutRounding) {
+  expect_shift_is_rescaling<std::int16_t>(PixelType::kInt16);
+  expect_shift_is_rescaling<std::uint16_t>(PixelType::kUint16);
 }
 
 }  // namespace
