@@ -178,5 +178,29 @@ TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {
   EXPECT_EQ(one->uncertainty.covariance, two->uncertainty.covariance);
 }
 
+TEST(PatchesTest, UprightPixelsAreSampledAsAnyOthersToTheLastBit) {
+  const Sweep upright = test::blob_sweep(test::BlobPatient(11), {});
+  const auto masks = shadow_masks(upright, {});
+  ASSERT_TRUE(test::has_value(masks));
+  // Too little to move anything, but no longer upright.
+  std::vector<TrackedFrame> frames = upright.frames();
+  for (TrackedFrame& tracked : frames) {
+    tracked.frame.grid.mm_per_pixel(1, 0) = 1e-300;
+    tracked.frame.grid.mm_per_pixel(0, 1) = 1e-300;
+  }
+  const auto leaning = Sweep::create(std::move(frames), upright.calibration_id());
+  ASSERT_TRUE(test::has_value(leaning));
+  for (const PatchChoice choice : {PatchChoice::kContrast, PatchChoice::kEven}) {
+    for (const int side : {5, 7, 21}) {
+      const LevelOptions level{2.0, side, 120, 6.0, choice};
+      const PatchSet expected = make_patches(*leaning, *masks, level, 1.5);
+      const PatchSet found = make_patches(upright, *masks, level, 1.5);
+      ASSERT_EQ(found.patches.size(), expected.patches.size());
+      EXPECT_EQ(found.samples, expected.samples);
+      EXPECT_EQ(found.samples.empty(), false) << side;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace nav::registration
