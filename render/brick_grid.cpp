@@ -40,7 +40,6 @@ std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& ta
   const std::size_t size = as_size(table.size());
   std::vector<std::vector<std::uint8_t>> levels(1, std::vector<std::uint8_t>(size));
   for (std::size_t i = 0; i < table.importance().size(); ++i) {
-    if (!(table.rgbat()[4 * i + 3] > 0)) continue;
     std::uint8_t& greatest = levels[0][i % size];
     greatest = std::max(greatest, importance_byte(table.importance()[i]));
   }

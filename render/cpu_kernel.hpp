@@ -89,6 +89,13 @@ class Marcher {
     F importance;  ///< Only where it matters.
   };
 
+  /// How the cutaway treats a part; ray_spec.hpp, "Cutaway".
+  struct Fade {
+    M before;   ///< In front of T2.
+    M varies;   ///< Of these, lanes that are a mean of midpoints.
+    F visible;  ///< Mean of the visibilities at the ends; 1 in lanes not in front.
+  };
+
   void add_cell(F cell, M active, M fresh) {
     const F next = V::add(cell, cells_);
     Part part{cell, V::max(cell, begin_), V::min(next, end_), {}, {}, V::set(0.0F), active};
@@ -98,13 +105,13 @@ class Marcher {
     } else {
       part.v_a = part.v_b = sampler_.value(cell);
       if (!may_show(part)) return;
+      F gradient = V::set(0.0F);
       if constexpr (kWindows) {
         counts_.window_gradients += static_cast<std::uint64_t>(V::count(active));
         sampler_.gradient(cell, active, gradient_);
-        classify_and_blend(part, Sampler<V>::length(gradient_));
-      } else {
-        classify_and_blend(part, V::set(0.0F));
+        gradient = Sampler<V>::length(gradient_);
       }
+      if (find_fade(part, gradient, false)) classify_and_blend(part, gradient);
     }
   }
 
@@ -114,7 +121,7 @@ class Marcher {
     if (V::any(fresh)) {
       // The same value as before in the other lanes.
       front_ = sampler_.value(part.cell);
-      front_classified_ = false;
+      front_classified_ = front_faded_ = false;
       counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, part.active)));
     }
     const F v0 = front_;
@@ -138,10 +145,15 @@ class Marcher {
     if constexpr (kAdaptive) before_at_ = part.cell;
     front_ = v1;
     if (!may_show(part)) {
+      front_classified_ = front_faded_ = false;
+      return;
+    }
+    const bool begins_inside = V::any(V::both(part.active, cut_a));
+    if (!find_fade(part, V::set(0.0F), front_faded_ && !begins_inside)) {
       front_classified_ = false;
       return;
     }
-    if (!front_classified_ || V::any(V::both(part.active, cut_a))) {
+    if (!front_classified_ || begins_inside) {
       integrals_.at(part.v_a, ends_[front_end_]);
     }
     integrals_.at(part.v_b, ends_[1 - front_end_]);
@@ -168,25 +180,46 @@ class Marcher {
     return V::any(V::both(part.active, V::less(V::set(in_.invisible_up_to_hu), most)));
   }
 
-  void classify_and_blend(const Part& part, F gradient) {
-    Classified c;
+  /// Sets fade_; false: the cutaway hides the part in every lane. goes_on: the part begins where
+  /// the last one ended.
+  bool find_fade([[maybe_unused]] const Part& part, [[maybe_unused]] F gradient,
+                 [[maybe_unused]] bool goes_on) {
     if constexpr (kFade) {
-      const M before = V::both(part.active, V::less(part.t_a, fading_.t2));
-      if (V::any(before)) {
-        counts_.faded += static_cast<std::uint64_t>(V::count(before));
-        c = steps<true>(part, gradient);
-        if (V::any(V::both(part.active, V::negate(before)))) {
-          const Classified whole = plain(part, gradient);
-          for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(before, c.rgb[i], whole.rgb[i]);
-          c.tau = V::select(before, c.tau, whole.tau);
-          c.importance = V::select(before, c.importance, whole.importance);
+      fade_.before = V::both(part.active, V::less(part.t_a, fading_.t2));
+      front_faded_ = fades_ = V::any(fade_.before);
+      if (!fades_) return true;
+      counts_.faded += static_cast<std::uint64_t>(V::count(fade_.before));
+      const F i_b = table_.importance_at(part.v_b, gradient);
+      F visible_a = front_visible_;
+      if (!goes_on) {
+        const F i_a = kPre ? table_.importance_at(part.v_a, gradient) : i_b;
+        visible_a = fading_.visibility(i_a, part.t_a);
+      }
+      const F visible_b = front_visible_ = fading_.visibility(i_b, part.t_b);
+      fade_.varies = V::both(fade_.before, apart(visible_a, visible_b));
+      fade_.visible = V::select(fade_.before, mean(visible_a, visible_b), V::set(1.0F));
+      return V::any(V::both(part.active, V::less(V::set(0.0F), fade_.visible)));
+    }
+    return true;
+  }
+
+  static M apart(F a, F b) { return V::less(V::set(kMarchFadeVaries), V::abs(V::sub(a, b))); }
+  static F mean(F a, F b) { return V::mul(V::set(0.5F), V::add(a, b)); }
+
+  void classify_and_blend(const Part& part, F gradient) {
+    Classified c = plain(part, gradient);
+    if constexpr (kFade) {
+      if (fades_) {
+        c.tau = Fading<V>::faded(c.tau, fade_.visible);
+        if (V::any(fade_.varies)) {
+          const Classified mean = steps<true>(part, gradient);
+          for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(fade_.varies, mean.rgb[i], c.rgb[i]);
+          c.tau = V::select(fade_.varies, mean.tau, c.tau);
+          c.importance = V::select(fade_.varies, mean.importance, c.importance);
         }
-        blend(part, c, gradient, before);
-        return;
       }
     }
-    c = plain(part, gradient);
-    blend(part, c, gradient, V::none());
+    blend(part, c, gradient);
   }
 
   [[nodiscard]] bool needs_importance() const {
@@ -234,28 +267,22 @@ class Marcher {
     return c;
   }
 
-  void blend(const Part& part, Classified& c, F gradient, M before) {
+  void blend(const Part& part, Classified& c, F gradient) {
     const F length = V::sub(part.t_b, part.t_a);
     const F depth = V::mul(V::mul(c.tau, V::set(in_.step_mm)), length);
     const F opacity = V::one_minus_exp(V::max(depth, V::set(0.0F)));
     const F weight = V::mask(part.active, V::mul(opacity, V::sub(V::set(1.0F), alpha_)));
-    if constexpr (kShade != MarchShade::kNone) shade(part, c, weight, gradient, before);
+    if constexpr (kShade != MarchShade::kNone) shade(part, c, weight, gradient);
     for (int i = 0; i < 3; ++i) rgb_[i] = V::madd(weight, c.rgb[i], rgb_[i]);
     alpha_ = V::add(alpha_, weight);
   }
 
-  void shade(const Part& part, Classified& c, F weight, F gradient, M before) {
+  void shade(const Part& part, Classified& c, F weight, F gradient) {
     M shaded = V::less(V::set(in_.min_shaded_weight), weight);
     if (!V::any(shaded)) return;
     F share = V::set(1.0F);
     if (in_.emphasis > 0) {
-      F importance = c.importance;
-      if constexpr (kPre) {
-        if (V::any(V::both(shaded, V::negate(before)))) {
-          importance = V::select(before, importance, steps<false>(part, gradient).importance);
-        }
-      }
-      const F unimportant = V::sub(V::set(1.0F), importance);
+      const F unimportant = V::sub(V::set(1.0F), importance_of(part, c, shaded));
       share = V::sub(V::set(1.0F), V::mul(V::set(in_.emphasis), unimportant));
       shaded = V::both(shaded, V::less(V::set(0.0F), share));
       if (!V::any(shaded)) return;
@@ -295,6 +322,23 @@ class Marcher {
     for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, V::mul(sum[i], per), c.rgb[i]);
   }
 
+  /// Of a cell; needed are the lanes where it matters.
+  F importance_of(const Part& part, const Classified& c, [[maybe_unused]] M needed) const {
+    if constexpr (!kPre) return c.importance;
+    const F gradient = V::set(0.0F);
+    const F i_a = table_.importance_at(part.v_a, gradient);
+    const F i_b = table_.importance_at(part.v_b, gradient);
+    const M varies = apart(i_a, i_b);
+    F whole = mean(i_a, i_b);
+    if (V::any(V::both(needed, varies))) {
+      whole = V::select(varies, steps<false>(part, gradient).importance, whole);
+    }
+    if constexpr (kFade) {
+      if (fades_) whole = V::select(fade_.varies, c.importance, whole);
+    }
+    return whole;
+  }
+
   const MarchInputs& in_;
   RayPacket& rays_;
   int lane_;
@@ -315,6 +359,10 @@ class Marcher {
   int front_end_ = 0;
   bool front_classified_ = false;  ///< ends_[front_end_] is that of front_.
   F gradient_[3]{};
+  Fade fade_{};               ///< Of the part at hand; only with kFade.
+  bool fades_ = false;        ///< Some lane lies in front of T2.
+  F front_visible_{};         ///< Visibility at the begin of the cell; only with kFade.
+  bool front_faded_ = false;  ///< front_visible_ is that.
 };
 
 template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>

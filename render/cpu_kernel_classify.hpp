@@ -8,8 +8,6 @@
 /// this may be included.
 namespace nav::render {
 
-/// spec::kFadeSteps; this file may not include what has inline functions.
-inline constexpr int kMarchFadeSteps = 4;
 /// spec::kMaxBowShare.
 inline constexpr float kMarchMaxBowShare = 0.5F;
 /// Values closer than this, in HU, are averaged instead of dividing differences of integrals.
@@ -29,7 +27,20 @@ struct Table {
     F importance;
   };
 
-  /// importance is left alone unless asked for; gradient, HU/mm, matters only with windows.
+  /// That of the nearest entry; gradient, HU/mm, matters only with windows.
+  F importance_at(F hu, F gradient) const {
+    const F half = V::set(0.5F);
+    const F held = V::min(V::max(hu, V::set(in.table_low_hu)), V::set(in.table_high_hu));
+    I nearest = V::truncate(V::add(V::sub(held, V::set(in.table_low_hu)), half));
+    if constexpr (kWindows) {
+      const F row = V::min(V::mul(gradient, V::set(in.rows_per_gradient)),
+                           V::set(static_cast<float>(in.table_rows - 1)));
+      nearest = V::add(nearest, V::mul(V::truncate(V::add(row, half)), V::set_int(in.table_size)));
+    }
+    return V::load_float(in.importance, nearest);
+  }
+
+  /// importance is left alone unless asked for.
   Sample at(F hu, F gradient, bool with_importance) const {
     const F x = V::sub(V::min(V::max(hu, V::set(in.table_low_hu)), V::set(in.table_high_hu)),
                        V::set(in.table_low_hu));
@@ -52,15 +63,7 @@ struct Table {
       V::lookup(in.table, i, w, value);
     }
     Sample s{{value[0], value[1], value[2]}, V::max(value[3], V::set(0.0F)), V::set(1.0F)};
-    if (with_importance) {
-      const F half = V::set(0.5F);
-      I nearest = V::truncate(V::add(x, half));
-      if constexpr (kWindows) {
-        nearest =
-            V::add(nearest, V::mul(V::truncate(V::add(row, half)), V::set_int(in.table_size)));
-      }
-      s.importance = V::load_float(in.importance, nearest);
-    }
+    if (with_importance) s.importance = importance_at(hu, gradient);
     return s;
   }
 };

@@ -8,6 +8,10 @@
 // inline function shared with the others could be linked in from there.
 namespace nav::render {
 
+/// spec::kFadeSteps and kFadeVaries; kernels may not include what has inline functions.
+inline constexpr int kMarchFadeSteps = 4;
+inline constexpr float kMarchFadeVaries = 0.25F;
+
 /// Lanes of a packet: as a rule a block of 4 × 4 pixels.
 inline constexpr int kPacketLanes = 16;
 inline constexpr int kPacketWidth = 4;

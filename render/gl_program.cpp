@@ -138,6 +138,7 @@ std::string constants() {
   constant("kEdgeOnSine", spec::kEdgeOnSine);
   constant("kGoochBlue", spec::kGoochBlue);
   constant("kGoochYellow", spec::kGoochYellow);
+  constant("kFadeVaries", spec::kFadeVaries);
   defines += "const int kFadeSteps = " + std::to_string(spec::kFadeSteps) + ";\n";
   constant("kMostShades", spec::kMostShades);
   return defines;

@@ -350,11 +350,10 @@ class PredicateMarcher {
     F sum = V::set(0.0F);
     for (int j = 0; j < kMarchFadeSteps; ++j) {
       const F w = V::set((static_cast<float>(j) + 0.5F) / kMarchFadeSteps);
-      const F t = Sampler<V>::lerp(t_a, t_b, w);
-      sum = V::add(sum, Fading<V>::faded(tau, fading_.visibility(share, t)));
+      sum = V::add(sum, fading_.visibility(share, Sampler<V>::lerp(t_a, t_b, w)));
     }
     const F mean = V::mul(sum, V::set(1.0F / kMarchFadeSteps));
-    return V::select(V::less(t_a, fading_.t2), mean, tau);
+    return V::select(V::less(t_a, fading_.t2), Fading<V>::faded(tau, mean), tau);
   }
 
   /// Returns the lanes that are finished.

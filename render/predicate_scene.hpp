@@ -40,7 +40,7 @@ struct Scene;
 /// importances equal: compositing is plain over.
 ///
 /// Cutaway: a sample counts with cutaway_importance · importance / greatest impact; its opacity is
-/// faded at the kFadeSteps midpoints of ray_spec.hpp.
+/// faded by the mean of their visibility at the kFadeSteps midpoints of ray_spec.hpp.
 ///
 /// Projections other than kComposite show the volume's values and ignore all this.
 struct PredicateScene {

@@ -33,19 +33,22 @@
 ///   pre-integrated: mean(va, vb, bow); post-classified: at(v).
 /// The bow of a whole cell between lattice points k and k + 1 is that of the parabola through the
 /// values at k - 1, k and k + 1, bow_of(): by how much its mean over the cell lies above that of
-/// the line. 0 for a cell that is cut, for several cells taken as one, where the cutaway fades, and
-/// unless k - 1 lies behind the lattice point at or in front of the entry into the box.
+/// the line. 0 for a cell that is cut, for several cells taken as one, and unless k - 1 lies behind
+/// the lattice point at or in front of the entry into the box.
 /// Without it all errors of a ray have one sign, and noise is drawn too faint.
 /// A function with gradient windows is always post-classified, with the gradient of the middle.
 /// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
 ///
-/// Cutaway (ray_spec_cutaway.hpp). A cell whose part begins in front of T2 is instead the mean of
-/// kFadeSteps equidistant midpoints of the part: value v_j on its line, Omega at its own t; tau_j =
-/// faded(tau, visibility(I(v_j), Omega_j)), colour weighted by tau_j.
+/// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has at its ends the
+/// visibilities V_a = visibility(I(va), Omega(a)) and V_b. Where they differ by no more than
+/// kFadeVaries, tau is faded(tau, (V_a + V_b) / 2) and all else is as without a cutaway. Otherwise
+/// the cell is the mean of kFadeSteps equidistant midpoints of the part: value v_j on its line,
+/// Omega at its own t; tau_j = faded(tau, visibility(I(v_j), Omega_j)), colour weighted by tau_j.
 ///
-/// Importance of a cell, needed only when shading.emphasis > 0: the mean of I weighted by tau over
-/// the same kFadeSteps midpoints (tau_j when faded); 1 when all of them are 0. Post-classified and
-/// not faded: I(v).
+/// Importance of a cell, needed only when shading.emphasis > 0: the mean of I(va) and I(vb) where
+/// they differ by no more than kFadeVaries, else the mean of I weighted by tau over the kFadeSteps
+/// midpoints, 1 when all of them are 0. Of a cell that is a mean of midpoints because its
+/// visibility varies: the latter with tau_j, whatever I is.
 ///
 /// Opacity of a cell: alpha = -expm1(-tau · length_mm).
 ///

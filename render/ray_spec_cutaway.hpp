@@ -29,8 +29,10 @@
 /// 0 in the base, 1/2 between transition and overlay, 1 in the clear region.
 namespace nav::render::spec {
 
-/// Cell and cutaway: a cell any part of which lies in front of T2 is classified at this many
-/// equidistant values between its ends, each with its own Omega.
+/// Cell and cutaway: a part whose visibilities, or importances, at its two ends differ by no more
+/// than this has their mean as a whole.
+inline constexpr double kFadeVaries = 0.25;
+/// Others are classified at this many equidistant values between the ends, each with its own Omega.
 inline constexpr int kFadeSteps = 4;
 /// Chords that stand for the outer arc of a sector; the inner arc has the same angle per chord. The
 /// largest distance to the arc: radius · (1 - cos(half_angle / 16)), 0.06 mm at 120 mm and 30°.

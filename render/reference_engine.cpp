@@ -323,8 +323,7 @@ class Caster {
     const bool windows = p_.table.rows() > 1;
     Vec3 gradient = Vec3::Zero();
     if (windows) gradient = gradient_at(*scene_.ct, place_in(cell, 0.5));
-    Classified c =
-        cell.t_a < span_.t2 ? faded(cell, gradient.norm()) : plain(cell, gradient.norm());
+    Classified c = classified(cell, gradient.norm());
     if (!(c.tau_per_mm > 0)) return;
     const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
     const double share = spec::shaded_share(c.importance, scene_.shading);
@@ -353,38 +352,50 @@ class Caster {
     return scene_.shading.enabled && scene_.shading.emphasis > 0;
   }
 
-  [[nodiscard]] Classified plain(const Cell& cell, double gradient) const {
-    if (!p_.pre_integrated) {
-      const TransferSample s = p_.table.at(cell.v_a, gradient);
-      return {s.rgb, s.tau_per_mm, needs_importance() ? s.importance : 1};
+  /// What the whole cell is without a cutaway.
+  [[nodiscard]] TransferSample whole(const Cell& cell, double gradient) const {
+    return p_.pre_integrated ? p_.table.mean(cell.v_a, cell.v_b, cell.bow)
+                             : p_.table.at(cell.v_a, gradient);
+  }
+
+  [[nodiscard]] Classified classified(const Cell& cell, double gradient) const {
+    const bool fading = cell.t_a < span_.t2;
+    const TransferSample s = whole(cell, gradient);
+    if (!fading && !needs_importance()) return {s.rgb, s.tau_per_mm, 1};
+    const double i_a = p_.table.at(cell.v_a, gradient).importance;
+    const double i_b = p_.table.at(cell.v_b, gradient).importance;
+    double visible = 1;
+    if (fading) {
+      const double v_a = visibility(i_a, cell.t_a);
+      const double v_b = visibility(i_b, cell.t_b);
+      if (std::abs(v_a - v_b) > spec::kFadeVaries) return steps(cell, gradient, true);
+      visible = (v_a + v_b) / 2;
     }
-    const TransferSample s = p_.table.mean(cell.v_a, cell.v_b, cell.bow);
-    const double importance =
-        needs_importance()
-            ? steps(cell, gradient, [](double tau, double, double) { return tau; }).importance
-            : 1;
-    return {s.rgb, s.tau_per_mm, importance};
+    double importance = 1;
+    if (needs_importance()) {
+      importance = std::abs(i_a - i_b) > spec::kFadeVaries ? steps(cell, gradient, false).importance
+                                                           : (i_a + i_b) / 2;
+    }
+    return {s.rgb, spec::faded(s.tau_per_mm, visible), importance};
   }
 
-  [[nodiscard]] Classified faded(const Cell& cell, double gradient) const {
-    return steps(cell, gradient, [&](double tau, double importance, double t) {
-      const double omega = spec::occlusion(span_, p_.cutaway.overlay_mm, t);
-      return spec::faded(tau, spec::visibility(importance, omega));
-    });
+  [[nodiscard]] double visibility(double importance, double t) const {
+    return spec::visibility(importance, spec::occlusion(span_, p_.cutaway.overlay_mm, t));
   }
 
-  /// The mean of kFadeSteps midpoints, extinction(tau, importance, t) each.
-  template <class Extinction>
-  [[nodiscard]] Classified steps(const Cell& cell, double gradient,
-                                 const Extinction& extinction) const {
+  /// The mean of kFadeSteps midpoints, faded or not.
+  [[nodiscard]] Classified steps(const Cell& cell, double gradient, bool fading) const {
     Vec3 rgb = Vec3::Zero();
     double sum = 0;
     double importance = 0;
     for (int j = 0; j < spec::kFadeSteps; ++j) {
       const double w = (j + 0.5) / spec::kFadeSteps;
       const TransferSample s = p_.table.at(cell.v_a + w * (cell.v_b - cell.v_a), gradient);
-      const double tau =
-          extinction(s.tau_per_mm, s.importance, cell.t_a + w * (cell.t_b - cell.t_a));
+      double tau = s.tau_per_mm;
+      if (fading) {
+        const double t = cell.t_a + w * (cell.t_b - cell.t_a);
+        tau = spec::faded(tau, visibility(s.importance, t));
+      }
       sum += tau;
       rgb += tau * s.rgb;
       importance += tau * s.importance;

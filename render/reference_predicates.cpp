@@ -61,13 +61,12 @@ void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, Str
   if (part.begin < ray.span.t2) {
     const double importance =
         scene_.predicates->cutaway_importance * c.importance / set_.greatest_impact();
-    double sum = 0;
+    double visible = 0;
     for (int j = 0; j < spec::kFadeSteps; ++j) {
       const double t = part.begin + (j + 0.5) / spec::kFadeSteps * (part.end - part.begin);
-      const double omega = spec::occlusion(ray.span, overlay_mm_, t);
-      sum += spec::faded(tau, spec::visibility(importance, omega));
+      visible += spec::visibility(importance, spec::occlusion(ray.span, overlay_mm_, t));
     }
-    tau = sum / spec::kFadeSteps;
+    tau = spec::faded(tau, visible / spec::kFadeSteps);
   }
   const auto rgb = spec::hsl(spec::hsl_tint(c.hue_deg, c.saturation), intensity);
   spec::composite_log(state, rgb, -std::expm1(-tau * (part.end - part.begin)), c.importance);

@@ -48,6 +48,7 @@ TransferTable::TransferTable(const TransferFunction& transfer) {
   rgbat_.reserve(4 * entries);
   importance_.reserve(entries);
   for (int row = 0; row < rows_; ++row) add_row(transfer, row * gradient_per_row_);
+  extend_importance();
   integrate();
   index_visible();
 }
@@ -60,6 +61,29 @@ void TransferTable::add_row(const TransferFunction& transfer, double gradient_hu
     const bool visible = rgbat_.back() > 0;
     importance_.push_back(visible ? static_cast<float>(sample.importance) : 0.0F);
     importance_matters_ = importance_matters_ || (visible && importance_.back() < 1);
+  }
+}
+
+void TransferTable::extend_importance() {
+  const auto size = static_cast<std::ptrdiff_t>(size_);
+  for (std::ptrdiff_t row = 0; row < rows_; ++row) {
+    float* importance = importance_.data() + row * size;
+    std::ptrdiff_t last = -1;  // Visible so far.
+    for (std::ptrdiff_t i = 0; i <= size; ++i) {
+      if (i < size && !(rgbat_[4 * static_cast<std::size_t>(row * size + i) + 3] > 0)) continue;
+      // Those between two visible ones: the nearer half of them, or all where there is but one.
+      std::ptrdiff_t middle = (last + i) / 2 + 1;
+      if (last < 0) middle = 0;
+      if (i == size) middle = last < 0 ? 0 : size;
+      for (std::ptrdiff_t j = last + 1; j < i; ++j) {
+        if (j < middle) {
+          importance[j] = importance[last];
+        } else if (i < size) {
+          importance[j] = importance[i];
+        }
+      }
+      last = i;
+    }
   }
 }
 

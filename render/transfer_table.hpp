@@ -33,7 +33,9 @@ class TransferTable {
   [[nodiscard]] double gradient_per_row() const { return gradient_per_row_; }
   /// Four per entry, row after row: rgb, not premultiplied, and extinction per mm.
   [[nodiscard]] const std::vector<float>& rgbat() const { return rgbat_; }
-  /// One per entry, row after row.
+  /// One per entry, row after row. An invisible entry has that of the nearest visible one of its
+  /// row (of two, of the lower; 0: there is none), so that a cell which reaches beyond what is
+  /// visible fades as the visible part of it.
   [[nodiscard]] const std::vector<float>& importance() const { return importance_; }
   /// Some entry in [0, 1] that is visible has an importance < 1: a cutaway can change something.
   [[nodiscard]] bool importance_matters() const { return importance_matters_; }
@@ -62,7 +64,7 @@ class TransferTable {
   /// Some value within [low, high] HU, widened by one entry either side against the rounding of
   /// interpolation, may have an extinction > 0 at some gradient.
   [[nodiscard]] bool visible(double low_hu, double high_hu) const;
-  /// The greatest importance of what may be visible there; 0 where nothing is.
+  /// The greatest importance of the entries there, widened as for visible().
   [[nodiscard]] double max_importance(double low_hu, double high_hu) const;
   /// Up to here nothing is visible, HU: -infinity when the first entry is, infinity when none is.
   [[nodiscard]] double invisible_up_to_hu() const;
@@ -79,6 +81,7 @@ class TransferTable {
   [[nodiscard]] Eigen::Vector4d premultiplied_at(double hu) const;
   [[nodiscard]] Eigen::Vector4d integral_to(double hu) const;
   void add_row(const TransferFunction& transfer, double gradient_hu_per_mm);
+  void extend_importance();
   void integrate();
   void index_visible();
 

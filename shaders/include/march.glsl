@@ -19,6 +19,7 @@ struct Cell {
   float importance;   // 1 where it is not needed.
 };
 
+#if defined(CUTAWAY) || defined(EMPHASIS)
 // The mean of equidistant midpoints of a part of a cell, each faded at its own place if asked.
 void classify_in_steps(inout Cell cell, float gradient, bool fading) {
   vec4 sum = vec4(0.0);
@@ -42,6 +43,42 @@ void classify_in_steps(inout Cell cell, float gradient, bool fading) {
   cell.look = visible ? vec4(sum.rgb / sum.a, sum.a / float(kFadeSteps)) : vec4(0.0);
 }
 
+bool varies(vec2 ends) { return abs(ends.x - ends.y) > kFadeVaries; }
+
+// At the ends of a part.
+vec2 importances_of(Cell cell, float gradient) {
+  return vec2(importance_at(cell.v_a, gradient), importance_at(cell.v_b, gradient));
+}
+
+// Sets the importance of a cell.
+void weigh(inout Cell cell, float gradient, vec2 ends) {
+  if (varies(ends)) {
+    vec4 look = cell.look;
+    classify_in_steps(cell, gradient, false);
+    cell.look = look;
+  } else {
+    cell.importance = 0.5 * (ends.x + ends.y);
+  }
+}
+#endif
+
+#ifdef CUTAWAY
+// Fades a cell, whose look is that without a cutaway, and finds its importance.
+void fade(inout Cell cell, float gradient) {
+  vec2 importance = importances_of(cell, gradient);
+  vec2 visible = vec2(visibility(importance.x, occlusion(cut_span, t_of(cell.begin))),
+                      visibility(importance.y, occlusion(cut_span, t_of(cell.end))));
+  if (varies(visible)) {
+    classify_in_steps(cell, gradient, true);
+  } else {
+#ifdef EMPHASIS
+    weigh(cell, gradient, importance);
+#endif
+    cell.look.a = faded(cell.look.a, 0.5 * (visible.x + visible.y));
+  }
+}
+#endif
+
 float length_mm(Cell cell) { return (cell.end - cell.begin) * cell_mm; }
 
 void composite(Cell cell) {
@@ -62,11 +99,7 @@ void composite_mean(vec4 mean, float length_mm) {
 // Composites a cell that pausing was worth.
 void shade_and_composite(Cell cell, bool fading) {
 #if defined(EMPHASIS) && defined(PREINTEGRATED)
-  if (!fading) {
-    vec4 look = cell.look;
-    classify_in_steps(cell, 0.0, false);
-    cell.look = look;
-  }
+  if (!fading) weigh(cell, 0.0, importances_of(cell, 0.0));
 #endif
 #ifdef EMPHASIS
   float share = 1.0 - emphasised * (1.0 - cell.importance);
@@ -246,7 +279,7 @@ void advance(inout Walk w, float v1, bool fading) {
 // Takes the sample at j. True: it ends a cell; mean is what lies there, see mean_between(). The
 // first sample of a run goes through the same operations for nothing: a device that runs many rays
 // in step would take those of a branch as well.
-bool take_sample(inout Walk w, bool may_begin, out Cell cell, out vec4 mean) {
+bool take_sample(inout Walk w, bool may_begin, bool fading, out Cell cell, out vec4 mean) {
   int k = w.j - w.size;
   bool whole = w.known == k;  // v0 and v1 are the values of a cell.
   float v1 = value_at(float(w.j));
@@ -263,19 +296,7 @@ bool take_sample(inout Walk w, bool may_begin, out Cell cell, out vec4 mean) {
 #ifdef ADAPTIVE
   w.before_at = whole ? k : w.j - 1;
 #endif
-  advance(w, v1, false);
-  return whole;
-}
-
-// The same where cells fade.
-bool take_fading_sample(inout Walk w, out Cell cell) {
-  int k = w.j - w.size;
-  bool whole = w.known == k;
-  float v1 = value_at(float(w.j));
-  cell = cell_at(w, k, w.v0, v1);
-  cost.z += float(whole);
-  if (whole) classify_in_steps(cell, 0.0, true);
-  advance(w, v1, true);
+  advance(w, v1, fading);
   return whole;
 }
 #else
@@ -287,12 +308,13 @@ void take_middle(inout Walk w, out Cell cell, bool fading) {
 #else
   const float gradient = 0.0;
 #endif
+  cell.look = transfer_at(v, gradient, cell.importance);
+#ifdef CUTAWAY
   if (fading) {
     cost.z += 1.0;
-    classify_in_steps(cell, gradient, true);
-  } else {
-    cell.look = transfer_at(v, gradient, cell.importance);
+    fade(cell, gradient);
   }
+#endif
   ++w.j;
 }
 #endif
@@ -304,7 +326,7 @@ void take_middle(inout Walk w, out Cell cell, bool fading) {
 Cell take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
-  if (!take_sample(w, may_begin, cell, mean)) cell.end = cell.begin;
+  if (!take_sample(w, may_begin, false, cell, mean)) cell.end = cell.begin;
   cell.look = mean;
   return cell;
 }
@@ -333,7 +355,7 @@ bool take_four(inout Walk w) {
 void take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
-  bool whole = take_sample(w, may_begin, cell, mean);
+  bool whole = take_sample(w, may_begin, false, cell, mean);
   composite_mean(mean, whole && picture.a < enough ? max(length_mm(cell), 0.0) : 0.0);
 }
 
@@ -353,17 +375,20 @@ bool take_four(inout Walk w) {
 bool take_next(inout Walk w, inout Cell cell, bool fading) {
   bool found = true;
 #ifdef PREINTEGRATED
-  if (!fading) {
-    vec4 mean;
-    found = take_sample(w, true, cell, mean);
-#ifdef SHADING
-    cell.look = look_of(mean);
-#else
-    composite_mean(mean, found ? length_mm(cell) : 0.0);
+  vec4 mean;
+  found = take_sample(w, true, fading, cell, mean);
+#if defined(SHADING) || defined(CUTAWAY)
+  cell.look = look_of(mean);
 #endif
-  } else {
-    found = take_fading_sample(w, cell);
+#ifdef CUTAWAY
+  if (fading && found) {
+    cost.z += 1.0;
+    fade(cell, 0.0);
   }
+#endif
+#ifndef SHADING
+  if (!fading) composite_mean(mean, found ? length_mm(cell) : 0.0);
+#endif
 #else
   take_middle(w, cell, fading);
 #endif
@@ -427,7 +452,7 @@ void march(float begin, float end, bool fading) {
     find_run(w, fading);
 #endif
 #ifdef PREINTEGRATED
-    if (!fading) look_aside(w);
+    look_aside(w);
 #endif
     Cell cell;
     bool found = false;

@@ -200,9 +200,9 @@ float faded_extinction(float tau, float importance, float begin, float end) {
   float sum = 0.0;
   for (int i = 0; i < kFadeSteps; ++i) {
     float t = t_of(mix(begin, end, (float(i) + 0.5) / float(kFadeSteps)));
-    sum += faded(tau, visibility(share, occlusion(cut_span, t)));
+    sum += visibility(share, occlusion(cut_span, t));
   }
-  return sum / float(kFadeSteps);
+  return faded(tau, sum / float(kFadeSteps));
 }
 #endif
 

@@ -25,6 +25,17 @@ void take_over_transfer() {
 
 vec4 transfer_entry(int entry) { return texelFetch(transfer, entry); }
 
+#ifdef IMPORTANCE
+float importance_at(float hu, float gradient) {
+  int nearest = int(clamp(hu - first_hu, 0.0, float(last_entry_of_row)) + 0.5);
+#ifdef GRADIENT_WINDOWS
+  int row = int(clamp(gradient * rows_per_gradient, 0.0, float(transfer_rows - 1)) + 0.5);
+  nearest += row * transfer_size;
+#endif
+  return texelFetch(importances, nearest).r;
+}
+#endif
+
 // rgb and extinction; importance is written only where it is compiled in.
 vec4 transfer_at(float hu, float gradient, out float importance) {
   float x = clamp(hu - first_hu, 0.0, float(last_entry_of_row));

@@ -73,6 +73,47 @@ TEST(MakeCutawayTest, ABoxIsItsFacesAndNoPointOfItIsBetter) {
   }
 }
 
+/// A point clears fog whose values, opacity and importance all rise across it.
+Scene fading_scene(double importance_step) {
+  const auto ct = test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}),
+                                    [](int x, int y, int z) { return 2 * x + 2 * y + z; });
+  const TransferFunction fog =
+      *TransferFunction::create("fog", {{0, {1, 0.2, 0.1}, 0.02, 0.2},
+                                        {99, {0.5, 0.6, 0.2}, 0.05, 0.5},
+                                        {100, {0.5, 0.6, 0.2}, 0.05, 0.5 + importance_step},
+                                        {200, {0.1, 0.3, 1}, 0.04, 0.6 + importance_step}});
+  Scene scene = test::plain_scene(ct, fog, test::frontal(100, 40, true));
+  scene.cutaway.emplace();
+  scene.cutaway->around_plane = false;
+  scene.cutaway->overlay_mm = 12;
+  scene.cutaway->polygons.push_back({{{{-1, 0, 0}}, {{1, 0, 0}}}});
+  scene.width = scene.height = 24;
+  return scene;
+}
+
+double fading_error(Scene scene, double step) {
+  const auto engine = make_reference_engine();
+  scene.quality.step_voxels = step;
+  const RenderedImage found = test::draw(*engine, scene);
+  scene.quality.step_voxels = 1.0 / 32;
+  return rms_difference(found.pixels, test::draw(*engine, scene).pixels);
+}
+
+TEST(FadeTest, WhereImportanceRunsOnItIsNearlyOfTheSecondOrder) {
+  const Scene scene = fading_scene(0);
+  // Of two halvings: 4 would be the first order, 16 the second. Importance is that of whole values,
+  // whose small jumps are of the first.
+  constexpr double kBetter = 6.5;
+  EXPECT_GT(fading_error(scene, 2), kBetter * fading_error(scene, 0.5));
+  EXPECT_LT(fading_error(scene, 1), 1.2e-4);
+}
+
+TEST(FadeTest, WhereImportanceJumpsFourMidpointsFindThePlace) {
+  const Scene scene = fading_scene(0.4);  // A boundary of materials in every ray.
+  EXPECT_LT(fading_error(scene, 1), 1.8e-4);
+  EXPECT_LT(fading_error(scene, 0.5), 9e-5);
+}
+
 TEST(OutlineOfTest, TheRectangleIsThatOfThePixelsWithTheirEdges) {
   const auto plane = test::upright_plane(test::grey_picture(80, 60, 100), 0.5, {0, 0, 0});
   const auto outline = outline_of(plane.frame);
