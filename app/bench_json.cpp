@@ -106,17 +106,20 @@ Json ratios_of(const BenchRenderReport& report) {
   return json;
 }
 
-/// Sonde at the step that it takes by itself against VTK's GPU mapper at its default, one voxel.
+/// Sonde at the step and pixel error that it takes by itself against VTK's GPU mapper at its
+/// default, one voxel.
 Json default_quality(const bench::RenderBenchReport& report) {
   Json rows = Json::array();
   for (const bench::ChosenStep& chosen : report.chosen) {
     const double step = chosen.choice.step_voxels;
-    const auto* ours = bench::find_row(report, chosen.scene, "cpu", step);
+    const auto* ours = bench::find_row(report, chosen.scene, "cpu",
+                                       bench::SparsePoint{step, chosen.choice.pixel_error});
     const auto* theirs = bench::find_row(report, chosen.scene, "vtk-gpu", 1);
     if (!ours || !theirs) continue;
     const double fine_s = bench::curve_of(report, chosen.scene, {{"cpu"}, true}).time_at(2e-3);
     rows.push_back({{"scene", chosen.scene},
                     {"step_voxels", step},
+                    {"pixel_error", chosen.choice.pixel_error},
                     {"estimated_rms", chosen.choice.rms},
                     {"search_cpu_s", chosen.search_cpu_s},
                     {"rms", ours->rms},

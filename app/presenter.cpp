@@ -79,7 +79,7 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   scene.grey = look_.grey;
   if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
   if (step_) scene.quality.step_voxels = step_->step_voxels;
-  scene.quality.pixel_error = options_.pixel_error;
+  scene.quality.pixel_error = std::max(options_.pixel_error, step_ ? step_->pixel_error : 0);
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
     scene.predicates = ultrasound_->predicates;

@@ -25,7 +25,7 @@ struct PresenterOptions {
   int height = 600;                                  ///< Of the 3D view, pixels.
   std::optional<double> step_voxels = std::nullopt;  ///< Absent: what rms_error needs.
   double rms_error = render::kDefaultRms;            ///< Of the picture of the CT, estimated.
-  double pixel_error = 0;                            ///< Of render::Quality.
+  double pixel_error = 0;                            ///< Of render::Quality, at least.
   render::HuWindow window;                           ///< Of the CT slice.
 };
 
@@ -71,8 +71,8 @@ class Presenter {
   /// Times that a 3D view was cast, and times that the last one was still right.
   [[nodiscard]] int views_cast() const { return views_cast_; }
   [[nodiscard]] int views_reused() const { return views_reused_; }
-  /// The step that was chosen for rms_error, once a 3D view was cast; absent where it was given,
-  /// and in views by predicates and projections.
+  /// The step and pixel error that were chosen for rms_error, once a 3D view was cast; absent where
+  /// it was given, and in views by predicates and projections.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
   /// Seconds of the casting, all views.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }

@@ -146,6 +146,7 @@ Json json_of(const registration::ImageRegistrationResult& result,
 Json json_of(const std::optional<render::StepChoice>& step) {
   if (!step) return nullptr;
   return {{"step_voxels", step->step_voxels},
+          {"pixel_error", step->pixel_error},
           {"estimated_rms", json_number(step->rms)},
           {"reached", step->reached}};
 }

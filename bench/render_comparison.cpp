@@ -229,7 +229,7 @@ Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& trut
   const auto cpu = std::find_if(ours_.begin(), ours_.end(),
                                 [](const Contestant& who) { return who.name == "cpu"; });
   NAV_CHECK(cpu != ours_.end());
-  return run_step(named, {*cpu}, {choice->step_voxels, 0}, truth, own_truths);
+  return run_step(named, {*cpu}, {choice->step_voxels, choice->pixel_error}, truth, own_truths);
 }
 
 void Comparison::add_ratios(const NamedScene& named) {
@@ -330,12 +330,17 @@ Result<void> check_picture(const RenderBenchOptions& options, int width, int hei
 }
 
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
-                               const std::string& engine, double step) {
+                               const std::string& engine, const SparsePoint& quality) {
   for (const RenderBenchRow& row : report.rows) {
-    const bool dense = row.pixel_error == 0;
-    if (row.scene == scene && row.engine == engine && row.step == step && dense) return &row;
+    const bool same = row.step == quality.step_voxels && row.pixel_error == quality.pixel_error;
+    if (row.scene == scene && row.engine == engine && same) return &row;
   }
   return nullptr;
+}
+
+const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
+                               const std::string& engine, double step) {
+  return find_row(report, scene, engine, SparsePoint{step, 0});
 }
 
 std::string to_text(const RenderBenchReport& report) {

@@ -14,10 +14,10 @@
 
 namespace nav::bench {
 
-/// A quality with fewer rays than pixels.
+/// A quality, with fewer rays than pixels or not.
 struct SparsePoint {
   double step_voxels;
-  double pixel_error;
+  double pixel_error;  ///< 0: a ray for every pixel.
 };
 
 /// How the comparison is run.
@@ -80,7 +80,7 @@ struct SceneTruth {
   double self_convergence;  ///< Rms between the reference at its step and at twice that.
 };
 
-/// The step that the CPU engine takes by itself.
+/// The step and pixel error that the CPU engine takes by itself.
 struct ChosenStep {
   std::string scene;
   render::StepChoice choice;
@@ -117,7 +117,10 @@ ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
 /// Refuses pictures that are no odd multiple of the reference's.
 Result<void> check_picture(const RenderBenchOptions& options, int width, int height);
 
-/// The row of an engine in a scene at a step with a ray for every pixel; null when there is none.
+/// The row of an engine in a scene at a quality; null when there is none.
+const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
+                               const std::string& engine, const SparsePoint& quality);
+/// The same with a ray for every pixel.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, double step);
 

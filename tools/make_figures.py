@@ -183,7 +183,7 @@ def ratio_tables(report: dict) -> str:
     within = [q for q in report["default_quality"] if q["rms"] <= 2e-3]
     quick = [q for q in report["default_quality"] if q["vtk_over_ours"] >= 7]
     chosen = statistics.median(q["vtk_over_ours"] for q in report["default_quality"])
-    quality = [[q["scene"], f"{q['step_voxels']:.2f}", f"{q['estimated_rms']:.4f}",
+    quality = [[q["scene"], f"{q['step_voxels']:.2f}", f"{q.get('pixel_error', 0):g}", f"{q['estimated_rms']:.4f}",
                 f"{1e3 * q['search_cpu_s']:.0f}", f"{q['rms']:.4f}", f"{1e3 * q['cpu_s']:.0f}", f"{q['vtk_rms']:.4f}",
                 f"{1e3 * q['vtk_cpu_s']:.0f}", f"{q['vtk_over_ours']:.1f}",
                 number(q["vtk_over_ours_at_2e-3"])]
@@ -201,11 +201,11 @@ At errors of 0.02, 0.01, 0.005 and 0.002 rms (·: not on VTK's curve; –: Sonde
 
 {table(["scene"] + columns, scenes)}
 
-Default quality (the step that is chosen for an rms of 0.002, a ray for every pixel) beside VTK's GPU
+Default quality (the step and pixel error that are chosen for an rms of 0.002; 0: a ray for every pixel) beside VTK's GPU
 mapper at its default (one voxel). Of {len(report["default_quality"])} scenes {len(within)} err no more than 0.002,
 {len(quick)} take at most a seventh of VTK's time; median {chosen:.1f}:
 
-{table(["scene", "step", "estimated rms", "search ms", "rms", "cpu ms", "VTK rms", "VTK cpu ms", "VTK / Sonde",
+{table(["scene", "step", "pixel error", "estimated rms", "search ms", "rms", "cpu ms", "VTK rms", "VTK cpu ms", "VTK / Sonde",
         "VTK / Sonde at 0.002"], quality)}
 
 The last column is VTK's default beside Sonde's fastest picture of at most 0.002 rms.

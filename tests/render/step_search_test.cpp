@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The step that an error asks for, against the double-precision reference.
+// The step and pixel error that an error asks for, against converged pictures.
 #include "render/step_search.hpp"
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "bench/support/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
@@ -21,36 +23,99 @@ Scene abdomen(const char* preset, bool shaded) {
   return scene;
 }
 
-RenderedImage at_step(Engine& engine, Scene scene, double step) {
-  scene.width = 64;
-  scene.height = 48;
+RenderedImage at_quality(Engine& engine, Scene scene, double step, double pixel_error) {
   scene.quality.step_voxels = step;
+  scene.quality.pixel_error = pixel_error;
   return test::draw(engine, scene);
 }
 
-TEST(StepSearchTest, TheChosenStepErrsAboutAsMuchAsIsSaid) {
-  // An estimate: it may be off by a third, and the next coarser step must err more than was asked.
-  constexpr double kOff = 1.35;
+/// The whole picture, converged.
+RenderedImage truth_of(Engine& engine, Scene scene) {
+  scene.quality.opaque_at = 1;
+  return at_quality(engine, scene, 1.0 / 32, 0);
+}
+
+/// What a picture takes, gradients as samples.
+double work(const RenderedImage& image) {
+  return static_cast<double>(image.statistics.volume_samples + image.statistics.gradient_samples);
+}
+
+TEST(StepSearchTest, TheChosenQualityErrsAboutAsMuchAsIsSaidAndNoMoreThanAsked) {
+  // Of the whole picture, of which the search sees a twentieth: true over estimated.
+  constexpr double kLeast = 0.6;
+  constexpr double kMost = 1.15;
+  // A coarser step must err more than was asked, or the choice is too fine.
+  constexpr double kCoarser = 1.6;
+  const auto engine = make_cpu_engine();
   for (const char* preset : {"ct-bone", "ct-soft-tissue", "cta-vessels"}) {
     for (const bool shaded : {false, true}) {
       const Scene scene = abdomen(preset, shaded);
-      const RenderedImage truth = at_step(*make_reference_engine(), scene, 1.0 / 16);
-      const auto engine = make_cpu_engine();
-      const auto error_at = [&](double step) {
-        return rms_difference(at_step(*engine, scene, step).pixels, truth.pixels);
+      const RenderedImage truth = truth_of(*engine, scene);
+      const auto error_at = [&](double step, double pixel_error) {
+        const RenderedImage image = at_quality(*engine, scene, step, pixel_error);
+        return rms_difference(image.pixels, truth.pixels);
       };
-      for (const double asked : {1e-2, 4e-3}) {
+      for (const double asked : {1e-2, 4e-3, kDefaultRms}) {
         const auto choice = step_for_error(*make_cpu_engine(), scene, asked);
         ASSERT_TRUE(test::has_value(choice));
-        ASSERT_TRUE(choice->reached) << preset;
-        const double found = error_at(choice->step_voxels);
-        EXPECT_LE(found, kOff * asked) << preset << ", shaded " << shaded << ", " << asked;
-        EXPECT_LE(found, kOff * choice->rms) << preset << ", shaded " << shaded << ", " << asked;
+        const std::string where = std::string(preset) + (shaded ? ", shaded, " : ", ") +
+                                  std::to_string(asked) + ", step " +
+                                  std::to_string(choice->step_voxels) + ", pixel error " +
+                                  std::to_string(choice->pixel_error);
+        ASSERT_TRUE(choice->reached) << where;
+        const double found = error_at(choice->step_voxels, choice->pixel_error);
+        EXPECT_LE(found, asked) << where;
+        EXPECT_LE(choice->rms, asked) << where;
+        EXPECT_LE(found, kMost * choice->rms) << where;
+        EXPECT_GE(found, kLeast * choice->rms) << where;
         if (choice->step_voxels >= 4) continue;
-        EXPECT_GT(error_at(choice->step_voxels * std::sqrt(2.0)), asked / kOff)
-            << preset << ", shaded " << shaded << ": " << choice->step_voxels << " was too fine";
+        EXPECT_GT(error_at(kCoarser * choice->step_voxels, choice->pixel_error), asked) << where;
       }
     }
+  }
+}
+
+TEST(StepSearchTest, RaysAreSparedOnlyWhereThatIsLessWork) {
+  constexpr double kSaves = 0.95;
+  const auto engine = make_cpu_engine();
+  int spared = 0;
+  for (const char* preset : {"ct-bone", "ct-soft-tissue", "cta-vessels"}) {
+    for (const double asked : {2e-2, 5e-3, kDefaultRms}) {
+      Scene scene = abdomen(preset, false);
+      scene.width *= 3;
+      scene.height *= 3;
+      const auto choice = step_for_error(*engine, scene, asked);
+      ASSERT_TRUE(test::has_value(choice));
+      if (choice->pixel_error == 0) continue;
+      ++spared;
+      EXPECT_LT(work(at_quality(*engine, scene, choice->step_voxels, choice->pixel_error)),
+                kSaves * work(at_quality(*engine, scene, choice->step_voxels, 0)))
+          << preset << ", " << asked;
+      scene.quality.jitter = true;
+      const auto jittered = step_for_error(*engine, scene, asked);
+      ASSERT_TRUE(test::has_value(jittered));
+      EXPECT_EQ(jittered->pixel_error, 0) << "their rays differ by intent";
+    }
+  }
+  EXPECT_GT(spared, 0);
+}
+
+TEST(StepSearchTest, PicturesOfAnySizeAndAnyErrorHaveAStep) {
+  const auto engine = make_cpu_engine();
+  Scene scene = abdomen("ct-soft-tissue", true);
+  const auto huge = step_for_error(*engine, scene, 1);
+  ASSERT_TRUE(test::has_value(huge));
+  EXPECT_DOUBLE_EQ(huge->step_voxels, 4);
+  EXPECT_TRUE(huge->reached);
+  for (const auto& [width, height] : {std::pair{1, 1}, {1, 300}, {300, 1}, {75, 50}}) {
+    scene.width = width;
+    scene.height = height;
+    const auto choice = step_for_error(*engine, scene, kDefaultRms);
+    ASSERT_TRUE(test::has_value(choice)) << width << ' ' << height;
+    EXPECT_GE(choice->step_voxels, 0.125);
+    EXPECT_LE(choice->step_voxels, 4);
+    if (width >= 75) continue;
+    EXPECT_EQ(choice->pixel_error, 0) << width << ' ' << height;
   }
 }
 
@@ -82,6 +147,7 @@ TEST(StepSearchTest, WhatHidesTheVolumeDoesNotHideItsError) {
   const auto other = step_for_error(*engine, covered, kDefaultRms);
   ASSERT_TRUE(test::has_value(one) && test::has_value(other));
   EXPECT_EQ(one->step_voxels, other->step_voxels);
+  EXPECT_EQ(one->pixel_error, other->pixel_error);
   EXPECT_EQ(one->rms, other->rms);
 }
 
