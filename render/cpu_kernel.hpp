@@ -219,7 +219,7 @@ class Marcher {
         }
       }
     }
-    blend(part, c, gradient);
+    blend(part, c);
   }
 
   [[nodiscard]] bool needs_importance() const {
@@ -267,17 +267,17 @@ class Marcher {
     return c;
   }
 
-  void blend(const Part& part, Classified& c, F gradient) {
+  void blend(const Part& part, Classified& c) {
     const F length = V::sub(part.t_b, part.t_a);
     const F depth = V::mul(V::mul(c.tau, V::set(in_.step_mm)), length);
     const F opacity = V::one_minus_exp(V::max(depth, V::set(0.0F)));
     const F weight = V::mask(part.active, V::mul(opacity, V::sub(V::set(1.0F), alpha_)));
-    if constexpr (kShade != MarchShade::kNone) shade(part, c, weight, gradient);
+    if constexpr (kShade != MarchShade::kNone) shade(part, c, weight);
     for (int i = 0; i < 3; ++i) rgb_[i] = V::madd(weight, c.rgb[i], rgb_[i]);
     alpha_ = V::add(alpha_, weight);
   }
 
-  void shade(const Part& part, Classified& c, F weight, F gradient) {
+  void shade(const Part& part, Classified& c, F weight) {
     M shaded = V::less(V::set(in_.min_shaded_weight), weight);
     if (!V::any(shaded)) return;
     F share = V::set(1.0F);
