@@ -111,8 +111,8 @@ void shade_and_composite(Cell cell, bool fading) {
   if (share > 0.0) {
     // The mean of the shades at several places: spec::shades_of().
     float weight = (1.0 - picture.a) * opacity;
-    float wanted = min(floor(shades_taken * sqrt(weight * cell.size) + 0.5), kMostShades);
-    float apart = cell.size / max(wanted, 1.0);
+    float places = clamp(floor(shades_taken * sqrt(weight * cell.size) + 0.5), 1.0, kMostShades);
+    float apart = cell.size / places;
     float at = cell.middle - 0.5 * cell.size + 0.5 * apart;
     vec3 sum = vec3(0.0);
     float place = 0.5;
@@ -120,8 +120,7 @@ void shade_and_composite(Cell cell, bool fading) {
       sum += shaded(cell.look.rgb, gradient_at(index_at(at)), share);
       at += apart;
       place += 1.0;
-    } while (place < wanted);
-    float places = place - 0.5;
+    } while (place < places);
     cost.y += places;
     cell.look.rgb = sum / places;
   }
