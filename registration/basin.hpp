@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "registration/costs_around.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/lc2_cost.hpp"
-#include "registration/sweep_points.hpp"
 
 namespace nav::registration {
 
-/// Asks the cost at 12 poses about a pose, and where one is lower, at those about that one, at most
-/// kBasinSteps times. No derivatives, which a solver may have been led astray by.
-BasinCheck check_basin(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose);
+/// Whether any of the 12 poses about a pose costs less, and where one does, about that one, at most
+/// kBasinSteps times. No derivatives, which a solver may have been led astray by. around: of cost
+/// and sweep.
+BasinCheck check_basin(const CostsAround& around, const Lc2Cost& cost, const SweepPoints& sweep);
 inline constexpr int kBasinSteps = 6;
 
 }  // namespace nav::registration

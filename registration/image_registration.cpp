@@ -365,8 +365,9 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());
   const Lc2Cost solved = solved_cost(finest, patches);
-  result.basin = check_basin(solved, points_, pose);
-  result.regions = region_agreement(solved, pose);
+  const CostsAround around = costs_around(solved, points_, pose);
+  result.basin = check_basin(around, solved, points_);
+  result.regions = region_agreement(around, solved);
   result.split_disagreement_mm = disagreement_mm(shape, patches, points_, pose, Halves::kOddEven);
   result.halves_disagreement_mm =
       disagreement_mm(shape, patches, points_, pose, Halves::kFirstSecond);

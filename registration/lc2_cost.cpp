@@ -86,20 +86,23 @@ void Lc2Cost::for_each_chunk(const Visit& visit) const {
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
 }
 
-CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
+CostTerms Lc2Cost::cost(const Pose& ct_from_reference, bool keep_patches) const {
   if (similarity_ == Similarity::kMutualInformation) {
     return mutual_information(ct_, patches_, ct_from_reference);
   }
   const bool intensity_only = similarity_ == Similarity::kNcc;
   const GridPose pose = grid_pose(ct_, ct_from_reference);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
+  std::vector<double> costs(keep_patches ? patches_.patches.size() : 0);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       PlacedPatch placed = place(patches_, i, pose);
       const CtChannels& ct = ct_near(i, placed);
       const double s = patch_cost(ct, placed, ridge_, intensity_only);
       const bool finite = !std::isnan(s);
-      parts[chunk].cost += patches_.patches[i].weight * (finite ? loss_.value(s) : 1.0);
+      const double weighted = patches_.patches[i].weight * (finite ? loss_.value(s) : 1.0);
+      parts[chunk].cost += weighted;
+      if (keep_patches) costs[i] = weighted;
       parts[chunk].non_finite += finite ? 0 : 1;
     }
   });
@@ -108,6 +111,7 @@ CostTerms Lc2Cost::cost(const Pose& ct_from_reference) const {
     sum.cost += part.cost;
     sum.non_finite += part.non_finite;
   }
+  sum.patch_costs = std::move(costs);
   return sum;
 }
 

@@ -25,6 +25,7 @@ struct CostTerms {
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
   /// wᵢ Hᵢ, the same, of terms(); empty of mutual information, which has no such parts.
   std::vector<Matrix6d> patch_hessians;
+  std::vector<double> patch_costs;  ///< wᵢ sᵢ, the same, of cost(); empty of mutual information.
 };
 
 /// ct_from_reference followed by the change to Grid axes.
@@ -54,7 +55,7 @@ class Lc2Cost {
           Similarity similarity = Similarity::kLc2);
 
   /// Cost only; a bit more than half the time of terms().
-  [[nodiscard]] CostTerms cost(const Pose& ct_from_reference) const;
+  [[nodiscard]] CostTerms cost(const Pose& ct_from_reference, bool keep_patches = false) const;
   /// Cost, gradient and Gauss–Newton Hessian by a twist about centre_ct_mm. Sums are taken over
   /// fixed chunks, so that the number of threads does not change a bit.
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,

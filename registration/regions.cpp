@@ -3,6 +3,7 @@
 #include "registration/regions.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -40,21 +41,68 @@ std::vector<std::size_t> regions_of(const PatchSet& set) {
   return regions;
 }
 
-/// RegionAgreement::pull_mm of the patches of a cost.
-double pull_mm(const Lc2Cost& cost, const Pose& pose, double here) {
-  constexpr double kStepMm = 2;
+struct Region {
+  int patches = 0;
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< Their sum, Reference.
+  std::vector<std::size_t> members;                     ///< Those whose costs are known around.
+};
+
+/// Cost of the patches of one region at the pose, and back and forth along each axis.
+struct RegionCosts {
+  double here = 0;
+  std::array<std::array<double, 2>, 3> beside{};
+};
+
+double share_of(const std::vector<double>& costs, const PatchSet& set,
+                const std::vector<std::size_t>& members) {
+  double cost = 0;
+  double weight = 0;
+  for (const std::size_t i : members) {
+    cost += costs[i];
+    weight += set.patches[i].weight;
+  }
+  return weight > 0 ? cost / weight : 0;
+}
+
+RegionCosts costs_of(const CostsAround& around, const std::vector<std::size_t>& members) {
+  RegionCosts out;
+  out.here = share_of(around.here.patch_costs, around.patches, members);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      const CostTerms& terms = around.shifted(axis, side).terms;
+      out.beside[axis][side] = share_of(terms.patch_costs, around.patches, members);
+    }
+  }
+  return out;
+}
+
+/// Of a similarity without a part for each patch: that of the region's patches together.
+RegionCosts costs_of_all(const CostsAround& around, const Lc2Cost& cost,
+                         const std::vector<std::size_t>& members) {
+  std::size_t index = 0;
+  const PatchSet patches = subset(around.patches, [&](const Patch&) {
+    return std::binary_search(members.begin(), members.end(), index++);
+  });
+  const Lc2Cost of_region = cost.on(patches);
+  RegionCosts out;
+  out.here = of_region.cost(around.pose).cost;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      out.beside[axis][side] = of_region.cost(around.shifted(axis, side).pose).cost;
+    }
+  }
+  return out;
+}
+
+/// RegionAgreement::pull_mm: where the parabola along each axis is least.
+double pull_mm(const RegionCosts& costs) {
+  constexpr double kFarthestMm = 2 * kAroundMm;
   double squares = 0;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto beside = [&](double mm) {
-      const Eigen::Vector3d shift = mm * Eigen::Vector3d::Unit(axis);
-      return cost.cost(Pose(pose.rotation(), pose.translation_mm() + shift)).cost;
-    };
-    const double before = beside(-kStepMm);
-    const double after = beside(kStepMm);
-    const double bend = before - 2 * here + after;
+  for (const auto& [before, after] : costs.beside) {
+    const double bend = before - 2 * costs.here + after;
     if (!(bend > 0)) continue;
-    const double lowest = kStepMm * 0.5 * (before - after) / bend;
-    const double held = std::clamp(lowest, -kStepMm, kStepMm);
+    const double lowest = kAroundMm * 0.5 * (before - after) / bend;
+    const double held = std::clamp(lowest, -kFarthestMm, kFarthestMm);
     squares += held * held;
   }
   return std::sqrt(squares);
@@ -62,22 +110,26 @@ double pull_mm(const Lc2Cost& cost, const Pose& pose, double here) {
 
 }  // namespace
 
-std::vector<RegionAgreement> region_agreement(const Lc2Cost& cost, const Pose& pose) {
-  const PatchSet& set = cost.patches();
-  const std::vector<std::size_t> regions = regions_of(set);
+std::vector<RegionAgreement> region_agreement(const CostsAround& around, const Lc2Cost& cost) {
+  const PatchSet& all = cost.patches();
+  std::array<Region, kRegions> regions;
+  const std::vector<std::size_t> region_of = regions_of(all);
+  for (std::size_t i = 0; i < region_of.size(); ++i) {
+    Region& region = regions[region_of[i]];
+    region.middle_mm += all.patches[i].centre_mm;
+    ++region.patches;
+    if (i % around.stride == 0) region.members.push_back(i / around.stride);
+  }
   std::vector<RegionAgreement> out;
   for (std::size_t r = 0; r < kRegions; ++r) {
-    std::size_t index = 0;
-    const PatchSet here = subset(set, [&](const Patch&) { return regions[index++] == r; });
-    if (here.patches.empty()) continue;
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const Patch& patch : here.patches) middle += patch.centre_mm;
-    middle /= static_cast<double>(here.patches.size());
-    const Lc2Cost of_region = cost.on(here);
-    const double found = of_region.cost(pose).cost;
-    out.push_back({static_cast<int>(r) / kThirds, static_cast<int>(r) % kThirds,
-                   static_cast<int>(here.patches.size()), found, pull_mm(of_region, pose, found),
-                   pose * Point<frames::Reference>{middle}});
+    const Region& region = regions[r];
+    if (region.members.empty()) continue;
+    const RegionCosts costs = around.here.patch_costs.empty()
+                                  ? costs_of_all(around, cost, region.members)
+                                  : costs_of(around, region.members);
+    out.push_back({static_cast<int>(r) / kThirds, static_cast<int>(r) % kThirds, region.patches,
+                   costs.here, pull_mm(costs),
+                   around.pose * Point<frames::Reference>{region.middle_mm / region.patches}});
   }
   return out;
 }

@@ -4,12 +4,13 @@
 
 #include <vector>
 
+#include "registration/costs_around.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/lc2_cost.hpp"
 
 namespace nav::registration {
 
-/// The regions that have patches, of 3 along the sweep times 3 deep, along slowest.
-std::vector<RegionAgreement> region_agreement(const Lc2Cost& cost, const Pose& pose);
+/// The regions that have patches among those around, of 3 along the sweep times 3 deep, along
+/// slowest; costs are of these. around: of cost.
+std::vector<RegionAgreement> region_agreement(const CostsAround& around, const Lc2Cost& cost);
 
 }  // namespace nav::registration

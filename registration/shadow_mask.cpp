@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include "nav/index.hpp"
 #include "registration/picture_outline.hpp"
 
 namespace nav::registration {
@@ -38,63 +39,107 @@ struct ScanGeometry {
   }
 };
 
-/// Beam coordinates of a point: angle or lateral distance in mm at mid depth, and depth in mm; NaN
-/// outside the outline.
-struct BeamPoint {
-  double across_mm, depth_mm;
-  [[nodiscard]] bool outside() const { return std::isnan(depth_mm); }
+/// Which line and depth bin a pixel lies in; kOutside: outside the outline.
+struct BeamCell {
+  int line = kOutside, depth = kOutside;
 };
 
-BeamPoint beam_point(const Eigen::Vector2d& p, const std::optional<SectorOutline>& outline) {
-  if (!outline) return {p.x(), p.y()};
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  // As SectorOutline::contains(), with one look at the angle.
-  const Eigen::Vector2d d = p - outline->apex_mm;
-  const double radius = d.norm();
-  if (!(radius >= outline->radius_min_mm && radius <= outline->radius_max_mm && d.y() > 0)) {
-    return {kNan, kNan};
+/// Bins of ascending edges. Pixels come one beside the other, so that the bin of one is hardly ever
+/// far from that of the last.
+class Bins {
+ public:
+  /// Of f(first + k size), k = 0, 1, ... until beyond the end. Values before the first edge or
+  /// behind the last belong to the ends.
+  template <class Function>
+  Bins(double first, double end, double size, const Function& f) {
+    for (int k = 0; first + k * size <= end; ++k) edges_.push_back(f(first + k * size));
+    edges_.front() = -std::numeric_limits<double>::infinity();
+    edges_.push_back(std::numeric_limits<double>::infinity());
   }
-  const double angle = std::atan2(d.x(), d.y());
-  if (!(std::abs(angle) <= outline->half_angle_rad)) return {kNan, kNan};
-  const double mid_radius = 0.5 * (outline->radius_min_mm + outline->radius_max_mm);
-  return {angle * mid_radius, radius - outline->radius_min_mm};
+  /// Of value / unit, unit > 0.
+  int of(double value, double unit = 1) {
+    while (value >= edges_[last_ + 1] * unit) ++last_;
+    while (value < edges_[last_] * unit) --last_;
+    return static_cast<int>(last_);
+  }
+
+ private:
+  std::vector<double> edges_;
+  std::size_t last_ = 0;
+};
+
+/// Calls visit(p) with where each pixel lies in the picture, mm, row by row.
+template <class Visit>
+void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
+  for (int row = 0; row < frame.pixels.height(); ++row) {
+    for (int column = 0; column < frame.pixels.width(); ++column) {
+      visit(Eigen::Vector2d(frame.grid.at(column, row).mm.head<2>()));
+    }
+  }
+}
+
+/// Beams turn about an apex; lines are line_mm apart at mid depth.
+std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOutline& outline,
+                                   double line_mm, double bin_mm) {
+  const double widest = outline.half_angle_rad;
+  const double line_rad = 2 * line_mm / (outline.radius_min_mm + outline.radius_max_mm);
+  Bins lines(-widest, widest, line_rad, [](double rad) { return std::tan(rad); });
+  Bins depths(outline.radius_min_mm, outline.radius_max_mm, bin_mm, [](double r) { return r * r; });
+  const double steepest = std::tan(widest);
+  const double nearest = outline.radius_min_mm * outline.radius_min_mm;
+  const double farthest = outline.radius_max_mm * outline.radius_max_mm;
+  std::vector<BeamCell> cells;
+  cells.reserve(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p) {
+    // As SectorOutline::contains(), by tangents and squares.
+    const Eigen::Vector2d d = p - outline.apex_mm;
+    const double square = d.squaredNorm();
+    const bool inside =
+        d.y() > 0 && std::abs(d.x()) <= steepest * d.y() && square >= nearest && square <= farthest;
+    cells.push_back(inside ? BeamCell{lines.of(d.x(), d.y()), depths.of(square)} : BeamCell{});
+  });
+  return cells;
+}
+
+/// Beams run down the picture.
+std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_mm, double bin_mm) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p) { low = low.cwiseMin(p); });
+  std::vector<BeamCell> cells;
+  cells.reserve(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p) {
+    cells.push_back({static_cast<int>((p.x() - low.x()) / line_mm),
+                     static_cast<int>((p.y() - low.y()) / bin_mm)});
+  });
+  return cells;
 }
 
 ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm) {
-  const int width = frame.pixels.width();
-  const int height = frame.pixels.height();
-  std::vector<BeamPoint> points;
-  points.reserve(frame.pixels.pixels().size());
-  BeamPoint low{1e300, 1e300};
-  BeamPoint high{-1e300, -1e300};
-  for (int row = 0; row < height; ++row) {
-    for (int column = 0; column < width; ++column) {
-      const BeamPoint point = beam_point(frame.grid.at(column, row).mm.head<2>(), frame.outline);
-      points.push_back(point);
-      if (point.outside()) continue;
-      low = {std::min(low.across_mm, point.across_mm), std::min(low.depth_mm, point.depth_mm)};
-      high = {std::max(high.across_mm, point.across_mm), std::max(high.depth_mm, point.depth_mm)};
-    }
-  }
   ScanGeometry geometry;
-  geometry.cell_of.assign(points.size(), 0);
-  if (low.across_mm > high.across_mm) return geometry;
   // Bins no finer than a pixel, so that none stays empty along a line.
   geometry.bin_mm =
       std::max({1.0, frame.grid.mm_per_pixel.col(0).norm(), frame.grid.mm_per_pixel.col(1).norm()});
   const double line_mm = std::max(line_spacing_mm, frame.grid.mm_per_pixel.col(0).norm());
-  const double first_depth = frame.outline ? 0.0 : low.depth_mm;
-  const auto bin = [](double mm, double size_mm) { return static_cast<int>(mm / size_mm); };
-  geometry.lines = bin(high.across_mm - low.across_mm, line_mm) + 1;
-  geometry.depths = bin(high.depth_mm - first_depth, geometry.bin_mm) + 1;
+  const std::vector<BeamCell> cells =
+      frame.outline ? sector_cells(frame, *frame.outline, line_mm, geometry.bin_mm)
+                    : parallel_cells(frame, line_mm, geometry.bin_mm);
+  int first = std::numeric_limits<int>::max();  // Lines beside the picture do not count.
+  int last = kOutside;
+  for (const BeamCell& cell : cells) {
+    if (cell.line == kOutside) continue;
+    first = std::min(first, cell.line);
+    last = std::max(last, cell.line);
+    geometry.depths = std::max(geometry.depths, cell.depth + 1);
+  }
+  geometry.cell_of.assign(cells.size(), 0);
+  if (last == kOutside) return geometry;
+  geometry.lines = last - first + 1;
   geometry.pixels.assign(geometry.cells(), 0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
     geometry.cell_of[i] = geometry.lines * geometry.depths;
-    if (points[i].outside()) continue;
-    const int line = bin(points[i].across_mm - low.across_mm, line_mm);
-    geometry.cell_of[i] =
-        line * geometry.depths + bin(points[i].depth_mm - first_depth, geometry.bin_mm);
-    ++geometry.pixels[static_cast<std::size_t>(geometry.cell_of[i])];
+    if (cells[i].line == kOutside) continue;
+    geometry.cell_of[i] = (cells[i].line - first) * geometry.depths + cells[i].depth;
+    ++geometry.pixels[as_size(geometry.cell_of[i])];
   }
   return geometry;
 }

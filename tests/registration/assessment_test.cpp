@@ -39,19 +39,23 @@ Result<ImageRegistrationResult> registered(const Sweep& sweep) {
                         test::small_options(), diagnostics);
 }
 
+BasinCheck basin_at(const Pose& pose) {
+  const auto& points = assessed_scene().prepared_sweep.points();
+  const Lc2Cost cost = assessed_scene().finest();
+  return check_basin(costs_around(cost, points, pose), cost, points);
+}
+
 TEST(BasinTest, CostsRiseAllAroundTheMinimum) {
-  const BasinCheck check = check_basin(assessed_scene().finest(),
-                                       assessed_scene().prepared_sweep.points(), test::true_pose());
+  const BasinCheck check = basin_at(test::true_pose());
   EXPECT_GT(check.rise, 0);
   EXPECT_EQ(check.shift_mm, 0);
 }
 
 TEST(BasinTest, AFalseStopIsWalkedAwayFromWithoutDerivatives) {
   // Where no solver should have stopped: 2.5 mm beside the minimum.
-  const auto& points = assessed_scene().prepared_sweep.points();
   const Pose truth = test::true_pose();
   const Pose beside(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(2.5, 0, 0));
-  const BasinCheck check = check_basin(assessed_scene().finest(), points, beside);
+  const BasinCheck check = basin_at(beside);
   EXPECT_LT(check.rise, 0);
   EXPECT_NEAR(check.shift_mm, 2.5, 1.0);  // Steps are of 1 mm.
 }
