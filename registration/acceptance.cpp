@@ -61,7 +61,11 @@ Result<void> validate(const AcceptanceLimits& limits) {
 
 AcceptanceLimits limits_for(Effort effort) {
   AcceptanceLimits limits;
-  if (effort == Effort::kQuick) limits.max_cost = 0.25;
+  if (effort == Effort::kQuick) {
+    limits.max_cost = 0.25;
+    // Half of its few pictures err by as much themselves.
+    limits.max_split_disagreement_mm = 1.5;
+  }
   return limits;
 }
 

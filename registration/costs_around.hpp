@@ -20,12 +20,13 @@ struct CostsAround {
   /// One step beside the pose.
   struct Beside {
     Pose pose;
-    CostTerms terms;  ///< Cost and patch_costs.
+    CostTerms terms;  ///< As of here, and the gradient about the pose's own centre where asked for.
   };
   PatchSet patches;    ///< Every stride-th.
   std::size_t stride;  ///< >= 1.
   Pose pose;
-  CostTerms here;  ///< Cost and patch_costs.
+  double turn_rad;  ///< That moves the sweep's edge by kAroundMm.
+  CostTerms here;   ///< Cost and patch_costs.
   /// By axis of a twist, turns about Ct's axes first, then shifts along them; back and forth of
   /// each.
   std::vector<Beside> beside;
@@ -36,6 +37,8 @@ struct CostsAround {
   }
 };
 
-CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose);
+/// gradients: those beside the pose too, for nearly twice the time.
+CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose,
+                         bool gradients = false);
 
 }  // namespace nav::registration

@@ -9,6 +9,7 @@
 #include <memory>
 #include <sstream>
 
+#include "nav/index.hpp"
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
 #include "registration/basin.hpp"
@@ -38,12 +39,14 @@ constexpr double kFineTolerance = 2e-5;
 constexpr std::size_t kFirstStride = 4;
 constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
+// Of the finest samples, to differentiate gradients by; up to kSharedSteps they differ little yet.
+constexpr double kCurvatureSteps = 0.25;
+constexpr double kSharedSteps = 0.45;
 constexpr double kSolveProgress = 0.9;
 // A pose of the finest level is judged by this share of its patches, those of highest contrast:
 // among all of them a right pose costs 0.6 and a wrong one hardly more, among these 0.2 and 0.4.
 // Patches without structure of the CT are in it, or a pose where the CT has none would be the best.
 constexpr double kJudgingShare = 0.12;
-constexpr std::size_t kLeastJudging = 200;
 
 /// The CT as a level sees it.
 struct LevelCt {
@@ -74,10 +77,10 @@ struct LevelSolve {
 };
 
 /// The patches that a pose of the finest level is judged by.
-PatchSet judging(const PreparedLevel& level) {
+PatchSet judging(const PreparedLevel& level, int least_judging) {
   const auto& all = level.patches.patches;
   const auto share = static_cast<std::size_t>(kJudgingShare * static_cast<double>(all.size()));
-  const std::size_t count = std::max(share, kLeastJudging);
+  const std::size_t count = std::max(share, as_size(least_judging));
   // Patches chosen by contrast are that share already.
   if (level.options.choice == PatchChoice::kContrast || count >= all.size()) return level.patches;
   std::vector<double> contrasts;
@@ -116,7 +119,7 @@ class Registrar {
         options_(options),
         progress_(progress),
         points_(sweep.points()),
-        judging_(judging(sweep.levels().back())) {
+        judging_(judging(sweep.levels().back(), options.least_judging)) {
     levels_.reserve(sweep.levels().size());
   }
 
@@ -337,8 +340,15 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
   const PatchSet patches = stretched(structured(finest, pose, finest.patches()), stretch_);
-  const LocalShape shape = local_shape(solved_cost(finest, patches), pose, pose * points_.centroid,
-                                       0.25 * finest.prepared.options.sample_step_mm);
+  const Lc2Cost solved = solved_cost(finest, patches);
+  const Point<frames::Ct> centre = pose * points_.centroid;
+  const double sample_step_mm = finest.prepared.options.sample_step_mm;
+  // Among coarse samples the poses that costs are asked at are near enough for the curvature too.
+  const bool shared = kAroundMm <= kSharedSteps * sample_step_mm;
+  const CostsAround around = costs_around(solved, points_, pose, shared);
+  const LocalShape shape =
+      shared ? local_shape(solved, centre, around)
+             : local_shape(solved, pose, centre, kCurvatureSteps * sample_step_mm);
   const SandwichCovariance covariance =
       sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
   FrameBootstrap bootstrap = frame_bootstrap(shape, options_.bootstrap);
@@ -364,8 +374,6 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());
-  const Lc2Cost solved = solved_cost(finest, patches);
-  const CostsAround around = costs_around(solved, points_, pose);
   result.basin = check_basin(around, solved, points_);
   result.regions = region_agreement(around, solved);
   result.split_disagreement_mm = disagreement_mm(shape, patches, points_, pose, Halves::kOddEven);

@@ -84,6 +84,9 @@ struct ImageRegistrationOptions {
   /// Patches where the CT differs by less than this, RMS, are left out of the finest solve: they
   /// say nothing, and what is noise of the CT there costs as much as structure. HU, >= 0.
   double min_ct_contrast_hu = 5;
+  /// A pose is judged by those of the finest level that have most contrast, at least by so many, 20
+  /// to 1000000.
+  int least_judging = 200;
   int most_pictures = 0;  ///< Others, evenly along the way, are not looked at; 0: all are, >= 0.
   /// Pictures are averaged over blocks of pixels before anything else, as wide as the smoothing of
   /// the finest level allows.
@@ -112,7 +115,7 @@ enum class Effort {
 const char* to_string(Effort effort);
 
 /// The usual options, or those of a quick registration: two levels, a few hundred patches of
-/// twelve pictures, samples 2.4 mm apart at best.
+/// eight pictures, samples 2.4 mm apart at best.
 ImageRegistrationOptions with_effort(Effort effort);
 
 /// A refusal that names the first option out of its range.

@@ -43,14 +43,16 @@ const char* to_string(Effort effort) { return effort == Effort::kQuick ? "quick"
 ImageRegistrationOptions with_effort(Effort effort) {
   ImageRegistrationOptions options;
   if (effort == Effort::kUsual) return options;
-  // Patches of highest contrast: among 2.4 mm samples they mislead little, and what a pose is
-  // judged by is then the same.
   options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.0},
-                    {2.4, 7, 200, 1.0, PatchChoice::kContrast}};
-  options.most_pictures = 12;
+                    {2.0, 7, 250, 1.0, PatchChoice::kEven}};
+  options.least_judging = 40;
+  options.most_pictures = 8;
   options.average_pixels = true;
   // 95 % intervals cover 0.95 of the development seeds' targets.
-  options.bias_floor_mm = 0.2;
+  options.bias_floor_mm = 0.1;
+  // Twice as many change no decision.
+  options.z_score_poses = 30;
+  options.bootstrap.replicates = 200;
   return options;
 }
 
@@ -77,6 +79,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   }
   if (!(options.min_ct_contrast_hu >= 0 && options.min_ct_contrast_hu <= 200)) {
     return refuse("min_ct_contrast_hu", "0 to 200", options.min_ct_contrast_hu);
+  }
+  if (options.least_judging < 20 || options.least_judging > 1000000) {
+    return refuse("least_judging", "20 to 1000000", options.least_judging);
   }
   if (options.most_pictures < 0 || options.most_pictures > 1000000) {
     return refuse("most_pictures", "0 to 1000000", options.most_pictures);

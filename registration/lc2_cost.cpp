@@ -152,6 +152,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
   const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   std::vector<Vector6d> gradients(keep_patch_gradients ? patches_.patches.size() : 0);
+  std::vector<double> costs(gradients.size());
   std::vector<Matrix6d> hessians(with_hessian ? gradients.size() : 0);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
     CostTerms& part = parts[chunk];
@@ -163,6 +164,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
       const double w = patches_.patches[i].weight;
       if (keep_patch_gradients) gradients[i].setZero();
       if (!hessians.empty()) hessians[i].setZero();
+      if (keep_patch_gradients) costs[i] = w * (std::isnan(terms.s) ? 1 : terms.s);
       if (std::isnan(terms.s)) {
         part.cost += w;
         ++part.non_finite;
@@ -186,6 +188,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
   const Matrix6d to_grid = grid_from_ct(ct_);
   sum.gradient = to_grid.transpose() * sum.gradient;
   sum.hessian = to_grid.transpose() * sum.hessian * to_grid;
+  sum.patch_costs = std::move(costs);
   sum.patch_gradients = std::move(gradients);
   for (Vector6d& g : sum.patch_gradients) g = to_grid.transpose() * g;
   sum.patch_hessians = std::move(hessians);

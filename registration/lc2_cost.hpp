@@ -25,7 +25,7 @@ struct CostTerms {
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
   /// wᵢ Hᵢ, the same, of terms(); empty of mutual information, which has no such parts.
   std::vector<Matrix6d> patch_hessians;
-  std::vector<double> patch_costs;  ///< wᵢ sᵢ, the same, of cost(); empty of mutual information.
+  std::vector<double> patch_costs;  ///< wᵢ sᵢ, the same; empty of mutual information.
 };
 
 /// ct_from_reference followed by the change to Grid axes.

@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "nav/index.hpp"
 #include "nav/matrices.hpp"
 #include "registration/assessment.hpp"
 #include "registration/pose_solver.hpp"
@@ -27,8 +28,8 @@ constexpr double kMinCurvatureRatio = 1e-3;
 
 constexpr std::size_t kHessianPatches = 600;
 
-Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector3d& centre,
-                      double step_mm) {
+Matrix6d hessian_by_steps(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector3d& centre,
+                          double step_mm) {
   const Matrix6d scale = twist_from_scaled();
   Matrix6d h;
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -36,6 +37,19 @@ Matrix6d true_hessian(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector
     const Vector6d up = cost.gradient(moved(pose, centre, step), centre).gradient;
     const Vector6d down = cost.gradient(moved(pose, centre, -step), centre).gradient;
     h.col(i) = scale * (up - down) / (2 * step_mm);
+  }
+  return 0.5 * (h + h.transpose());
+}
+
+Matrix6d hessian_of(const CostsAround& around) {
+  const Matrix6d scale = twist_from_scaled();
+  Matrix6d h;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const auto back = 2 * as_size(static_cast<int>(i));
+    const double step = i < 3 ? kRotationScaleMm * around.turn_rad : kAroundMm;
+    h.col(i) = scale *
+               (around.beside[back + 1].terms.gradient - around.beside[back].terms.gradient) /
+               (2 * step);
   }
   return 0.5 * (h + h.transpose());
 }
@@ -105,6 +119,16 @@ std::string describe(const Vector6d& direction) {
   return text.str();
 }
 
+/// All but the Hessian.
+LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct) {
+  LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
+  CostTerms terms = cost.terms(pose, centre_ct.mm, true);
+  shape.pictures = shapes_of_pictures(cost.patches().patches, terms);
+  shape.patch_gradients = std::move(terms.patch_gradients);
+  for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
+  return shape;
+}
+
 }  // namespace
 
 Matrix6d twist_from_scaled() {
@@ -128,18 +152,21 @@ std::string curvature_fault(const Matrix6d& hessian) {
 
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm) {
-  LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
-  CostTerms terms = cost.terms(pose, centre_ct.mm, true);
-  shape.pictures = shapes_of_pictures(cost.patches().patches, terms);
-  shape.patch_gradients = std::move(terms.patch_gradients);
-  for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
+  LocalShape shape = gradients_of(cost, pose, centre_ct);
   const std::size_t stride =
       (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;
   std::size_t index = 0;
   const PatchSet some = subset(cost.patches(), [&](const Patch&) {
     return index++ % std::max<std::size_t>(stride, 1) == 0;
   });
-  shape.hessian = true_hessian(cost.on(some), pose, centre_ct.mm, step_mm);
+  shape.hessian = hessian_by_steps(cost.on(some), pose, centre_ct.mm, step_mm);
+  return shape;
+}
+
+LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
+                       const CostsAround& around) {
+  LocalShape shape = gradients_of(cost, around.pose, centre_ct);
+  shape.hessian = hessian_of(around);
   return shape;
 }
 

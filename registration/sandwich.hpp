@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "registration/costs_around.hpp"
 #include "registration/lc2_cost.hpp"
 #include "registration/pose_uncertainty.hpp"
 #include "registration/sweep_points.hpp"
@@ -35,6 +36,10 @@ struct LocalShape {
 /// symmetric differences over step_mm, of at most 600 patches evenly chosen.
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm);
+/// The same by the gradients beside a pose, which are known: of cost and its sweep, whose centre at
+/// the pose is the shape's.
+LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
+                       const CostsAround& around);
 
 /// Why a Hessian in scaled parameters determines no pose: not finite, or which direction; empty
 /// where it does.
