@@ -3,213 +3,301 @@
 #include "render/step_search.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "render/ray_spec.hpp"
-#include "render/sparse_rays.hpp"
+#include "render/ray_sparing.hpp"
 
 namespace nav::render {
 namespace {
 
-constexpr int kRays = 64 * 48;
-constexpr double kCoarsest = 4;             // Voxels.
-constexpr std::size_t kSteps = 6;           // Down to 1/8 voxel.
-constexpr double kReferencePart = 1.0 / 4;  // Of the step at which the halving ends.
-// The rays are few, and pictures of 8 bits err by up to 0.0011 more, which adds as squares.
-constexpr double kMargin = 0.86;    // What is aimed at.
-constexpr double kAccepted = 0.88;  // What a step that was drawn may show.
-constexpr int kTries = 3;           // Between two steps.
+constexpr double kRays = 4096;
+constexpr double kCoarsest = 4;  // Voxels.
+constexpr double kFinest = 1.0 / 8;
+constexpr double kReferencePart = 1.0 / 4;  // Of the step that is measured.
+constexpr double kMostFalls = 0.5;          // Of first order.
+// Errors lie at few edges, as a rule: as many rays as make what they say of the rms this certain (a
+// standard deviation), but no more than these, or this part of the picture's.
+constexpr double kScatter = 0.04;
+constexpr double kEnough = 1.4;  // Of it: more rays would not change much.
+constexpr double kMoreRays = 4;  // Times as many at once: few rays know their scatter badly.
+constexpr double kMostRays = 128 * 128;
+constexpr double kMostOfPicture = 1.0 / 8;
+constexpr double kRoomDeviations = 2;  // Of what was estimated: it holds in 49 of 50 scenes.
+constexpr int kTries = 2;              // Between two steps.
+constexpr double kNear = 0.05;         // So close to what is aimed at, no other step is tried.
+// Of what is asked for, at least: where 8 bits alone err by more, no step reaches it.
+constexpr double kLeastShare = 0.5;
 
-// Sparing rays.
-constexpr int kTileColumns = 3;
-constexpr int kTileRows = 2;
-constexpr int kTileSide = 25;  // Pixels: whole squares of a lattice of 4 and of 2.
-constexpr double kPixelErrors[] = {0.012, 0.025};  // What coarser ones err shows in few places.
-constexpr double kTileSafety = 1.5;                // The tiles are few too.
-constexpr double kTileCoarser = 2;  // Than the step: neither saving nor error depends much on it.
-// What the CPU engine takes, in volume samples: a gradient, a ray, a pixel of a sparse picture; and
-// rays that lie apart, over as many of a dense picture.
-constexpr double kGradientSamples = 1.3;
-constexpr double kRaySamples = 8;
-constexpr double kPixelSamples = 12;
-constexpr double kScattered = 1.15;
-constexpr double kWorthwhile = 0.9;  // Of the dense picture's time; else every pixel has its ray.
-
-Scene ct_alone(const Scene& scene) {
-  Scene few = scene;
-  few.plane.reset();
-  few.needle.reset();
-  few.spheres.clear();
-  few.lines.clear();
-  few.cutaway.reset();
-  few.predicates.reset();
-  few.ultrasound.reset();
-  few.quality.pixel_error = 0;
+/// The CT alone, in few pixels.
+Scene few_rays(const Scene& scene, double rays) {
+  Scene few = ct_alone(scene);
+  const double across = static_cast<double>(scene.width) / scene.height;
+  const auto pixels = [&](double n) {
+    return std::clamp(static_cast<int>(std::lround(n)), 1, static_cast<int>(rays));
+  };
+  few.width = pixels(std::sqrt(rays * across));
+  few.height = pixels(few.width / across);
   return few;
 }
 
-/// The CT alone, in few pixels.
-Scene few_rays(const Scene& scene) {
-  Scene few = ct_alone(scene);
-  const double across = static_cast<double>(scene.width) / scene.height;
-  few.width = std::clamp(static_cast<int>(std::lround(std::sqrt(kRays * across))), 1, kRays);
-  few.height = std::clamp(static_cast<int>(std::lround(few.width / across)), 1, kRays);
-  return few;
+/// A step, and how much pictures with it err.
+struct Measured {
+  double step_voxels = 0;
+  double rms = 0;      ///< Before they are rounded to 8 bits.
+  double scatter = 0;  ///< Relative standard deviation of rms.
+};
+
+/// Of two pictures of one size.
+Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
+  std::vector<double> squares(truth.pixels().size());
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const RgbaF& p = picture.pixels()[i];
+    const RgbaF& q = truth.pixels()[i];
+    squares[i] = (std::pow(p.r - q.r, 2) + std::pow(p.g - q.g, 2) + std::pow(p.b - q.b, 2)) / 3.0;
+  }
+  const Estimate found = Estimate::of(squares);
+  if (!(found.mean > 0)) return {step_voxels, 0, 0};
+  return {step_voxels, std::sqrt(found.mean), found.deviation / (2 * found.mean)};
+}
+
+/// What rounding a picture to 8 bits errs: nothing where all is background that they can hold.
+double rounding_rms(const Image2d<RgbaF>& picture) {
+  std::vector<RgbaF> rounded;
+  const Image2d<Rgba8> bytes = to_8bit(picture);
+  for (const Rgba8& p : bytes.pixels()) {
+    rounded.push_back({static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
+                       static_cast<float>(p.b) / 255, 1});
+  }
+  return rms_difference({picture.width(), picture.height(), std::move(rounded)}, picture);
 }
 
 /// Where errors that follow a power of the step pass an error; fine itself where they do not.
-StepChoice between(const StepChoice& coarse, const StepChoice& fine, double rms) {
+Measured between(const Measured& coarse, const Measured& fine, double rms) {
   if (!(fine.rms > 0 && fine.rms < rms && rms < coarse.rms)) return fine;
   const double share = std::log(rms / fine.rms) / std::log(coarse.rms / fine.rms);
-  return {fine.step_voxels * std::pow(coarse.step_voxels / fine.step_voxels, share), rms, true};
+  return {fine.step_voxels * std::pow(coarse.step_voxels / fine.step_voxels, share), rms,
+          fine.scatter};
 }
 
-/// Pictures of few rays, each step half of the one before.
+/// Pictures of a number of rays.
 class Pictures {
  public:
-  Pictures(Engine& engine, const Scene& scene) : engine_(engine), few_(few_rays(scene)) {}
+  Pictures(Engine& engine, const Scene& scene, double rays)
+      : engine_(&engine), few_(few_rays(scene, rays)) {}
 
-  static double step(std::size_t i) { return kCoarsest * std::pow(0.5, static_cast<double>(i)); }
-
-  /// Draws those up to the i-th that are not there yet.
-  Result<void> draw_to(std::size_t i) {
-    while (pictures_.size() <= i) {
-      auto picture = drawn(step(pictures_.size()));
-      if (!picture) return picture.error();
-      pictures_.push_back(std::move(*picture));
-    }
-    return {};
-  }
   Result<Image2d<RgbaF>> drawn(double step_voxels) {
     few_.quality.step_voxels = step_voxels;
-    auto image = engine_.render(few_);
+    auto image = engine_->render(few_);
     if (!image) return image.error();
     return std::move(image->pixels);
   }
-  [[nodiscard]] const Image2d<RgbaF>& at(std::size_t i) const { return pictures_[i]; }
+  /// What the others are measured against: no ray ends early.
+  Result<void> draw_truth(double step_voxels) {
+    const double opaque_at = std::exchange(few_.quality.opaque_at, 1.0);
+    auto image = drawn(step_voxels);
+    few_.quality.opaque_at = opaque_at;
+    if (!image) return image.error();
+    truth_ = std::move(*image);
+    truth_voxels_ = step_voxels;
+    return {};
+  }
+  [[nodiscard]] double rounding() const { return rounding_rms(truth_); }
+  /// step_voxels: greater than the truth's, by which the picture was drawn. falls: see
+  /// StepSearch::falls_.
+  [[nodiscard]] Measured against_truth(double step_voxels, const Image2d<RgbaF>& picture,
+                                       double falls) const {
+    Measured found = measured(step_voxels, picture, truth_);
+    found.rms /= 1 - std::pow(falls, std::log2(step_voxels / truth_voxels_));
+    return found;
+  }
+  Result<Measured> measure(double step_voxels, double falls) {
+    const auto image = drawn(step_voxels);
+    if (!image) return image.error();
+    return against_truth(step_voxels, *image, falls);
+  }
 
  private:
-  Engine& engine_;
+  Engine* engine_;
   Scene few_;
-  std::vector<Image2d<RgbaF>> pictures_;
+  Image2d<RgbaF> truth_;
+  double truth_voxels_ = 0;
 };
-
-/// What sparing rays does to a scene.
-struct Sparing {
-  double pixel_error = 0;
-  double rms = 0;   ///< Between the pictures with and without.
-  double cost = 1;  ///< Over that of a ray for every pixel, by what was sampled.
-};
-
-/// A part of the picture about a pixel, at the picture's own resolution: turned towards it in
-/// perspective, which is the same rays but for their slant.
-Scene tile_of(const Scene& scene, int column, int row) {
-  Scene tile = scene;
-  const auto view =
-      spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid());
-  const auto x = (2 * column + 1) * scene.width / (2 * kTileColumns);
-  const auto y = (2 * row + 1) * scene.height / (2 * kTileRows);
-  const auto ray = spec::ray_of(view, x, y);
-  const Eigen::Vector3d eye = ray.origin + scene.ct->grid().origin_mm;
-  tile.camera.eye_ct.mm = eye;
-  tile.camera.look_at_ct.mm = eye + ray.direction;
-  tile.camera.up_ct.v = view.up;  // Never along the ray.
-  tile.width = tile.height = kTileSide;
-  const double share = static_cast<double>(kTileSide) / scene.height;
-  tile.camera.orthographic_height_mm *= share;
-  tile.camera.vertical_fov_rad = 2 * std::atan(share * std::tan(scene.camera.vertical_fov_rad / 2));
-  return tile;
-}
-
-double cost_of(const RenderStatistics& taken) {
-  return static_cast<double>(taken.volume_samples) +
-         kGradientSamples * static_cast<double>(taken.gradient_samples) +
-         kRaySamples * static_cast<double>(taken.rays);
-}
-
-/// Measured on tiles at a step; only those that save time. Empty: none does.
-Result<std::vector<Sparing>> sparings(Engine& engine, const Scene& scene, double step_voxels) {
-  std::vector<Sparing> found;
-  Scene few = ct_alone(scene);
-  few.quality.step_voxels = std::min(kTileCoarser * step_voxels, kCoarsest);
-  few.quality.pixel_error = kPixelErrors[0];
-  const bool large =
-      scene.width >= kTileColumns * kTileSide && scene.height >= kTileRows * kTileSide;
-  if (!large || !sparse_rays(few)) return found;
-  std::array<double, std::size(kPixelErrors)> squares{};
-  std::array<double, std::size(kPixelErrors)> costs{};
-  double dense_cost = 0;
-  for (int i = 0; i < kTileColumns * kTileRows; ++i) {
-    Scene tile = tile_of(few, i % kTileColumns, i / kTileColumns);
-    tile.quality.pixel_error = 0;
-    const auto dense = engine.render(tile);
-    if (!dense) return dense.error();
-    dense_cost += cost_of(dense->statistics);
-    for (std::size_t j = 0; j < std::size(kPixelErrors); ++j) {
-      tile.quality.pixel_error = kPixelErrors[j];
-      const auto spared = engine.render(tile);
-      if (!spared) return spared.error();
-      const double rms = rms_difference(spared->pixels, dense->pixels);
-      squares[j] += rms * rms / (kTileColumns * kTileRows);
-      costs[j] += kScattered * cost_of(spared->statistics) + kPixelSamples * kTileSide * kTileSide;
-    }
-  }
-  for (std::size_t j = 0; j < std::size(kPixelErrors); ++j) {
-    if (costs[j] > kWorthwhile * dense_cost || !(dense_cost > 0)) continue;
-    found.push_back({kPixelErrors[j], kTileSafety * std::sqrt(squares[j]), costs[j] / dense_cost});
-  }
-  return found;
-}
 
 /// The coarsest step found whose picture errs no more than wanted, and what was known of others.
 class Ladder {
  public:
-  /// Errors against truth of the steps drawn, from coarse to fine.
-  explicit Ladder(std::vector<StepChoice> measured) : measured_(std::move(measured)) {}
-
-  /// By interpolation; the finest where it errs more.
-  [[nodiscard]] StepChoice at(double rms) const {
-    StepChoice found = measured_.back();
-    for (std::size_t i = measured_.size() - 1; found.rms <= rms && i-- > 0;) {
-      if (measured_[i].rms > rms) return between(measured_[i], found, rms);
-      found = measured_[i];
+  [[nodiscard]] bool empty() const { return measured_.empty(); }
+  /// By interpolation; finer than all, down to kFinest, where they err more. Where errors rise and
+  /// fall, the finest: the coarsest of several that err as little by what few rays say often is
+  /// one that they flatter.
+  [[nodiscard]] Measured at(double rms) const {
+    const auto too_coarse = std::find_if(measured_.rbegin(), measured_.rend(),
+                                         [&](const Measured& one) { return one.rms > rms; });
+    if (too_coarse == measured_.rend()) return measured_.front();
+    if (too_coarse == measured_.rbegin()) {
+      Measured finer = measured_.back();
+      finer.step_voxels = std::max(kFinest, finer.step_voxels * rms / finer.rms);
+      return finer;
     }
-    return found;
+    return between(*too_coarse, *std::prev(too_coarse), rms);
   }
-  void add(const StepChoice& one) {
-    const auto coarser = [](const StepChoice& a, const StepChoice& b) {
+  void add(const Measured& one) {
+    const auto coarser = [](const Measured& a, const Measured& b) {
       return a.step_voxels > b.step_voxels;
     };
-    measured_.insert(std::upper_bound(measured_.begin(), measured_.end(), one, coarser), one);
+    const auto at = std::lower_bound(measured_.begin(), measured_.end(), one, coarser);
+    if (at != measured_.end() && at->step_voxels == one.step_voxels) {
+      *at = one;
+    } else {
+      measured_.insert(at, one);
+    }
+  }
+  /// The greatest: at which step the few rays meet an edge that errs much is chance.
+  [[nodiscard]] double scatter() const {
+    double greatest = 0;
+    for (const Measured& one : measured_) greatest = std::max(greatest, one.scatter);
+    return greatest;
+  }
+  void scale(double factor) {
+    for (Measured& one : measured_) one.rms *= factor;
   }
 
  private:
-  std::vector<StepChoice> measured_;
+  std::vector<Measured> measured_;  ///< From coarse to fine.
 };
 
-/// The pixel error that makes the picture cheapest: samples go with 1 / step.
-Sparing cheapest(const Ladder& ladder, const std::vector<Sparing>& all, double wanted) {
-  const double dense_step = ladder.at(wanted).step_voxels;
-  Sparing best;
-  double least = kWorthwhile;
-  for (const Sparing& one : all) {
-    if (one.rms >= wanted) continue;
-    const double left = std::sqrt(wanted * wanted - one.rms * one.rms);
-    const StepChoice with = ladder.at(left);
-    if (with.rms > left) continue;
-    const double cost = one.cost * dense_step / with.step_voxels;
-    if (cost >= least) continue;
-    least = cost;
-    best = one;
-  }
-  return best;
+/// The error that a step may have so that the whole surely errs by no more than rms: the mean
+/// squares of the step, of rounding and of sparing are added.
+double left_for_step(double rms, double rounding, const Sparing& sparing, double scatter) {
+  const double shown = std::max(rms * rms - rounding * rounding, std::pow(kLeastShare * rms, 2));
+  const double spared = sparing.error.mean + kRoomDeviations * sparing.error.deviation;
+  return std::sqrt(std::max(shown - spared, 0.0)) / (1 + kRoomDeviations * scatter);
 }
+
+/// One search.
+class StepSearch {
+ public:
+  StepSearch(Engine& engine, const Scene& scene, double rms)
+      : engine_(engine), scene_(scene), rms_(rms), pictures_(engine, scene, kRays) {}
+
+  Result<StepChoice> run() {
+    if (auto ok = look_over(); !ok) return ok.error();
+    if (ladder_.empty()) return chosen({kCoarsest, 0, 0});
+    auto rough = pictures_.measure(ladder_.at(left()).step_voxels, falls_);
+    if (!rough) return rough.error();
+    ladder_.add(*rough);
+    scatter_ = ladder_.scatter();
+    if (auto ok = choose_sparing(rough->step_voxels); !ok) return ok.error();
+    if (auto ok = take_enough_rays(*rough); !ok) return ok.error();
+    const auto found = narrow_down(*rough);
+    if (!found) return found.error();
+    return chosen(*found);
+  }
+
+ private:
+  [[nodiscard]] double left() const { return left_for_step(rms_, rounding_, sparing_, scatter_); }
+  [[nodiscard]] StepChoice chosen(const Measured& found) const {
+    const double rms =
+        std::sqrt(found.rms * found.rms + rounding_ * rounding_ + sparing_.error.mean);
+    return {found.step_voxels, rms, rms <= rms_, sparing_.pixel_error};
+  }
+
+  /// Steps that are halved until the picture changes little. No ladder: it never does.
+  Result<void> look_over() {
+    std::vector<Image2d<RgbaF>> drawn;
+    double step = kCoarsest;
+    double change = 0;
+    for (;; step /= 2) {
+      auto picture = pictures_.drawn(step);
+      if (!picture) return picture.error();
+      drawn.push_back(std::move(*picture));
+      if (drawn.size() < 2) continue;
+      change = rms_difference(*std::prev(drawn.end(), 2), drawn.back());
+      rounding_ = rounding_rms(drawn.back());
+      if (change == 0 && drawn.size() == 2) return {};
+      if (change <= left() || step <= kFinest) break;
+    }
+    if (auto ok = pictures_.draw_truth(2 * step * kReferencePart); !ok) return ok.error();
+    rounding_ = pictures_.rounding();
+    // (1 - falls^2) / (1 - falls), since the truth's step is a quarter.
+    const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
+    falls_ = change > 0 ? std::clamp(seen / change - 1, 0.0, kMostFalls) : 0;
+    step = kCoarsest;
+    for (const auto& picture : drawn) {
+      ladder_.add(pictures_.against_truth(step, picture, falls_));
+      step /= 2;
+    }
+    return {};
+  }
+
+  /// The pixel error that makes the picture cheapest.
+  Result<void> choose_sparing(double step_voxels) {
+    const auto all = ray_sparings(engine_, scene_, step_voxels);
+    if (!all) return all.error();
+    double least = 0;
+    for (const Sparing& one : *all) {
+      const double left = left_for_step(rms_, rounding_, one, scatter_);
+      const double cost = one.cost.at(ladder_.at(left).step_voxels);
+      if (one.pixel_error > 0 && (ladder_.at(left).rms > left || cost >= least)) continue;
+      least = one.pixel_error > 0 ? cost : kSparingWorthwhile * cost;
+      sparing_ = one;
+    }
+    return {};
+  }
+
+  /// More of them as long as what they say of the step scatters too much.
+  Result<void> take_enough_rays(Measured& rough) {
+    const double pixels = static_cast<double>(scene_.width) * scene_.height;
+    const double most = std::min(pixels, std::max(kMostRays, kMostOfPicture * pixels));
+    for (double rays = kRays; 2 * rays < most && scatter_ > kEnough * kScatter;) {
+      rays = std::min({rays * std::pow(scatter_ / kScatter, 2.0), kMoreRays * rays, most});
+      pictures_ = Pictures(engine_, scene_, rays);
+      const double fine = kReferencePart * rough.step_voxels;
+      if (auto ok = pictures_.draw_truth(fine); !ok) return ok.error();
+      const auto again = pictures_.measure(rough.step_voxels, falls_);
+      if (!again) return again.error();
+      if (!(again->rms > 0 && rough.rms > 0)) return {};
+      ladder_.scale(again->rms / rough.rms);
+      ladder_.add(*again);
+      rounding_ = pictures_.rounding();
+      scatter_ = again->scatter;
+      rough = *again;
+    }
+    return {};
+  }
+
+  /// Errors are no smooth function of the step: what was interpolated is drawn.
+  Result<Measured> narrow_down(Measured found) {
+    for (int i = 0; i < kTries; ++i) {
+      scatter_ = std::max(scatter_, found.scatter);
+      if (found.rms <= left() && found.rms >= (1 - kNear) * left()) return found;
+      const Measured next = ladder_.at((1 - kNear / 2) * left());
+      if (next.step_voxels == found.step_voxels) return found;
+      const auto drawn = pictures_.measure(next.step_voxels, falls_);
+      if (!drawn) return drawn.error();
+      found = *drawn;
+      ladder_.add(found);
+    }
+    return found.rms <= left() ? found : ladder_.at((1 - kNear / 2) * left());
+  }
+
+  Engine& engine_;
+  const Scene& scene_;
+  double rms_;
+  Pictures pictures_;
+  Ladder ladder_;
+  double rounding_ = 0;
+  double scatter_ = 0;
+  /// The error of half a step over that of the step, as far as both err alike: 1/4 where cells are
+  /// integrated to second order; 0 where errors of two steps have nothing to do with each other.
+  /// By so much of its error a picture differs less from a truth that errs too.
+  double falls_ = 0;
+  Sparing sparing_;
+};
 
 }  // namespace
 
@@ -218,51 +306,7 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
     return Error{ErrorCode::kUsage,
                  "step for an error: expected an rms in (0, 1], found " + std::to_string(rms)};
   }
-  Pictures pictures(engine, scene);
-  // A step whose picture changes little when it is halved.
-  std::size_t last = 0;
-  for (;; ++last) {
-    if (auto ok = pictures.draw_to(last + 1); !ok) return ok.error();
-    const double change = rms_difference(pictures.at(last), pictures.at(last + 1));
-    if (change == 0 && last == 0) return StepChoice{kCoarsest, 0, true};
-    if (change <= rms || last + 1 == kSteps) break;
-  }
-  const double fine = Pictures::step(last) * kReferencePart;
-  const auto truth = pictures.drawn(fine);
-  if (!truth) return truth.error();
-  const auto against_it = [&](double step_voxels, const Image2d<RgbaF>& picture) {
-    const double error = rms_difference(picture, *truth);
-    return StepChoice{step_voxels, error, error <= rms};
-  };
-  std::vector<StepChoice> measured;
-  for (std::size_t i = 0; i <= std::min(last + 1, kSteps - 1); ++i) {
-    measured.push_back(against_it(Pictures::step(i), pictures.at(i)));
-  }
-  Ladder ladder(std::move(measured));
-  const double wanted = kMargin * rms;
-  const auto all = sparings(engine, scene, ladder.at(wanted).step_voxels);
-  if (!all) return all.error();
-  const Sparing sparing = cheapest(ladder, *all, wanted);
-  const auto left = [&](double of) {
-    return std::sqrt(std::max(of * of - sparing.rms * sparing.rms, 0.0));
-  };
-  // Errors are no smooth function of the step: what was interpolated is drawn.
-  StepChoice found = ladder.at(left(wanted));
-  for (int i = 0; i < kTries && found.rms == left(wanted); ++i) {
-    const auto picture = pictures.drawn(found.step_voxels);
-    if (!picture) return picture.error();
-    const StepChoice drawn = against_it(found.step_voxels, *picture);
-    ladder.add(drawn);
-    if (drawn.rms <= left(kAccepted * rms)) {
-      found = drawn;
-      break;
-    }
-    found = ladder.at(left(wanted));
-  }
-  found.pixel_error = sparing.pixel_error;
-  found.rms = std::hypot(found.rms, sparing.rms);
-  found.reached = found.rms <= rms;
-  return found;
+  return StepSearch(engine, scene, rms).run();
 }
 
 }  // namespace nav::render

@@ -12,23 +12,28 @@ inline constexpr double kDefaultRms = 2e-3;
 /// A step and a pixel error, and how much a picture with them errs.
 struct StepChoice {
   double step_voxels = 0;
-  /// Estimated root mean square error of colours in [0, 1], over pixels and channels.
+  /// Estimated root mean square error of colours of 8 bits, as parts of 255, over pixels and
+  /// channels.
   double rms = 0;
-  bool reached = false;    ///< No more than was asked for; false: the finest step errs more.
+  bool reached = false;    ///< No more than was asked for; false: rounding or the finest step errs
+                           ///< more.
   double pixel_error = 0;  ///< Of render::Quality; 0: sparing rays does not pay in this scene.
 };
 
 /// The step, from 4 to 1/8 voxel, and the pixel error of about the cheapest picture of the scene's
-/// CT that is estimated to err by no more than rms: a user asks for an accuracy, and how far apart
-/// samples have to lie for it depends on the volume, the transfer function and the shading.
-/// Surfaces and the cutaway are left out of the estimate, and so are predicates and a second
-/// volume. Draws some 3000 rays at steps that are halved until they change little, and once at a
-/// quarter of the last: what the others are measured against. The step between two of them, by a
-/// power law, is drawn and measured too, since errors are no smooth function of it. What sparing
-/// rays saves and errs is measured on six small parts of the picture; both errors add as squares,
-/// and the split is the one that makes the picture cheapest by its samples. Every pixel has its ray
-/// where that saves less than a tenth. Refuses an rms that is not in (0, 1], and what the engine
-/// refuses.
+/// CT that is estimated to err by no more than rms when it is rounded to 8 bits: a user asks for an
+/// accuracy, and how far apart samples have to lie for it depends on the volume, the transfer
+/// function and the shading. Surfaces and the cutaway are left out of the estimate, and so are
+/// predicates and a second volume.
+///
+/// Draws some 4000 rays at steps that are halved until they change little, and more, up to an
+/// eighth of the picture's, where their errors scatter: each step is measured against a quarter of
+/// it, or of a later one. The step between two of them, by a power law, is drawn and measured too,
+/// since errors are no smooth function of it. What sparing rays saves and errs: ray_sparings().
+/// Mean squares of step, rounding and sparing add up, with room for what they scatter; the split is
+/// the one of the cheapest picture by its samples. Where rounding leaves less than half of what is
+/// asked for, the step is one for half of it. Takes about as long as 0.6 of the picture, once.
+/// Refuses an rms that is not in (0, 1], and what the engine refuses.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 
 }  // namespace nav::render

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bench/support/synthetic_ct.hpp"
+#include "render/ray_sparing.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
@@ -73,6 +75,99 @@ TEST(StepSearchTest, TheChosenQualityErrsAboutAsMuchAsIsSaidAndNoMoreThanAsked) 
       }
     }
   }
+}
+
+/// Of a picture as it is shown, against one that is not rounded.
+double shown_error(const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
+  const Image2d<Rgba8> bytes = to_8bit(picture);
+  std::vector<RgbaF> shown;
+  for (const Rgba8& p : bytes.pixels()) {
+    shown.push_back({static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
+                     static_cast<float>(p.b) / 255, 1});
+  }
+  return rms_difference({picture.width(), picture.height(), std::move(shown)}, truth);
+}
+
+TEST(StepSearchTest, PicturesOfEightBitsErrNoMoreThanAsked) {
+  // Rounding alone errs by 0.0011: most of this.
+  constexpr double kAsked = 1.5e-3;
+  const auto engine = make_cpu_engine();
+  for (const bool shaded : {false, true}) {
+    Scene scene = abdomen("ct-soft-tissue", shaded);
+    scene.camera = {{{-50, -300, 40}}, {{0, 0, 0}}, {{0, 0, 1}}};  // All tissue.
+    const auto choice = step_for_error(*engine, scene, kAsked);
+    ASSERT_TRUE(test::has_value(choice));
+    EXPECT_TRUE(choice->reached);
+    const RenderedImage truth = truth_of(*engine, scene);
+    const RenderedImage image =
+        at_quality(*engine, scene, choice->step_voxels, choice->pixel_error);
+    const double found = shown_error(image.pixels, truth.pixels);
+    EXPECT_LE(found, kAsked) << choice->step_voxels << ' ' << choice->pixel_error;
+    EXPECT_NEAR(found, choice->rms, 0.15 * kAsked) << "estimated";
+    EXPECT_GT(shown_error(truth.pixels, truth.pixels), 0.6 * kAsked) << "nothing is tested";
+  }
+}
+
+TEST(StepSearchTest, WhereEightBitsErrByMoreThanAskedThatIsSaid) {
+  constexpr double kHalfLevel = 0.5 / 255;
+  Scene scene = abdomen("ct-bone", false);
+  scene.background_rgb.setConstant(100.5 / 255);  // Nothing that 8 bits can hold.
+  const auto engine = make_cpu_engine();
+  const auto choice = step_for_error(*engine, scene, kHalfLevel / 2);
+  ASSERT_TRUE(test::has_value(choice));
+  EXPECT_FALSE(choice->reached);
+  EXPECT_GT(choice->rms, 0.8 * kHalfLevel);
+  // No step can help it: none is taken that is much finer than what was asked for needs.
+  scene.background_rgb.setZero();
+  const auto dark = step_for_error(*engine, scene, kHalfLevel / 2);
+  ASSERT_TRUE(test::has_value(dark));
+  EXPECT_GT(choice->step_voxels, 0.3 * dark->step_voxels);
+  scene.transfer =
+      *TransferFunction::create("nothing", {{-1024, {0, 0, 0}, 0, 0}, {3000, {0, 0, 0}, 0, 0}});
+  scene.background_rgb.setConstant(100.5 / 255);
+  const auto empty = step_for_error(*engine, scene, kHalfLevel / 2);
+  ASSERT_TRUE(test::has_value(empty));
+  EXPECT_DOUBLE_EQ(empty->step_voxels, 4);
+  EXPECT_FALSE(empty->reached);
+  EXPECT_NEAR(empty->rms, kHalfLevel, 1e-5);
+}
+
+TEST(StepSearchTest, AMeanIsAsUncertainAsItsValuesScatter) {
+  const std::vector<double> values{1, 3, 1, 3};
+  const Estimate four = Estimate::of(values);
+  EXPECT_DOUBLE_EQ(four.mean, 2);
+  EXPECT_DOUBLE_EQ(four.deviation, std::sqrt(4.0 / 3 / 4));
+  EXPECT_EQ(Estimate::of(std::vector<double>(5, 7.0)).deviation, 0);
+  EXPECT_TRUE(std::isinf(Estimate::of(std::vector<double>{7}).deviation));
+  EXPECT_TRUE(std::isinf(Estimate::of({}).deviation));
+}
+
+TEST(StepSearchTest, WhatSparingRaysErrsAndSavesIsThatOfTheWholePicture) {
+  constexpr double kError = 1.6;  // Factor.
+  constexpr double kSamples = 0.15;
+  const auto engine = make_cpu_engine();
+  Scene scene = abdomen("ct-soft-tissue", false);
+  scene.width *= 3;
+  scene.height *= 3;  // Of which the tiles see a sixtieth.
+  const auto all = ray_sparings(*engine, scene, 0.5);
+  ASSERT_TRUE(test::has_value(all));
+  ASSERT_GE(all->size(), 2U);
+  const RenderedImage dense = at_quality(*engine, scene, 0.5, 0);
+  EXPECT_EQ(all->front().pixel_error, 0);
+  for (const Sparing& one : *all) {
+    if (one.pixel_error == 0) continue;
+    const RenderedImage spared = at_quality(*engine, scene, 0.5, one.pixel_error);
+    const double found = rms_difference(spared.pixels, dense.pixels);
+    EXPECT_LT(std::sqrt(one.error.mean), kError * found) << one.pixel_error;
+    EXPECT_GT(std::sqrt(one.error.mean), found / kError) << one.pixel_error;
+    const double scattered = 1.2;  // Of a sample where rays lie apart.
+    EXPECT_NEAR(one.cost.samples_at_one_voxel / all->front().cost.samples_at_one_voxel / scattered,
+                work(spared) / work(dense), kSamples);
+  }
+  scene.quality.jitter = true;
+  const auto jittered = ray_sparings(*engine, scene, 0.5);
+  ASSERT_TRUE(test::has_value(jittered));
+  EXPECT_TRUE(jittered->empty()) << "no ray may be spared, so nothing is drawn";
 }
 
 TEST(StepSearchTest, RaysAreSparedOnlyWhereThatIsLessWork) {
