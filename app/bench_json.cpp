@@ -123,6 +123,7 @@ Json default_quality(const bench::RenderBenchReport& report) {
                     {"estimated_rms", chosen.choice.rms},
                     {"search_cpu_s", chosen.search_cpu_s},
                     {"rms", ours->rms},
+                    {"rms_whole", chosen.rms_whole},
                     {"cpu_s", ours->cpu_s},
                     {"vtk_rms", theirs->error()},
                     {"vtk_cpu_s", theirs->cpu_s},

@@ -217,6 +217,19 @@ Result<void> Comparison::run(const NamedScene& named) {
   return {};
 }
 
+/// ChosenStep::rms_whole.
+Result<double> whole_error(render::Engine& engine, render::Scene scene,
+                           const render::StepChoice& choice) {
+  scene.quality.pixel_error = choice.pixel_error;
+  const auto image = engine.render(at_step(scene, choice.step_voxels));
+  if (!image) return image.error();
+  scene.quality.pixel_error = 0;
+  scene.quality.opaque_at = 1;
+  const auto truth = engine.render(at_step(scene, choice.step_voxels / 8));
+  if (!truth) return truth.error();
+  return difference(colours(render::to_8bit(image->pixels)), colours(truth->pixels)).first;
+}
+
 Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& truth,
                                     const std::vector<Picture>& own_truths) {
   const auto engine = render::make_cpu_engine();
@@ -225,7 +238,10 @@ Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& trut
   const double start = process_time_s();
   const auto choice = render::step_for_error(*engine, named.scene, render::kDefaultRms);
   if (!choice) return choice.error();
-  report_.chosen.push_back({named.name, *choice, process_time_s() - start});
+  const double search_cpu_s = process_time_s() - start;
+  const auto rms_whole = whole_error(*engine, named.scene, *choice);
+  if (!rms_whole) return rms_whole.error();
+  report_.chosen.push_back({named.name, *choice, search_cpu_s, *rms_whole});
   const auto cpu = std::find_if(ours_.begin(), ours_.end(),
                                 [](const Contestant& who) { return who.name == "cpu"; });
   NAV_CHECK(cpu != ours_.end());

@@ -49,6 +49,8 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   EXPECT_TRUE(chosen.choice.reached);
   EXPECT_LE(chosen.choice.rms, render::kDefaultRms);
   EXPECT_GT(chosen.search_cpu_s, 0);
+  EXPECT_LE(chosen.rms_whole, render::kDefaultRms);
+  EXPECT_GT(chosen.rms_whole, 0.5 * chosen.choice.rms);
   EXPECT_EQ(report->rows.back().engine, "cpu");
   EXPECT_EQ(report->rows.back().step, chosen.choice.step_voxels);
   EXPECT_EQ(report->ratios.size(), 7U);
