@@ -32,7 +32,8 @@ struct StepChoice {
 /// since errors are no smooth function of it. What sparing rays saves and errs: ray_sparings().
 /// Mean squares of step, rounding and sparing add up, with room for what they scatter; the split is
 /// the one of the cheapest picture by its samples. Where rounding leaves less than half of what is
-/// asked for, the step is one for half of it. Takes about as long as 0.6 of the picture, once.
+/// asked for, the step is one for half of it. Takes as long as 0.2 to 3
+/// pictures, once: most where few edges err.
 /// Refuses an rms that is not in (0, 1], and what the engine refuses.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 
