@@ -1,13 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numeric>
 
 #include "registration/acceptance.hpp"
 #include "registration/basin.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/regions.hpp"
+#include "registration/sandwich.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -66,6 +69,43 @@ TEST(BasinTest, IsInTheResultAndRefusesAFalseStop) {
   EXPECT_GT(result->basin.rise, 0);
   EXPECT_EQ(result->basin.shift_mm, 0);
   EXPECT_TRUE(decide(*result, {}, {{0, 0, 0}}).accepted);
+}
+
+TEST(CostsAroundTest, PartsAddUpAndGradientsChangeNoCost) {
+  const auto& points = assessed_scene().prepared_sweep.points();
+  const Lc2Cost cost = assessed_scene().finest().robust({PatchLoss::kCauchy, 0.3});
+  const Pose pose = test::true_pose();
+  const CostsAround plain = costs_around(cost, points, pose);
+  const CostsAround both = costs_around(cost, points, pose, true);
+  ASSERT_EQ(plain.beside.size(), 12u);
+  ASSERT_EQ(plain.patches.patches.size(), plain.here.patch_costs.size());
+  for (std::size_t i = 0; i < plain.beside.size(); ++i) {
+    const CostTerms& terms = both.beside[i].terms;
+    const double sum = std::accumulate(terms.patch_costs.begin(), terms.patch_costs.end(), 0.0);
+    EXPECT_NEAR(sum, terms.cost, 1e-12);
+    EXPECT_NEAR(terms.cost, plain.beside[i].terms.cost, 1e-5);
+    EXPECT_GT(terms.cost, both.here.cost);
+    // Each pulls back to where it was taken from.
+    const Vector6d& gradient = terms.gradient;
+    EXPECT_GT((i % 2 == 0 ? -1 : 1) * gradient[static_cast<Eigen::Index>(i / 2)], 0) << i;
+  }
+}
+
+TEST(CostsAroundTest, ServeForTheCurvature) {
+  const auto& points = assessed_scene().prepared_sweep.points();
+  const Lc2Cost cost = assessed_scene().finest();
+  const Pose pose = test::true_pose();
+  const Point<frames::Ct> centre = pose * points.centroid;
+  const LocalShape fine = local_shape(cost, pose, centre, 0.25);
+  const LocalShape shared = local_shape(cost, centre, costs_around(cost, points, pose, true));
+  ASSERT_EQ(shared.patch_gradients.size(), fine.patch_gradients.size());
+  const Eigen::LLT<Matrix6d> llt(fine.hessian);
+  ASSERT_EQ(llt.info(), Eigen::Success);
+  const Eigen::Matrix<double, 6, 1> ratios =
+      (llt.solve(shared.hessian)).eigenvalues().real().eval();
+  // Of steps of 1 mm instead of 0.25, among samples of 2 mm.
+  EXPECT_GT(ratios.minCoeff(), 0.75);
+  EXPECT_LT(ratios.maxCoeff(), 1.25);
 }
 
 // Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A
