@@ -2,27 +2,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/cost_solver.hpp"
 
+#include <algorithm>
 #include <ceres/ceres.h>
+#include <cmath>
+#include <limits>
 
 namespace nav::registration {
 namespace {
 
-class AskToGoOn final : public ceres::IterationCallback {
+// Where curvature is not that of Gauss–Newton yet, a step of several times the right length takes
+// as many refusals to shorten as the region is too large, each an evaluation.
+constexpr double kFirstTrustRegion = 3;
+
+class Watch final : public ceres::IterationCallback {
  public:
-  AskToGoOn(const std::function<bool()>& keep_going, const std::function<bool()>& late)
-      : keep_going_(keep_going), late_(late) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+  Watch(const SolveLimits& limits, const std::function<bool()>& keep_going)
+      : limits_(limits), keep_going_(keep_going) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
     if (keep_going_ && !keep_going_()) {
       cancelled = true;
       return ceres::SOLVER_ABORT;
     }
-    return late_ && late_() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+    converged = step.iteration > 0 && step.step_is_valid &&
+                gain_of(step) <= limits_.cost_tolerance * step.cost;
+    if (converged || (limits_.late && limits_.late())) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    return ceres::SOLVER_CONTINUE;
   }
   bool cancelled = false;
+  bool converged = false;
 
  private:
+  /// What a step brought, or, where it was refused, what it had promised. Ceres itself compares
+  /// what a refused step would have lost, which may happen to be little far from the minimum.
+  static double gain_of(const ceres::IterationSummary& step) {
+    if (step.step_is_successful) return step.cost_change;
+    return step.relative_decrease != 0 ? std::abs(step.cost_change / step.relative_decrease)
+                                       : std::numeric_limits<double>::infinity();
+  }
+
+  const SolveLimits& limits_;
   const std::function<bool()>& keep_going_;
-  const std::function<bool()>& late_;
 };
 
 ceres::Solver::Options solver_options(const SolveLimits& limits) {
@@ -31,7 +50,8 @@ ceres::Solver::Options solver_options(const SolveLimits& limits) {
   options.max_num_iterations = limits.max_iterations;
   options.num_threads = 1;  // The one residual block is parallel inside.
   options.logging_type = ceres::SILENT;
-  options.function_tolerance = limits.cost_tolerance;
+  options.function_tolerance = 0;  // Watch's.
+  options.initial_trust_region_radius = kFirstTrustRegion;
   options.gradient_tolerance = 1e-10;
   options.parameter_tolerance = 1e-5;
   // Too long steps are refused by the cost; each halves the trust region faster.
@@ -39,8 +59,8 @@ ceres::Solver::Options solver_options(const SolveLimits& limits) {
   return options;
 }
 
-Termination termination_of(ceres::TerminationType type) {
-  if (type == ceres::CONVERGENCE) return Termination::kConverged;
+Termination termination_of(ceres::TerminationType type, bool converged) {
+  if (converged || type == ceres::CONVERGENCE) return Termination::kConverged;
   if (type == ceres::USER_SUCCESS) return Termination::kTimeLimit;
   if (type == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
   return Termination::kFailed;
@@ -54,13 +74,13 @@ CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd
   ceres::Problem problem;
   problem.AddResidualBlock(residuals, nullptr, delta.data());
   ceres::Solver::Options options = solver_options(limits);
-  AskToGoOn callback(keep_going, limits.late);
-  options.callbacks.push_back(&callback);
+  Watch watch(limits, keep_going);
+  options.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   const bool usable = summary.IsSolutionUsable() && delta.allFinite();
   if (!usable) delta.setZero();
-  std::string message = summary.message;
+  std::string message = watch.converged ? "a step gains less than the tolerance" : summary.message;
   std::replace(message.begin(), message.end(), '\n', ' ');
   // Ceres counts ½‖R‖²; its costs are -1 where it never got one.
   const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
@@ -68,9 +88,9 @@ CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd
   return {initial,
           last,
           std::max(static_cast<int>(summary.iterations.size()) - 1, 0),
-          termination_of(summary.termination_type),
+          termination_of(summary.termination_type, watch.converged),
           message,
-          callback.cancelled};
+          watch.cancelled};
 }
 
 }  // namespace nav::registration

@@ -46,8 +46,9 @@ void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessia
 /// How a minimum was found.
 /// When a solve is done. A change of the cost by a share t moves a pose by some 6 mm·sqrt(t).
 struct SolveLimits {
-  int max_iterations;            ///< >= 0.
-  double cost_tolerance = 3e-6;  ///< Done when a step lowers the cost by less than this share, > 0.
+  int max_iterations;  ///< >= 0.
+  /// Done when a step lowers the cost by less than this share, or promises to and is refused, > 0.
+  double cost_tolerance = 3e-6;
   /// Asked before each step: true ends with the best so far (kTimeLimit). Empty: never.
   std::function<bool()> late = {};
 };

@@ -33,8 +33,10 @@ constexpr std::size_t kKeptOnFinest = 2;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// Share of the cost at which a solve is done in the end: 0.03 mm.
+// Share of the cost at which a solve is done in the end: 0.03 mm with samples of 1.2 mm, and as
+// many times that as they are farther apart.
 constexpr double kFineTolerance = 2e-5;
+constexpr double kFineStepMm = 1.2;
 // The finest level starts with every so many-th patch, where that leaves enough.
 constexpr std::size_t kFirstStride = 4;
 constexpr std::size_t kLeastFirst = 300;
@@ -235,8 +237,9 @@ PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& s
   std::optional<PoseSolution> near;
   if (some.patches.size() >= kLeastFirst) near = solve_on(level, some, start, kCoarseTolerance);
   const Pose& from = near ? near->pose : start;
-  PoseSolution solution =
-      solve_on(level, structured(level, from, level.patches()), from, kFineTolerance);
+  const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
+  PoseSolution solution = solve_on(level, structured(level, from, level.patches()), from,
+                                   kFineTolerance * coarser * coarser);
   if (near) solution.iterations += near->iterations;
   const Lc2Cost judge = level.cost.on(judging_);
   const CostTerms before = judge.cost(start);

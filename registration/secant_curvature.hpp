@@ -58,7 +58,8 @@ class SecantCurvature {
     return out.allFinite() ? out : stiff;
   }
 
-  static constexpr double kLeast = 0.05;
+  // Of Gauss–Newton's curvature: what seems less still is mostly a step of many times the way.
+  static constexpr double kLeast = 0.2;
   bool known_ = false;
   Vector delta_, gradient_;
   Matrix correction_;
