@@ -43,7 +43,6 @@ void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessia
   r[n] = std::sqrt(std::max(cost - explained, 0.0));
 }
 
-/// How a minimum was found.
 /// When a solve is done. A change of the cost by a share t moves a pose by some 6 mm·sqrt(t).
 struct SolveLimits {
   int max_iterations;  ///< >= 0.
@@ -53,6 +52,7 @@ struct SolveLimits {
   std::function<bool()> late = {};
 };
 
+/// How a minimum was found.
 struct CostSolution {
   double initial_cost;
   double final_cost;  ///< 1 when the cost was never finite.

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/lc2_cost.hpp"
 
+#include <ceres/sized_cost_function.h>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
 #include "nav/matrices.hpp"
+#include "registration/cost_solver.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/sandwich.hpp"
 #include "registration/starts.hpp"
@@ -160,6 +162,35 @@ TEST(Lc2CostTest, TheSolverStopsWhenAsked) {
   const auto solution =
       solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, [] { return false; });
   EXPECT_TRUE(solution.cancelled);
+}
+
+/// 10 + (x − 1)², said to be bent so little that the first step goes to x = 2: hardly dearer, no
+/// cheaper.
+class Mirror final : public ceres::SizedCostFunction<2, 1> {
+ public:
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    const double off = x[0][0] - 1;
+    const double cost = 10 + off * off;
+    residuals[0] = 0;
+    residuals[1] = std::sqrt(cost);
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    constexpr double kTrustRegion = 3;  // The solver's first: it shortens steps by 1 + 1/3.
+    const double root = std::sqrt(0.4999999 / (1 + 1 / kTrustRegion));
+    residuals[0] = off / root;
+    residuals[1] = std::sqrt(cost - residuals[0] * residuals[0]);
+    jacobians[0][0] = root;
+    jacobians[0][1] = 0;
+    return true;
+  }
+};
+
+TEST(CostSolverTest, ARefusedStepThatChangesNothingIsNoEnd) {
+  Eigen::VectorXd x(1);
+  const CostSolution found = minimise(new Mirror, x, {50, 1e-6}, {});
+  EXPECT_EQ(found.termination, Termination::kConverged) << found.message;
+  EXPECT_NEAR(x[0], 1, 1e-2);
+  EXPECT_NEAR(found.final_cost, 10, 1e-4);
+  EXPECT_GT(found.iterations, 1);
 }
 
 TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
