@@ -25,7 +25,7 @@ Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double s
   CtChannels out;
   const auto lattice = lattice_over(ct, box, sigma_mm, texel_sigmas, out);
   if (!lattice) return lattice.error();
-  append_texels(ct, *lattice, {{0, 0, 0}, out.size}, out.texels);
+  fill_texels(ct, *lattice, {{0, 0, 0}, out.size}, out.texels);
   return out;
 }
 

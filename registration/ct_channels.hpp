@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "nav/volume.hpp"
@@ -12,6 +14,27 @@ namespace nav::registration {
 
 /// HU of one unit of f and g.
 inline constexpr float kHuPerUnit = 100;
+
+/// An allocator whose new elements are not set: texels are filled right after, where needed.
+template <class T>
+struct UnsetAllocator : std::allocator<T> {
+  UnsetAllocator() = default;
+  template <class U>
+  explicit UnsetAllocator(const UnsetAllocator<U>& /*other*/) noexcept {}
+  template <class U>
+  struct rebind {
+    using other = UnsetAllocator<U>;
+  };
+  template <class U, class... Args>
+  void construct(U* at, Args&&... args) {
+    if constexpr (sizeof...(Args) == 0) {
+      ::new (static_cast<void*>(at)) U;
+    } else {
+      ::new (static_cast<void*>(at)) U(std::forward<Args>(args)...);
+    }
+  }
+};
+using TexelArray = std::vector<std::array<float, 4>, UnsetAllocator<std::array<float, 4>>>;
 
 /// The CT as the similarity sees it on one level: soft tissue and its gradient, smoothed, on its
 /// own grid. Coordinates "Grid" are mm along the axes of the voxel grid from its first voxel:
@@ -23,7 +46,7 @@ struct CtChannels {
   Eigen::Matrix3d directions;    ///< ct_from_grid, orthonormal, det ±1.
   /// [f, gx, gy, gz]: f = clamp(HU, −150, 250)/100 smoothed; g = σ·∇f in Grid axes, so that both
   /// have the same unit and the same noise.
-  std::vector<std::array<float, 4>> texels;
+  TexelArray texels;
 
   [[nodiscard]] Eigen::Vector3d grid_of(const Eigen::Vector3d& p_ct_mm) const {
     return directions.transpose() * (p_ct_mm - origin_ct_mm);

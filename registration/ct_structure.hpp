@@ -14,8 +14,11 @@ double ct_contrast_hu(const CtChannels& ct, const PatchSet& patches, std::size_t
 
 /// The patches that have structure of the CT under them at a pose: at least min_contrast_hu, RMS.
 /// All of them where so few do that six unknowns would rest on little. What is left out cannot tell
-/// poses nearby apart, but costs as much time and follows the noise of the CT.
+/// poses nearby apart, but costs as much time and follows the noise of the CT. smoother: channels
+/// of a coarser level, where there are any; what has next to nothing there is not looked at
+/// closely.
 PatchSet with_ct_structure(const CtChannels& ct, const PatchSet& patches, const Pose& pose,
-                           double min_contrast_hu, PatchChannels* near = nullptr);
+                           double min_contrast_hu, PatchChannels* near = nullptr,
+                           const CtChannels* smoother = nullptr);
 
 }  // namespace nav::registration

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <memory>
 
+#include "nav/check.hpp"
 #include "nav/index.hpp"
 
 namespace nav::registration {
@@ -75,80 +78,136 @@ void weighted_sum(const std::vector<const float*>& rows, std::size_t count,
   }
 }
 
-/// The same along an axis of one array, whose neighbours lie stride apart.
-void convolve(const float* in, std::size_t stride, std::size_t count,
-              const std::vector<float>& kernel, float* out) {
-  std::vector<const float*> rows;
-  for (std::size_t t = 0; t < 2 * kernel.size() - 1; ++t) rows.push_back(in + t * stride);
-  weighted_sum(rows, count, kernel, out);
-}
+/// Texels along i of one row, ends included; the empty run widens to any other.
+struct Run {
+  int low = std::numeric_limits<int>::max();
+  int high = std::numeric_limits<int>::lowest();
 
-/// One axis of a part: what is filled, what is smoothed for its differences, what that is made of.
-struct Axis {
-  int first, size;         ///< Texels to be filled.
-  int low, count;          ///< Smoothed: one more on each side, within the lattice.
-  int source_low, source;  ///< Block means: as far as the Gaussian reaches; clamped to the lattice.
-  int texels;              ///< Of the lattice.
-
-  [[nodiscard]] int held(int texel) const { return std::clamp(texel, 0, texels - 1); }
+  [[nodiscard]] bool empty() const { return low > high; }
+  [[nodiscard]] std::size_t count() const { return as_size(high - low + 1); }
+  void widen(const Run& to) {
+    low = std::min(low, to.low);
+    high = std::max(high, to.high);
+  }
 };
 
-Axis axis_of(const TexelLattice& lattice, const TexelPart& part, std::size_t a) {
-  Axis axis{part.first[a], part.size[a], 0, 0, 0, 0, lattice.size[a]};
-  const int radius = static_cast<int>(lattice.kernel[a].size()) - 1;
-  axis.low = axis.held(axis.first - 1);
-  axis.count = axis.held(axis.first + axis.size) - axis.low + 1;
-  axis.source_low = axis.low - radius;
-  axis.source = axis.count + 2 * radius;
+/// One axis of what is made, in texels of the lattice.
+struct Axis {
+  int texels;     ///< Of the lattice.
+  int radius;     ///< Of the Gaussian.
+  int low, high;  ///< Smoothed: what is wanted, and one more on each side for its differences.
+  int means_low, means_high;  ///< Block means: as far as the Gaussian reaches.
+
+  [[nodiscard]] int held(int texel) const { return std::clamp(texel, 0, texels - 1); }
+  [[nodiscard]] std::size_t smoothed() const { return as_size(high - low + 1); }
+  [[nodiscard]] std::size_t means() const { return as_size(means_high - means_low + 1); }
+};
+
+Axis axis_of(const TexelLattice& lattice, std::span<const TexelOrder> orders, std::size_t a) {
+  Axis axis{lattice.size[a], static_cast<int>(lattice.kernel[a].size()) - 1, 0, 0, 0, 0};
+  axis.low = axis.texels;
+  for (const TexelOrder& order : orders) {
+    axis.low = std::min(axis.low, axis.held(order.part.first[a] - 1));
+    axis.high = std::max(axis.high, axis.held(order.part.first[a] + order.part.size[a]));
+  }
+  axis.means_low = axis.held(axis.low - axis.radius);
+  axis.means_high = axis.held(axis.high + axis.radius);
   return axis;
 }
 
-/// Makes the texels of one part slice by slice, so that what they are made of stays in the cache:
-/// block means, smoothed along i and j, as many as the Gaussian along k reaches; of those that it
-/// has smoothed the last three, for the differences.
-class PartMaker {
+/// Makes the texels of all orders in one pass slice by slice, so that what they are made of stays
+/// in the cache: block means, smoothed along j and i, as many slices as the Gaussian along k
+/// reaches; of those smoothed along k as well the last three, for the differences. Of each row only
+/// the run that some order needs.
+class TexelMaker {
  public:
-  PartMaker(const Volume& ct, const TexelLattice& lattice, const TexelPart& part)
+  TexelMaker(const Volume& ct, const TexelLattice& lattice, std::span<const TexelOrder> orders)
       : ct_(ct),
         lattice_(lattice),
-        i_(axis_of(lattice, part, 0)),
-        j_(axis_of(lattice, part, 1)),
-        k_(axis_of(lattice, part, 2)),
-        row_(as_size(i_.source)),
-        slice_(row_ * as_size(j_.count)),
-        means_(row_ * as_size(j_.source)),
-        smooth_j_(slice_),
-        reach_(2 * static_cast<int>(lattice.kernel[2].size()) - 1),
-        kept_(slice_ * as_size(reach_)),
-        smooth_(slice_ * as_size(kSmoothed)) {}
+        orders_(orders),
+        i_(axis_of(lattice, orders, 0)),
+        j_(axis_of(lattice, orders, 1)),
+        k_(axis_of(lattice, orders, 2)),
+        smooth_runs_(j_.smoothed() * k_.smoothed()),
+        kept_runs_(j_.smoothed() * k_.means()),
+        mean_runs_(j_.means()),
+        row_(i_.smoothed() + 2 * as_size(i_.radius)),
+        slice_(i_.smoothed() * j_.smoothed()),
+        means_(uninitialised(row_ * j_.means())),
+        along_j_(uninitialised(row_)),
+        reach_(2 * k_.radius + 1),
+        kept_(uninitialised(slice_ * as_size(reach_))),
+        smooth_(uninitialised(slice_ * as_size(kSmoothed))) {
+    find_runs();
+  }
 
-  void append(std::vector<std::array<float, 4>>& out) {
-    out.reserve(out.size() + as_size(i_.size) * as_size(j_.size) * as_size(k_.size));
-    // Row by row, as memory that is only made larger would be cleared first.
-    std::vector<std::array<float, 4>> row(as_size(i_.size));
-    int source = 0;  // Slices made so far, and those smoothed along k.
-    int smooth = 0;
-    for (int k = k_.first; k < k_.first + k_.size; ++k) {
-      for (; smooth <= k_.held(k_.held(k) + 1) - k_.low; ++smooth) {
-        for (; source < smooth + reach_; ++source) smooth_slice(source);
+  void make() {
+    std::vector<int> filled(orders_.size());  // Slices, by order.
+    int source = k_.means_low;
+    int smooth = k_.low;
+    for (int k = k_.low; k <= k_.high; ++k) {
+      for (; smooth <= std::min(k + 1, k_.high); ++smooth) {
+        for (; source <= k_.held(smooth + k_.radius); ++source) smooth_slice(source);
         smooth_along_k(smooth);
       }
-      for (int j = j_.first; j < j_.first + j_.size; ++j) {
-        fill_row(j_.held(j), k_.held(k), row.data());
-        out.insert(out.end(), row.begin(), row.end());
+      for (std::size_t n = 0; n < orders_.size(); ++n) {
+        const TexelPart& part = orders_[n].part;
+        for (int& at = filled[n]; at < part.size[2] && k_.held(part.first[2] + at) == k; ++at) {
+          fill_slice(orders_[n], at);
+        }
       }
     }
   }
 
  private:
-  /// Block means of a row of texels, the ends repeated.
-  void mean_row(int j, int k, float* out) {
-    const int low = i_.held(i_.source_low);
-    const int count = i_.held(i_.source_low + i_.source - 1) - low + 1;
+  static std::unique_ptr<float[]> uninitialised(std::size_t count) {
+    return std::make_unique_for_overwrite<float[]>(count);
+  }
+
+  Run& smooth_run(int j, int k) {
+    return smooth_runs_[as_size(k - k_.low) * j_.smoothed() + as_size(j - j_.low)];
+  }
+  Run& kept_run(int j, int k) {
+    return kept_runs_[as_size(k - k_.means_low) * j_.smoothed() + as_size(j - j_.low)];
+  }
+
+  /// What has to be smoothed for the orders, and kept for that.
+  void find_runs() {
+    for (const TexelOrder& order : orders_) {
+      const auto& [first, size] = order.part;
+      std::size_t row = 0;
+      for (int k = first[2]; k < first[2] + size[2]; ++k) {
+        for (int j = first[1]; j < first[1] + size[1]; ++j) {
+          const TexelRun run = order.runs[row++];
+          if (run.to <= run.from) continue;
+          const Run own{i_.held(first[0] + run.from), i_.held(first[0] + run.to - 1)};
+          const int y = j_.held(j);
+          const int z = k_.held(k);
+          smooth_run(y, z).widen({i_.held(own.low - 1), i_.held(own.high + 1)});
+          smooth_run(j_.held(y - 1), z).widen(own);
+          smooth_run(j_.held(y + 1), z).widen(own);
+          smooth_run(y, k_.held(z - 1)).widen(own);
+          smooth_run(y, k_.held(z + 1)).widen(own);
+        }
+      }
+    }
+    for (int k = k_.low; k <= k_.high; ++k) {
+      for (int t = -k_.radius; t <= k_.radius; ++t) {
+        Run* kept = &kept_run(j_.low, k_.held(k + t));
+        const Run* smooth = &smooth_run(j_.low, k);
+        for (std::size_t j = 0; j < j_.smoothed(); ++j) kept[j].widen(smooth[j]);
+      }
+    }
+  }
+
+  /// Block means of a run of texels, the ends of the lattice repeated.
+  void mean_run(int j, int k, const Run& run, float* out) {
+    const int low = i_.held(run.low);
+    const int count = i_.held(run.high) - low + 1;
     const int block = lattice_.block[0];
     const int rows = lattice_.block[1] * lattice_.block[2];
     const float scale = 1.0f / (kHuPerUnit * static_cast<float>(block * rows));
-    float* inside = out + (low - i_.source_low);
+    float* inside = out + (low - run.low);
     if (block == 1 && rows == 1) {
       const std::int16_t* from = voxels(low, j, k);
       for (int i = 0; i < count; ++i) inside[i] = scale * static_cast<float>(held_hu(from[i]));
@@ -158,7 +217,7 @@ class PartMaker {
       mean_of_rows(low, count, j, k, scale, sums_, inside);
     }
     std::fill(out, inside, inside[0]);
-    std::fill(inside + count, out + i_.source, inside[count - 1]);
+    std::fill(inside + count, out + run.count(), inside[count - 1]);
   }
 
   static std::int16_t held_hu(std::int16_t hu) { return std::min(std::max(hu, kLowHu), kHighHu); }
@@ -196,41 +255,71 @@ class PartMaker {
     }
   }
 
-  /// Source slice k: block means smoothed along j and i.
+  /// Of a row of block means, whose texel i lies at i − i_.low + the Gaussian's radius.
+  float* means(int j) { return &means_[as_size(j - j_.means_low) * row_]; }
+  float* kept(int j, int k) {
+    return &kept_[as_size((k - k_.means_low) % reach_) * slice_ +
+                  as_size(j - j_.low) * i_.smoothed()];
+  }
+  float* smoothed(int j, int k) {
+    return &smooth_[as_size((k - k_.low) % kSmoothed) * slice_ +
+                    as_size(j - j_.low) * i_.smoothed()];
+  }
+
+  /// Block means of a slice, smoothed along j and i.
   void smooth_slice(int k) {
-    float* to = &kept_[as_size(k % reach_) * slice_];
-    const int texel = k_.held(k_.source_low + k);
-    if (k > 0 && texel == k_.held(k_.source_low + k - 1)) {
-      std::copy_n(&kept_[as_size((k - 1) % reach_) * slice_], slice_, to);
-      return;
-    }
-    for (int j = 0; j < j_.source; ++j) {
-      const int held = j_.held(j_.source_low + j);
-      float* row = &means_[as_size(j) * row_];
-      if (j > 0 && held == j_.held(j_.source_low + j - 1)) {
-        std::copy_n(row - row_, row_, row);
-      } else {
-        mean_row(held, texel, row);
+    std::fill(mean_runs_.begin(), mean_runs_.end(), Run{});
+    for (int j = j_.low; j <= j_.high; ++j) {
+      const Run& run = kept_run(j, k);
+      if (run.empty()) continue;
+      for (int t = -j_.radius; t <= j_.radius; ++t) {
+        mean_runs_[as_size(j_.held(j + t) - j_.means_low)].widen(run);
       }
     }
-    convolve(means_.data(), row_, slice_, lattice_.kernel[1], smooth_j_.data());
-    const std::size_t reach = 2 * (lattice_.kernel[0].size() - 1);
-    convolve(smooth_j_.data(), 1, slice_ - reach, lattice_.kernel[0], to);
+    for (int j = j_.means_low; j <= j_.means_high; ++j) {
+      const Run& run = mean_runs_[as_size(j - j_.means_low)];
+      if (run.empty()) continue;
+      mean_run(j, k, {run.low - i_.radius, run.high + i_.radius}, means(j) + (run.low - i_.low));
+    }
+    for (int j = j_.low; j <= j_.high; ++j) {
+      const Run& run = kept_run(j, k);
+      if (run.empty()) continue;
+      const int at = run.low - i_.low;
+      rows_.clear();
+      for (int t = -j_.radius; t <= j_.radius; ++t) rows_.push_back(means(j_.held(j + t)) + at);
+      weighted_sum(rows_, run.count() + 2 * as_size(i_.radius), lattice_.kernel[1], along_j_.get());
+      rows_.clear();
+      for (int t = 0; t <= 2 * i_.radius; ++t) rows_.push_back(along_j_.get() + t);
+      weighted_sum(rows_, run.count(), lattice_.kernel[0], kept(j, k) + at);
+    }
   }
 
   void smooth_along_k(int k) {
-    std::vector<const float*> rows;
-    for (int t = 0; t < reach_; ++t) rows.push_back(&kept_[as_size((k + t) % reach_) * slice_]);
-    weighted_sum(rows, slice_, lattice_.kernel[2], &smooth_[as_size(k % kSmoothed) * slice_]);
+    for (int j = j_.low; j <= j_.high; ++j) {
+      const Run& run = smooth_run(j, k);
+      if (run.empty()) continue;
+      const int at = run.low - i_.low;
+      rows_.clear();
+      for (int t = -k_.radius; t <= k_.radius; ++t) {
+        rows_.push_back(kept(j, k_.held(k + t)) + at);
+      }
+      weighted_sum(rows_, run.count(), lattice_.kernel[2], smoothed(j, k) + at);
+    }
   }
 
-  /// Of a texel's row that was smoothed; its texel i lies at i − i_.low.
-  [[nodiscard]] const float* smoothed(int j, int k) const {
-    return &smooth_[as_size((k - k_.low) % kSmoothed) * slice_ + as_size(j - j_.low) * row_];
+  void fill_slice(const TexelOrder& order, int slice) {
+    const auto& [first, size] = order.part;
+    for (int j = 0; j < size[1]; ++j) {
+      const std::size_t row = as_size(slice) * as_size(size[1]) + as_size(j);
+      const TexelRun& run = order.runs[row];
+      if (run.to <= run.from) continue;
+      fill_row(j_.held(first[1] + j), k_.held(first[2] + slice), first[0], run,
+               &order.out[row * as_size(size[0])]);
+    }
   }
 
   /// Central differences inside, one-sided at the lattice's border; a single layer has no gradient.
-  void fill_row(int j, int k, std::array<float, 4>* row) const {
+  void fill_row(int j, int k, int first, const TexelRun& run, std::array<float, 4>* row) {
     const int last_j = j_.held(j - 1);
     const int next_j = j_.held(j + 1);
     const int last_k = k_.held(k - 1);
@@ -250,30 +339,36 @@ class PartMaker {
                                   by_k * (k1[i] - k0[i])};
     };
     const auto edge = [&](int t) {
-      const int held = i_.held(i_.first + t);
+      const int held = i_.held(first + t);
       const int last = i_.held(held - 1);
       const int next = i_.held(held + 1);
       row[t] = texel(held - i_.low, last - i_.low, next - i_.low,
                      per(lattice_.gradient_scale[0], next - last));
     };
     const float by_i = per(lattice_.gradient_scale[0], 2);
-    const int offset = i_.first - i_.low;
-    for (int t = 1; t + 1 < i_.size; ++t) {
+    const int offset = first - i_.low;
+    // Both neighbours lie in the lattice.
+    const int from = std::clamp(1 - first, run.from, run.to);
+    const int to = std::clamp(i_.texels - 1 - first, from, run.to);
+    for (int t = run.from; t < from; ++t) edge(t);
+    for (int t = from; t < to; ++t) {
       row[t] = texel(offset + t, offset + t - 1, offset + t + 1, by_i);
     }
-    edge(0);
-    edge(i_.size - 1);
+    for (int t = to; t < run.to; ++t) edge(t);
   }
 
   static constexpr int kSmoothed = 3;
 
   const Volume& ct_;
   const TexelLattice& lattice_;
+  std::span<const TexelOrder> orders_;
   Axis i_, j_, k_;
-  std::size_t row_, slice_;  // Floats of a source row, and of a slice smoothed along j.
-  std::vector<float> means_, smooth_j_;
+  std::vector<Run> smooth_runs_, kept_runs_, mean_runs_;
+  std::size_t row_, slice_;  // Floats of a row of block means, and of a slice smoothed along i.
+  std::unique_ptr<float[]> means_, along_j_;
   int reach_;  // Slices of the Gaussian along k.
-  std::vector<float> kept_, smooth_;
+  std::unique_ptr<float[]> kept_, smooth_;
+  std::vector<const float*> rows_;
   std::vector<std::int16_t> short_sums_;
   std::vector<std::int32_t> sums_;
 };
@@ -330,9 +425,24 @@ Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sig
   return lattice;
 }
 
-void append_texels(const Volume& ct, const TexelLattice& lattice, const TexelPart& part,
-                   std::vector<std::array<float, 4>>& out) {
-  PartMaker(ct, lattice, part).append(out);
+void fill_texels(const Volume& ct, const TexelLattice& lattice,
+                 std::span<const TexelOrder> orders) {
+  for (const TexelOrder& order : orders) {
+    const auto& size = order.part.size;
+    const std::size_t rows = as_size(size[1]) * as_size(size[2]);
+    NAV_CHECK(order.runs.size() == rows, order.runs.size(), rows);
+    NAV_CHECK(order.out.size() == rows * as_size(size[0]), order.out.size(), rows);
+  }
+  if (!orders.empty()) TexelMaker(ct, lattice, orders).make();
+}
+
+void fill_texels(const Volume& ct, const TexelLattice& lattice, const TexelPart& part,
+                 TexelArray& out) {
+  const std::size_t rows = as_size(part.size[1]) * as_size(part.size[2]);
+  out.resize(rows * as_size(part.size[0]));
+  const std::vector<TexelOrder> all{
+      {part, std::vector<TexelRun>(rows, {0, part.size[0]}), std::span(out)}};
+  fill_texels(ct, lattice, all);
 }
 
 }  // namespace nav::registration

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "registration/ct_channels.hpp"
@@ -31,8 +32,25 @@ struct TexelPart {
 Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sigma_mm,
                                   double texel_sigmas, CtChannels& channels);
 
-/// Appends the texels of a part, i fastest: the same whichever part they are in.
-void append_texels(const Volume& ct, const TexelLattice& lattice, const TexelPart& part,
-                   std::vector<std::array<float, 4>>& out);
+/// Texels of a row along i, [from, to) of the part's; empty where to <= from.
+struct TexelRun {
+  int from, to;
+};
+
+/// What is wanted of a part, and where it goes.
+struct TexelOrder {
+  TexelPart part;
+  std::vector<TexelRun> runs;           ///< Of each row along i of the part, j fastest.
+  std::span<std::array<float, 4>> out;  ///< Of all of the part, i fastest.
+};
+
+/// Makes the texels of the orders' runs, which may overlap, in one pass over the CT, so that none
+/// is smoothed twice: each is the same whichever part it is in. Others stay as they are. Time: that
+/// of the runs together and what the Gaussian reaches about them. Precondition: sizes that agree.
+void fill_texels(const Volume& ct, const TexelLattice& lattice, std::span<const TexelOrder> orders);
+
+/// The same for all texels of one part; out is made of its size.
+void fill_texels(const Volume& ct, const TexelLattice& lattice, const TexelPart& part,
+                 TexelArray& out);
 
 }  // namespace nav::registration

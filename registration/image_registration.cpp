@@ -33,8 +33,8 @@ constexpr std::size_t kKeptOnFinest = 2;
 // Poses this close are one candidate on the way, and one minimum in the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// Share of the cost at which a solve is done in the end: 0.03 mm with samples of 1.2 mm, and as
-// many times that as they are farther apart.
+// Share of the cost at which a solve is done in the end: 0.03 mm with samples of 1.2 mm. It grows
+// with the error's square, and that of fewer, coarser samples with the square of their step.
 constexpr double kFineTolerance = 2e-5;
 constexpr double kFineStepMm = 1.2;
 // The finest level starts with every so many-th patch, where that leaves enough.
@@ -91,15 +91,6 @@ PatchSet judging(const PreparedLevel& level, int least_judging) {
   std::nth_element(contrasts.begin(), last, contrasts.end(), std::greater<>());
   const double least = *last;
   return subset(level.patches, [&](const Patch& patch) { return patch.norm_grey >= least; });
-}
-
-std::vector<IndexedPatch> placed(const PatchSet& patches, const GridPose& pose) {
-  std::vector<IndexedPatch> out;
-  out.reserve(patches.patches.size());
-  for (std::size_t i = 0; i < patches.patches.size(); ++i) {
-    out.push_back({patches.patches[i].index, place(patches, i, pose)});
-  }
-  return out;
 }
 
 /// A pose on its way through the levels.
@@ -212,8 +203,12 @@ void Registrar::solve_starts(const Level& level) {
 PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
   if (options_.similarity == Similarity::kMutualInformation) return patches;
+  // The level before, where it has channels of its own.
+  const Level* before =
+      level.prepared.index == levels_.front().prepared.index ? nullptr : &level - 1;
+  const bool smoother = before != nullptr && before->ct.near == nullptr;
   return with_ct_structure(*level.ct.channels, patches, pose, options_.min_ct_contrast_hu,
-                           level.ct.near.get());
+                           level.ct.near.get(), smoother ? before->ct.channels.get() : nullptr);
 }
 
 PoseSolution Registrar::solve(const Level& level, const Pose& start) {
@@ -231,15 +226,17 @@ PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, co
 PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& start) {
   // Most of the way with a part of the patches: the rest is a step or two with all.
   std::size_t index = 0;
-  const PatchSet some = structured(level, start, subset(level.patches(), [&](const Patch&) {
-                                     return index++ % kFirstStride == 0;
-                                   }));
   std::optional<PoseSolution> near;
-  if (some.patches.size() >= kLeastFirst) near = solve_on(level, some, start, kCoarseTolerance);
+  if (level.patches().patches.size() / kFirstStride >= kLeastFirst) {
+    const PatchSet some = structured(level, start, subset(level.patches(), [&](const Patch&) {
+                                       return index++ % kFirstStride == 0;
+                                     }));
+    if (some.patches.size() >= kLeastFirst) near = solve_on(level, some, start, kCoarseTolerance);
+  }
   const Pose& from = near ? near->pose : start;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
   PoseSolution solution = solve_on(level, structured(level, from, level.patches()), from,
-                                   kFineTolerance * coarser * coarser);
+                                   kFineTolerance * coarser * coarser * coarser * coarser);
   if (near) solution.iterations += near->iterations;
   const Lc2Cost judge = level.cost.on(judging_);
   const CostTerms before = judge.cost(start);
@@ -331,11 +328,10 @@ void Registrar::stretch(Candidate& best) {
 
 /// Of some patches where the CT would have to be prepared for nothing else there.
 double Registrar::initial_cost(const Level& level) const {
-  constexpr std::size_t kStride = 5;
+  constexpr std::size_t kStride = 3;
   if (level.ct.near == nullptr) return level.cost.on(judging_).cost(initial_).cost;
   std::size_t index = 0;
   const PatchSet some = subset(judging_, [&](const Patch&) { return index++ % kStride == 0; });
-  level.ct.near->share(placed(some, grid_pose(*level.ct.channels, initial_)));
   return level.cost.on(some).cost(initial_).cost;
 }
 
@@ -451,8 +447,9 @@ Result<ImageRegistrationResult> Registrar::run() {
   return result;
 }
 
-/// The CT near each patch, or nothing where these together have no fewer texels than the CT. The
-/// initial pose is looked at besides those that solves start from.
+/// The CT near each patch, or nothing where a box of it would not do for most of what a solve looks
+/// at: from each of several poses a patch looks elsewhere, while those of one pose together look at
+/// less than the CT.
 Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelReach& reach) {
   constexpr double kShare = 0.5;  // A texel of many small boxes takes about twice as long.
   const PatchSet& patches = reach.level.patches;
@@ -460,13 +457,15 @@ Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelR
                                     reach.level.options.texel_sigmas, patches.patches.size());
   if (!near) return near.error();
   const CtChannels& whole = near->whole();
-  const GridPose pose = grid_pose(whole, reach.poses.front());
-  const std::vector<IndexedPatch> all = placed(patches, pose);
-  double texels = 0;
-  for (const IndexedPatch& patch : all) texels += near->texels_for(patch.placed);
-  texels *= static_cast<double>(reach.poses.size() + 1);
-  if (texels > kShare * whole.size[0] * whole.size[1] * whole.size[2]) return {nullptr};
-  near->share(all);
+  if (reach.poses.size() > 1) {
+    const GridPose pose = grid_pose(whole, reach.poses.front());
+    double texels = 0;
+    for (std::size_t i = 0; i < patches.patches.size(); ++i) {
+      texels += near->texels_for(place(patches, i, pose));
+    }
+    texels *= static_cast<double>(reach.poses.size() + 1);  // The initial pose is looked at too.
+    if (texels > kShare * whole.size[0] * whole.size[1] * whole.size[2]) return {nullptr};
+  }
   return std::make_shared<PatchChannels>(*std::move(near));
 }
 

@@ -86,12 +86,24 @@ void Lc2Cost::for_each_chunk(const Visit& visit) const {
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
 }
 
+void Lc2Cost::look_ahead(const GridPose& pose) const {
+  if (near_ == nullptr) return;
+  std::vector<IndexedPatch> outside;
+  for (std::size_t i = 0; i < patches_.patches.size(); ++i) {
+    const std::size_t index = patches_.patches[i].index;
+    const PlacedPatch placed = place(patches_, i, pose);
+    if (!near_->sees(index, placed)) outside.push_back({index, placed});
+  }
+  if (!outside.empty()) near_->share(outside);
+}
+
 CostTerms Lc2Cost::cost(const Pose& ct_from_reference, bool keep_patches) const {
   if (similarity_ == Similarity::kMutualInformation) {
     return mutual_information(ct_, patches_, ct_from_reference);
   }
   const bool intensity_only = similarity_ == Similarity::kNcc;
   const GridPose pose = grid_pose(ct_, ct_from_reference);
+  look_ahead(pose);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   std::vector<double> costs(keep_patches ? patches_.patches.size() : 0);
   for_each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -149,6 +161,7 @@ CostTerms Lc2Cost::sum_terms(bool with_hessian, const Pose& ct_from_reference,
                                     keep_patch_gradients);
   }
   const GridPose pose = grid_pose(ct_, ct_from_reference);
+  look_ahead(pose);
   const Eigen::Vector3d centre = ct_.grid_of(centre_ct_mm);
   std::vector<CostTerms> parts(patches_.patches.size() / kPatchesPerChunk + 1);
   std::vector<Vector6d> gradients(keep_patch_gradients ? patches_.patches.size() : 0);

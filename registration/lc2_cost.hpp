@@ -91,6 +91,8 @@ class Lc2Cost {
  private:
   template <class Visit>
   void for_each_chunk(const Visit& visit) const;
+  /// Makes what patches at this pose look at outside their boxes, of all at once.
+  void look_ahead(const GridPose& pose) const;
   /// What patch i looks at; moves it there.
   [[nodiscard]] const CtChannels& ct_near(std::size_t i, PlacedPatch& placed) const {
     return near_ != nullptr ? near_->around(patches_.patches[i].index, placed) : ct_;

@@ -33,10 +33,12 @@ class PatchChannels {
   /// Channels that hold all samples of a patch that was placed in the Grid of whole(); its centre
   /// is moved into theirs. Precondition: index below the number of patches.
   const CtChannels& around(std::size_t index, PlacedPatch& placed);
-  /// Makes boxes for patches that do not lie in theirs, one for those near each other where that is
-  /// less work than one for each: most of it is the rim that the Gaussian reaches into. While
-  /// nobody else asks. Precondition: as around().
+  /// Makes boxes for patches that do not lie in theirs, all in one pass over the CT: one for those
+  /// near each other where it is smaller than theirs together. Of a shared box only what its
+  /// patches may look at is set. While nobody else asks. Precondition: as around().
   void share(std::span<const IndexedPatch> patches);
+  /// Whether all samples of a patch lie where its box is set. Precondition: as around().
+  [[nodiscard]] bool sees(std::size_t index, const PlacedPatch& placed) const;
   /// How many texels a box for this patch has.
   [[nodiscard]] double texels_for(const PlacedPatch& placed) const;
 
@@ -46,17 +48,33 @@ class PatchChannels {
     CtChannels channels;
   };
 
+  /// What a patch may look at of a box: between low and high, Grid of the whole, mm.
+  struct View {
+    Eigen::Vector3d low, high;
+    std::shared_ptr<const Box> box;
+  };
+  struct Member {
+    std::size_t index;
+    TexelPart part;
+  };
+  /// Patches that share a box, and the part that holds theirs.
+  struct Group {
+    TexelPart part;
+    std::vector<Member> members;
+  };
+
   PatchChannels(const Volume& ct, TexelLattice lattice, CtChannels whole, std::size_t patches)
-      : ct_(ct), lattice_(std::move(lattice)), whole_(std::move(whole)), boxes_(patches) {}
+      : ct_(ct), lattice_(std::move(lattice)), whole_(std::move(whole)), views_(patches) {}
+  void look_from(std::size_t index, const TexelPart& part, std::shared_ptr<const Box> box);
   [[nodiscard]] std::optional<TexelPart> part_for(const PlacedPatch& placed,
                                                   double margin_mm) const;
-  [[nodiscard]] std::shared_ptr<const Box> make(const TexelPart& part) const;
-  [[nodiscard]] double work_for(const TexelPart& part) const;
+  [[nodiscard]] std::shared_ptr<Box> empty_box(const TexelPart& part) const;
+  [[nodiscard]] std::vector<TexelRun> runs_of(const Group& group) const;
 
   const Volume& ct_;
   TexelLattice lattice_;
   CtChannels whole_;
-  std::vector<std::shared_ptr<const Box>> boxes_;  // By index; null: none yet.
+  std::vector<View> views_;  // By index; without a box: none yet.
 };
 
 }  // namespace nav::registration

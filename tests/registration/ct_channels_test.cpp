@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "registration/ct_structure.hpp"
 #include "registration/ct_texels.hpp"
 #include "registration/lc2_cost.hpp"
 #include "registration/patch_channels.hpp"
@@ -132,7 +133,7 @@ TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
     CtChannels whole;
     const auto lattice = lattice_over(ct, box_of(ct.grid()), sigma_mm, kTexelSigmas, whole);
     ASSERT_TRUE(test::has_value(lattice));
-    append_texels(ct, *lattice, {{0, 0, 0}, whole.size}, whole.texels);
+    fill_texels(ct, *lattice, {{0, 0, 0}, whole.size}, whole.texels);
     std::mt19937 random(3);
     for (int trial = 0; trial < 40; ++trial) {
       TexelPart part{};
@@ -141,8 +142,8 @@ TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
         part.size[a] = static_cast<int>(2 + random() % (n - 1));
         part.first[a] = static_cast<int>(random() % (n - static_cast<unsigned>(part.size[a]) + 1));
       }
-      std::vector<std::array<float, 4>> texels;
-      append_texels(ct, *lattice, part, texels);
+      TexelArray texels;
+      fill_texels(ct, *lattice, part, texels);
       std::size_t at = 0;
       std::size_t other = 0;
       for (int k = 0; k < part.size[2]; ++k) {
@@ -156,6 +157,59 @@ TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
       }
       EXPECT_EQ(other, 0u) << "trial " << trial;
       EXPECT_EQ(at, texels.size());
+    }
+  }
+}
+
+TEST(CtChannelsTest, RunsOfManyPartsInOnePassHaveTheTexelsOfTheWholeAndNothingElseIsTouched) {
+  const Volume ct = random_ct({29, 23, 31}, {1.0, 1.2, 1.1});
+  for (const double sigma_mm : {1.4, 2.9}) {
+    CtChannels whole;
+    const auto lattice = lattice_over(ct, box_of(ct.grid()), sigma_mm, kTexelSigmas, whole);
+    ASSERT_TRUE(test::has_value(lattice));
+    fill_texels(ct, *lattice, {{0, 0, 0}, whole.size}, whole.texels);
+    constexpr std::array<float, 4> kUntouched{-1e9f, 0, 0, 0};
+    std::mt19937 random(5);
+    const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    for (int trial = 0; trial < 30; ++trial) {
+      // Far apart, overlapping, beyond the ends of the lattice, and with rows and slices of which
+      // nothing is wanted.
+      std::vector<TexelOrder> orders(static_cast<std::size_t>(1 + trial % 4));
+      std::vector<TexelArray> out(orders.size());
+      for (std::size_t n = 0; n < orders.size(); ++n) {
+        TexelPart& part = orders[n].part;
+        for (std::size_t a = 0; a < 3; ++a) {
+          part.size[a] = 2 + below(whole.size[a]);
+          part.first[a] = below(whole.size[a] + 2) - 2;
+        }
+        out[n].assign(static_cast<std::size_t>(part.size[0] * part.size[1] * part.size[2]),
+                      kUntouched);
+        orders[n].out = out[n];
+        for (int row = 0; row < part.size[1] * part.size[2]; ++row) {
+          const int from = below(part.size[0]);
+          orders[n].runs.push_back({from, from + below(part.size[0] - from + 1)});
+        }
+      }
+      fill_texels(ct, *lattice, orders);
+      std::size_t other = 0;
+      for (const TexelOrder& order : orders) {
+        std::size_t at = 0;
+        for (std::size_t row = 0; row < order.runs.size(); ++row) {
+          const int j = static_cast<int>(row) % order.part.size[1];
+          const int k = static_cast<int>(row) / order.part.size[1];
+          for (int i = 0; i < order.part.size[0]; ++i, ++at) {
+            const auto held = [&](std::size_t a, int index) {
+              return std::clamp(order.part.first[a] + index, 0, lattice->size[a] - 1);
+            };
+            const bool wanted = i >= order.runs[row].from && i < order.runs[row].to;
+            const auto& expected =
+                wanted ? whole.texels[index_of(whole, held(0, i), held(1, j), held(2, k))]
+                       : kUntouched;
+            other += order.out[at] == expected ? 0 : 1;
+          }
+        }
+      }
+      EXPECT_EQ(other, 0u) << "trial " << trial;
     }
   }
 }
@@ -229,14 +283,27 @@ TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
   EXPECT_NEAR(sparse.on(odd).cost(pose).cost, dense.on(odd).cost(pose).cost, 1e-6);
 }
 
-/// Texels of a box that differ from those of the whole, or lie outside it.
-std::size_t other_texels(const CtChannels& box, const CtChannels& whole) {
+/// Texels that a patch is interpolated from in its box and that differ from those of the whole.
+std::size_t other_texels(const CtChannels& box, const CtChannels& whole,
+                         const PlacedPatch& placed) {
   const Eigen::Vector3d first =
       whole.grid_of(box.origin_ct_mm).cwiseQuotient(whole.spacing_mm).array().round();
+  const double half = 0.5 * (placed.side - 1);
+  const Eigen::Vector3d reach = half * (placed.step_a.cwiseAbs() + placed.step_b.cwiseAbs());
+  std::array<int, 3> low{};
+  std::array<int, 3> high{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const double middle = placed.centre[axis] / box.spacing_mm[axis];
+    const double wide = reach[axis] / box.spacing_mm[axis];
+    // Beyond the border, which is the whole's, the nearest texels count.
+    low[a] = std::clamp(static_cast<int>(std::floor(middle - wide)), 0, box.size[a] - 1);
+    high[a] = std::clamp(static_cast<int>(std::floor(middle + wide)) + 1, 0, box.size[a] - 1);
+  }
   std::size_t other = 0;
-  for (int k = 0; k < box.size[2]; ++k) {
-    for (int j = 0; j < box.size[1]; ++j) {
-      for (int i = 0; i < box.size[0]; ++i) {
+  for (int k = low[2]; k <= high[2]; ++k) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) {
         const auto at = index_of(whole, static_cast<int>(first.x()) + i,
                                  static_cast<int>(first.y()) + j, static_cast<int>(first.z()) + k);
         other += box.texels.at(index_of(box, i, j, k)) == whole.texels.at(at) ? 0 : 1;
@@ -261,19 +328,26 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
   for (std::size_t i = 0; i < count; ++i) all.push_back({i, place(scene.patches, i, pose)});
   near->share(all);
   std::set<const CtChannels*> boxes;
-  double texels = 0;
-  double texels_of_each = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (i == 3 || i == 4) continue;
     PlacedPatch placed = all[i].placed;
     const CtChannels& box = near->around(i, placed);
-    texels_of_each += near->texels_for(all[i].placed);
-    if (!boxes.insert(&box).second) continue;
-    EXPECT_EQ(other_texels(box, whole), 0u) << "patch " << i;
-    texels += static_cast<double>(box.texels.size());
+    boxes.insert(&box);
+    EXPECT_EQ(other_texels(box, whole, placed), 0u) << "patch " << i;
+    // Wherever it has room to go, up to where it has none.
+    for (const Eigen::Vector3d& off : {Eigen::Vector3d(1, -1, 1), Eigen::Vector3d(-2, 2, 2),
+                                       Eigen::Vector3d(3.9, 3.9, -3.9), Eigen::Vector3d(0, 0, 9)}) {
+      PlacedPatch moved = all[i].placed;
+      moved.centre += off;
+      const bool seen = near->sees(i, moved);
+      EXPECT_TRUE(seen || off.cwiseAbs().maxCoeff() > 4) << "patch " << i << " by " << off;
+      if (!seen) continue;
+      const CtChannels& same = near->around(i, moved);
+      ASSERT_EQ(&same, &box);
+      EXPECT_EQ(other_texels(same, whole, moved), 0u) << "patch " << i << " by " << off;
+    }
   }
   EXPECT_LT(boxes.size(), count / 2);
-  EXPECT_LT(texels, 0.7 * texels_of_each);
   // Nothing is made anew for who lies in his box.
   near->share(all);
   PlacedPatch again = all[0].placed;
@@ -297,6 +371,35 @@ TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
       near->share(all);
     }
     EXPECT_NEAR(sparse.cost(pose).cost, dense.cost(pose).cost, 1e-6) << off_mm;
+  }
+}
+
+TEST(PatchChannelsTest, OnlyPatchesWithStructureAmongSmootherTexelsAreLookedAtClosely) {
+  Scene scene;
+  scene.patches =
+      make_patches(scene.sweep, *shadow_masks(scene.sweep, {}), {2.0, 7, 600, 3.0}, 1.5);
+  const std::size_t count = scene.patches.patches.size();
+  const CtChannels smoother = *make_ct_channels(scene.ct, box_of(scene.ct.grid()), 4.0);
+  const Pose pose = test::true_pose();
+  for (const double least_hu : {8.0, 10.0}) {
+    auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, count);
+    ASSERT_TRUE(test::has_value(near));
+    const PatchSet all = with_ct_structure(scene.whole, scene.patches, pose, least_hu);
+    const PatchSet found =
+        with_ct_structure(near->whole(), scene.patches, pose, least_hu, &*near, &smoother);
+    std::size_t smooth = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool seen = near->sees(i, place(scene.patches, i, grid_pose(near->whole(), pose)));
+      const double contrast_hu =
+          ct_contrast_hu(smoother, scene.patches, i, grid_pose(smoother, pose));
+      EXPECT_EQ(seen, contrast_hu >= 0.3 * least_hu) << contrast_hu;
+      smooth += seen ? 0 : 1;
+    }
+    EXPECT_GT(smooth, 5u);
+    EXPECT_LT(all.patches.size(), count);
+    // What is left out had no structure, but for one in a hundred.
+    EXPECT_LE(found.patches.size(), all.patches.size());
+    EXPECT_GE(100 * found.patches.size(), 99 * all.patches.size());
   }
 }
 
