@@ -21,7 +21,7 @@ constexpr double kFinestTexelMm = 1.0;
 constexpr double kMaxTexels = 24e6;  // 384 MB
 
 // So many voxels of the window's ends fit into 16 bits.
-constexpr int kMostShortRows = 128;
+constexpr int kMostShortVoxels = 128;
 
 /// Half of a normalised Gaussian out to three sigmas.
 std::vector<float> half_gaussian(double sigma_texels) {
@@ -211,7 +211,7 @@ class TexelMaker {
     if (block == 1 && rows == 1) {
       const std::int16_t* from = voxels(low, j, k);
       for (int i = 0; i < count; ++i) inside[i] = scale * static_cast<float>(held_hu(from[i]));
-    } else if (rows <= kMostShortRows) {
+    } else if (block * rows <= kMostShortVoxels) {
       mean_of_rows(low, count, j, k, scale, short_sums_, inside);
     } else {
       mean_of_rows(low, count, j, k, scale, sums_, inside);
@@ -247,11 +247,40 @@ class TexelMaker {
         }
       }
     }
+    add_along(block, sums);
     const Sum* sum = sums.data();
-    for (int i = 0; i < count; ++i) {
-      std::int32_t total = 0;
-      for (int b = 0; b < block; ++b) total += *sum++;
-      out[i] = scale * static_cast<float>(total);
+    for (int i = 0; i < count; ++i, sum += block) out[i] = scale * static_cast<float>(*sum);
+  }
+
+  /// Adds the next block − 1 to each that begins a block; what becomes of others does not matter.
+  template <class Sum>
+  static void add_along(int block, std::vector<Sum>& sums) {
+    switch (block) {
+      case 1:
+        return;
+      case 2:
+        return add_next<2>(sums);
+      case 3:
+        return add_next<3>(sums);
+      case 4:
+        return add_next<4>(sums);
+      default:
+        break;
+    }
+    const std::size_t step = as_size(block);
+    for (std::size_t i = 0; i < sums.size(); i += step) {
+      for (std::size_t b = 1; b < step; ++b) sums[i] = static_cast<Sum>(sums[i] + sums[i + b]);
+    }
+  }
+
+  /// Adds to all, of which one in so many is needed, as that is done in vectors.
+  template <std::size_t kBlock, class Sum>
+  static void add_next(std::vector<Sum>& sums) {
+    Sum* sum = sums.data();
+    for (std::size_t i = 0; i + kBlock <= sums.size(); ++i) {
+      Sum total = sum[i];
+      for (std::size_t b = 1; b < kBlock; ++b) total = static_cast<Sum>(total + sum[i + b]);
+      sum[i] = total;
     }
   }
 

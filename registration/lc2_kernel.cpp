@@ -169,6 +169,17 @@ template <bool kDerivatives>
   }
 }
 
+/// Fills lanes that are no samples up with what is finite where the samples are.
+template <bool kDerivatives>
+[[gnu::always_inline]] inline void repeat_first(std::size_t lanes, Rows& rows) {
+  for (std::size_t lane = lanes; lane < kLanes; ++lane) {
+    rows.value[lane] = rows.value[0];
+    if constexpr (kDerivatives) {
+      for (Rows::Eight& by : rows.by) by[lane] = by[0];
+    }
+  }
+}
+
 /// The patch in texel indices relative to a texel of the grid: small numbers keep floats exact.
 struct LocalPatch {
   std::ptrdiff_t base;  ///< Of the texel.
@@ -311,8 +322,16 @@ template <bool kDerivatives>
     locate(ct, local, steps, k, at);
     asm("" : "+m"(at));  // Read from memory, not shuffled out of the registers it was made in.
     Rows rows;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      interpolate<kDerivatives>(first, row, slice, at, lane, rows);
+    if (k + 1 < groups) {
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        interpolate<kDerivatives>(first, row, slice, at, lane, rows);
+      }
+    } else {  // Of 49 samples the last group has one.
+      const std::size_t lanes = n - k * kLanes;
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        interpolate<kDerivatives>(first, row, slice, at, lane, rows);
+      }
+      repeat_first<kDerivatives>(lanes, rows);
     }
     finish_group<kDerivatives>(rows, at, inverse, d, out.groups[k]);
   }

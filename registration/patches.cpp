@@ -54,7 +54,7 @@ struct SmoothPicture {
 
 /// What smoothing needs besides its result: one memory for all pictures.
 struct SmoothBuffers {
-  cv::Mat value, weight;
+  cv::Mat sums;                  ///< CV_32FC2: of the grey of pixels, and how many they are.
   std::vector<int> grey, count;  ///< Of each column, over the rows of a block.
 };
 
@@ -75,16 +75,14 @@ void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
   const int columns = frame.pixels.width() / fx;
   const int rows = frame.pixels.height() / fy;
   const auto width = static_cast<std::size_t>(frame.pixels.width());
-  out.value.create(rows, columns, CV_32F);
-  out.weight.create(rows, columns, CV_32F);
+  out.sums.create(rows, columns, CV_32FC2);
   if (fx == 1 && fy == 1) {  // On the finest level most often.
     const auto grey = frame.pixels.pixels();
     const auto usable = mask.pixels();
-    auto* value = out.value.ptr<float>();
-    auto* weight = out.weight.ptr<float>();
+    auto* sum = out.sums.ptr<float>();
     for (std::size_t i = 0; i < grey.size(); ++i) {
-      value[i] = static_cast<float>(grey[i] * usable[i]);
-      weight[i] = static_cast<float>(usable[i]);
+      sum[2 * i] = static_cast<float>(grey[i] * usable[i]);
+      sum[2 * i + 1] = static_cast<float>(usable[i]);
     }
     return;
   }
@@ -96,13 +94,12 @@ void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
       add_row(frame.pixels.pixels().subspan(first, width), mask.pixels().subspan(first, width),
               out);
     }
-    auto* value = out.value.ptr<float>(row);
-    auto* weight = out.weight.ptr<float>(row);
+    auto* sum = out.sums.ptr<float>(row);
     for (int column = 0; column < columns; ++column) {
       const auto from = static_cast<std::ptrdiff_t>(column) * fx;
-      value[column] = static_cast<float>(
+      *sum++ = static_cast<float>(
           std::accumulate(out.grey.begin() + from, out.grey.begin() + from + fx, 0));
-      weight[column] = static_cast<float>(
+      *sum++ = static_cast<float>(
           std::accumulate(out.count.begin() + from, out.count.begin() + from + fx, 0));
     }
   }
@@ -126,12 +123,15 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
   const double sy = left(py, fy);
   const cv::Size kernel(2 * static_cast<int>(std::ceil(3 * sx)) + 1,
                         2 * static_cast<int>(std::ceil(3 * sy)) + 1);
-  SmoothPicture out{{}, 1.0 / fx, 1.0 / fy};
-  cv::GaussianBlur(buffers.value, out.grey, kernel, sx, sy, cv::BORDER_REPLICATE);
-  cv::GaussianBlur(buffers.weight, buffers.weight, kernel, sx, sy, cv::BORDER_REPLICATE);
-  constexpr double kNoWeight = 1e-6;
-  cv::max(buffers.weight, kNoWeight, buffers.weight);
-  cv::divide(out.grey, buffers.weight, out.grey);
+  cv::GaussianBlur(buffers.sums, buffers.sums, kernel, sx, sy, cv::BORDER_REPLICATE);
+  SmoothPicture out{cv::Mat(buffers.sums.size(), CV_32F), 1.0 / fx, 1.0 / fy};
+  constexpr float kNoWeight = 1e-6f;
+  const auto* sum = buffers.sums.ptr<float>();
+  auto* grey = out.grey.ptr<float>();
+  const std::size_t count = out.grey.total();
+  for (std::size_t i = 0; i < count; ++i) {
+    grey[i] = sum[2 * i] / std::max(sum[2 * i + 1], kNoWeight);
+  }
   return out;
 }
 
