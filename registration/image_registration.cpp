@@ -235,8 +235,10 @@ PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& s
   }
   const Pose& from = near ? near->pose : start;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
+  // Mutual information is hardly less at its minimum than beside it.
+  const double power = options_.similarity == Similarity::kMutualInformation ? 2 : 4;
   PoseSolution solution = solve_on(level, structured(level, from, level.patches()), from,
-                                   kFineTolerance * coarser * coarser * coarser * coarser);
+                                   kFineTolerance * std::pow(coarser, power));
   if (near) solution.iterations += near->iterations;
   const Lc2Cost judge = level.cost.on(judging_);
   const CostTerms before = judge.cost(start);
