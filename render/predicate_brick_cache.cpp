@@ -38,7 +38,8 @@ bool PredicateBrickCache::knows(const PredicateSet& set) const {
 bool PredicateBrickCache::update(const PredicateSet& set, int threads) {
   if (knows(set)) return false;
   set_.reset();
-  take_channels(set, threads);
+  while (prepare_channel(set, threads)) {
+  }
   take_labels(set, threads);
   volume_ = set.channels()[0].codes.get();
   std::vector<const ChannelBricks*> channels;
@@ -50,18 +51,28 @@ bool PredicateBrickCache::update(const PredicateSet& set, int threads) {
   return true;
 }
 
-void PredicateBrickCache::take_channels(const PredicateSet& set, int threads) {
-  std::map<const Volume*, Known> kept;
-  for (const auto& channel : set.channels()) {
-    const Volume* key = channel.codes.get();
-    if (kept.count(key) != 0) continue;
-    if (auto before = channels_.extract(key); !before.empty()) {
-      kept.insert(std::move(before));
-    } else {
-      kept.emplace(key, Known{channel.codes, channel_bricks(channel, threads)});
-    }
-  }
-  channels_ = std::move(kept);
+bool PredicateBrickCache::has_channel(const PredicateSet::Channel& channel) const {
+  const auto found = channels_.find(channel.codes.get());
+  return found != channels_.end() && !found->second.codes.expired();
+}
+
+std::size_t PredicateBrickCache::missing_channels(const PredicateSet& set) const {
+  return static_cast<std::size_t>(
+      std::count_if(set.channels().begin(), set.channels().end(),
+                    [&](const auto& channel) { return !has_channel(channel); }));
+}
+
+bool PredicateBrickCache::prepare_channel(const PredicateSet& set, int threads) {
+  forget_channels_of_the_past();
+  const auto missing = std::find_if(set.channels().begin(), set.channels().end(),
+                                    [&](const auto& channel) { return !has_channel(channel); });
+  if (missing == set.channels().end()) return false;
+  channels_.emplace(missing->codes.get(), Known{missing->codes, channel_bricks(*missing, threads)});
+  return true;
+}
+
+void PredicateBrickCache::forget_channels_of_the_past() {
+  std::erase_if(channels_, [](const auto& known) { return known.second.codes.expired(); });
 }
 
 void PredicateBrickCache::take_labels(const PredicateSet& set, int threads) {

@@ -10,14 +10,19 @@
 
 namespace nav::render {
 
-/// What is known of the bricks of a volume for the set that is drawn. Ranges of channels and labels
-/// stay while they are asked for; leaves are classified anew when one of them is another.
+/// What is known of the bricks of a volume for the set that is drawn. Ranges of channels stay as
+/// long as anything holds their voxels, those of labels while they are asked for; leaves are
+/// classified anew when one of them is another.
 class PredicateBrickCache {
  public:
   /// Whether leaves are classified for that set already.
   [[nodiscard]] bool knows(const PredicateSet& set) const;
   /// True: leaves were classified anew. threads: 0: all cores.
   bool update(const PredicateSet& set, int threads);
+  /// Channels of a set whose ranges update() would have to find first.
+  [[nodiscard]] std::size_t missing_channels(const PredicateSet& set) const;
+  /// Finds the ranges of one of them beforehand; false: there is none.
+  bool prepare_channel(const PredicateSet& set, int threads);
 
   [[nodiscard]] const LeafBricks& leaves() const { return leaves_; }
   /// Of the volume.
@@ -25,10 +30,11 @@ class PredicateBrickCache {
 
  private:
   struct Known {
-    std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
+    std::weak_ptr<const Volume> codes;  ///< As long as they live, their address is their own.
     ChannelBricks bricks;
   };
-  void take_channels(const PredicateSet& set, int threads);
+  void forget_channels_of_the_past();
+  [[nodiscard]] bool has_channel(const PredicateSet::Channel& channel) const;
   void take_labels(const PredicateSet& set, int threads);
 
   std::optional<PredicateSet> set_;

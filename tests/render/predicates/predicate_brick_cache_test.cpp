@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/predicate_brick_cache.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/render/predicates/predicate_scenes.hpp"
+
+namespace nav::render {
+namespace {
+
+using E = PredicateExpression;
+
+class PredicateBrickCacheTest : public ::testing::Test {
+ protected:
+  PredicateSet set_of(const char* kind) {
+    Scene scene = test::plain_scene(ct_, test::fog(0.1), test::frontal(80, 30, false));
+    scene.predicates.emplace();
+    scene.predicates->model = test::model_of({{E::kind(kind, {0.2, 0.7}), 1}});
+    scene.predicates->features = features_;
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    EXPECT_TRUE(test::has_value(set));
+    return *std::move(set);
+  }
+
+  std::shared_ptr<const Volume> ct_ =
+      test::small_ultrasound(test::centred_grid({29, 26, 17}, {1, 1, 1}), 5);
+  Features features_ = test::random_features(ct_, 3);
+  PredicateBrickCache cache_;
+};
+
+TEST_F(PredicateBrickCacheTest, RangesStayAsLongAsTheirVoxels) {
+  EXPECT_EQ(cache_.missing_channels(set_of("snr")), 2U) << "the volume and its feature";
+  cache_.update(set_of("snr"), 1);
+  EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U);
+  EXPECT_EQ(cache_.missing_channels(set_of("vesselness")), 1U);
+  EXPECT_TRUE(cache_.prepare_channel(set_of("vesselness"), 1));
+  EXPECT_FALSE(cache_.prepare_channel(set_of("vesselness"), 1));
+  EXPECT_EQ(cache_.leaves().open.size(), static_cast<std::size_t>(cache_.grid().count.prod()));
+  cache_.update(set_of("vesselness"), 1);
+  EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U) << "the scene offers it still";
+  features_ = test::random_features(ct_, 8);
+  EXPECT_EQ(cache_.missing_channels(set_of("snr")), 1U);
+  cache_.update(set_of("snr"), 1);
+  EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U);
+}
+
+TEST_F(PredicateBrickCacheTest, NothingIsHeldButWhatTheLastSetReads) {
+  const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
+  cache_.update(set_of("snr"), 1);
+  features_.volumes.erase(feature::kSnr);
+  EXPECT_FALSE(snr.expired());
+  cache_.update(set_of("vesselness"), 1);
+  EXPECT_TRUE(snr.expired());
+}
+
+TEST_F(PredicateBrickCacheTest, WhatIsPreparedIsWhatUpdatesFind) {
+  PredicateBrickCache prepared;
+  while (prepared.prepare_channel(set_of("confidence"), 1)) {
+  }
+  EXPECT_TRUE(prepared.update(set_of("confidence"), 1));
+  cache_.update(set_of("confidence"), 1);
+  EXPECT_EQ(prepared.leaves().sure, cache_.leaves().sure);
+  EXPECT_EQ(prepared.leaves().open, cache_.leaves().open);
+}
+
+}  // namespace
+}  // namespace nav::render
