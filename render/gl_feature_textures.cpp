@@ -96,7 +96,30 @@ bool GlFeatureTextures::is_stale(const PredicateSet& set, const Features& offere
   });
 }
 
-Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered) {
+std::size_t GlFeatureTextures::missing_bytes(const PredicateSet& set,
+                                             const Features& offered) const {
+  const auto& size = set.channels()[0].codes->grid().size;
+  const std::size_t slice = as_size(size[0]) * as_size(size[1]);
+  const bool pairs = wants_pairs_ && gl::has_room_for_pairs(size, kChannels);
+  const bool stale = pairs != pairs_ || is_stale(set, offered);
+  const std::size_t texel = pairs ? sizeof(std::uint32_t) : kChannels * sizeof(std::int16_t);
+  std::size_t slices = 0;
+  for (std::size_t c = 1; c < set.channels().size(); ++c) {
+    const Place* at = stale ? nullptr : find(set.channels()[c].codes.get());
+    const Group* group = at != nullptr ? &groups_[at->group] : nullptr;
+    const bool there = group != nullptr && at->component < group->sent;
+    const bool begun = group != nullptr && at->component == group->sent;
+    if (!there) slices += as_size(size[2] - (begun ? group->slices : 0));
+  }
+  std::size_t bytes = slices * slice * texel;
+  if (stale || !unmarked(set).empty()) {
+    bytes += slice * as_size(size[2]) * sizeof(std::uint16_t);
+  }
+  return bytes;
+}
+
+Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& offered,
+                                       gl::SendLimit& limit) {
   const bool pairs =
       wants_pairs_ && gl::has_room_for_pairs(set.channels()[0].codes->grid().size, kChannels);
   const bool stale = pairs != pairs_ || is_stale(set, offered);
@@ -116,10 +139,10 @@ Result<void> GlFeatureTextures::update(const PredicateSet& set, const Features& 
   }
   std::sort(used_.begin(), used_.end());
   for (const std::size_t g : used_) {
-    if (groups_[g].sent == groups_[g].members.size()) continue;
-    if (auto ok = send(groups_[g]); !ok) return ok;
+    if (groups_[g].sent == groups_[g].members.size() || limit.bytes == 0) continue;
+    if (auto ok = send(groups_[g], limit); !ok) return ok;
   }
-  return send_undefined(set);
+  return send_undefined(set, limit);
 }
 
 Result<void> GlFeatureTextures::place(const PredicateSet& set) {
@@ -135,71 +158,98 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
     if (at == 1 && !pairs_) groups_[0].members = {set.channels()[0].codes};
     Group& group = groups_[at / kChannels];
     group.members.push_back(codes);
-    if (!pairs_) group.sent = 0;
+    if (!pairs_) group.sent = group.slices = 0;
     places_.push_back({codes.get(), {at / kChannels, at % kChannels}});
   }
   return {};
 }
 
-bool GlFeatureTextures::send_pairs(Group& group) const {
+bool GlFeatureTextures::send_pairs(Group& group, gl::SendLimit& limit) const {
   const auto& size = group.members[0]->grid().size;
   // Room for all that may come: what is not written takes no memory yet.
-  if (group.sent == 0 && !gl::start_pairs(group.pairs, size, kChannels)) return false;
-  for (std::size_t i = group.sent; i < group.members.size(); ++i) {
-    const bool filled = gl::fill_pairs(group.pairs, i, *group.members[i], [](std::int16_t v) {
-      return v == FeatureVolume::kUndefined ? std::int16_t{0} : v;
-    });
+  if (group.sent == 0 && group.slices == 0 && !gl::start_pairs(group.pairs, size, kChannels)) {
+    return false;
+  }
+  const std::size_t slice = sizeof(std::uint32_t) * as_size(size[0]) * as_size(size[1]);
+  while (group.sent < group.members.size()) {
+    const int count = limit.take(size[2] - group.slices, slice);
+    if (count == 0) return true;
+    const gl::SliceRange slices{group.slices, group.slices + count};
+    const bool filled = gl::fill_pairs(
+        group.pairs, group.sent, *group.members[group.sent], slices,
+        [](std::int16_t v) { return v == FeatureVolume::kUndefined ? std::int16_t{0} : v; });
     if (!filled) return false;
+    group.slices = slices.end % size[2];
+    if (group.slices == 0) ++group.sent;
   }
   return true;
 }
 
-Result<void> GlFeatureTextures::send(Group& group) {
-  if (pairs_) {
-    const bool sent = send_pairs(group);
-    ++uploads_;
-    if (auto ok = accepted("features of predicates"); !ok) return ok;
-    group.sent = sent ? group.members.size() : 0;
-    return {};
-  }
+bool GlFeatureTextures::send_texture(Group& group, gl::SendLimit& limit) const {
   const bool with_volume = &group == &groups_[0];
+  const auto& size = group.members[0]->grid().size;
+  const std::size_t slice = kChannels * sizeof(std::int16_t) * as_size(size[0]) * as_size(size[1]);
+  const int count = limit.take(size[2] - group.slices, slice);
+  if (count == 0) return true;
+  const gl::SliceRange slices{group.slices, group.slices + count};
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   // Also for one alone: drivers compile anew for other kinds of textures.
   gl::send_slices<std::int16_t>(
-      GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, group.members[0]->grid().size, kChannels,
+      GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, size, slices, kChannels,
       [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });
-  ++uploads_;
-  if (auto ok = accepted("features of predicates"); !ok) return ok;
-  group.sent = group.members.size();
-  return {};
+  group.slices = slices.end % size[2];
+  if (group.slices == 0) group.sent = group.members.size();
+  return true;
 }
 
-Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set) {
-  has_undefined_ = false;
+Result<void> GlFeatureTextures::send(Group& group, gl::SendLimit& limit) {
+  const bool sent = pairs_ ? send_pairs(group, limit) : send_texture(group, limit);
+  ++uploads_;
+  auto ok = accepted("features of predicates");
+  if (!ok || !sent) group.sent = group.slices = 0;
+  return ok;
+}
+
+std::vector<const Volume*> GlFeatureTextures::unmarked(const PredicateSet& set) const {
   std::vector<const Volume*> holes;
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
-    if (!set.channels()[c].has_undefined) continue;
-    has_undefined_ = true;
-    holes.push_back(set.channels()[c].codes.get());
+    if (set.channels()[c].has_undefined) holes.push_back(set.channels()[c].codes.get());
   }
+  if (holes.empty()) return holes;
   const bool known = std::all_of(holes.begin(), holes.end(), [&](const Volume* codes) {
     return std::find(undefined_of_.begin(), undefined_of_.end(), codes) != undefined_of_.end();
   });
-  if (!has_undefined_ || known) return {};
+  const bool whole = undefined_slices_ == set.channels()[0].codes->grid().size[2];
+  return known && whole ? std::vector<const Volume*>() : holes;
+}
+
+Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set, gl::SendLimit& limit) {
+  has_undefined_ = std::any_of(set.channels().begin() + 1, set.channels().end(),
+                               [](const auto& channel) { return channel.has_undefined; });
+  std::vector<const Volume*> holes = unmarked(set);
+  if (holes.empty()) return {};
+  if (holes != undefined_of_) undefined_slices_ = 0;
+  const auto& size = set.channels()[0].codes->grid().size;
+  const std::size_t slice = sizeof(std::uint16_t) * as_size(size[0]) * as_size(size[1]);
+  const int count = limit.take(size[2] - undefined_slices_, slice);
+  if (count == 0) return {};
   std::vector<Holes> marked;
   for (const Volume* codes : holes) {
     const Place place = *find(codes);
     marked.push_back(
         {codes, static_cast<std::uint16_t>(1U << (place.group * kChannels + place.component))});
   }
+  const gl::SliceRange slices{undefined_slices_, undefined_slices_ + count};
   glBindTexture(GL_TEXTURE_3D, undefined_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  gl::send_slices<std::uint16_t>(GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
-                                 set.channels()[0].codes->grid().size, 1,
+  gl::send_slices<std::uint16_t>(GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, size, slices, 1,
                                  [&](int k, std::uint16_t* to) { mark_undefined(marked, k, to); });
   ++uploads_;
+  undefined_slices_ = 0;
+  undefined_of_.clear();
   if (auto ok = accepted("undefined voxels of predicates"); !ok) return ok;
+  undefined_slices_ = slices.end;
   undefined_of_ = std::move(holes);
   return {};
 }
@@ -217,8 +267,10 @@ void GlFeatureTextures::release() {
     group.pairs.release();
     group.members.clear();
     group.sent = 0;
+    group.slices = 0;
   }
   undefined_.release();
+  undefined_slices_ = 0;
   places_.clear();
   undefined_of_.clear();
   used_.clear();

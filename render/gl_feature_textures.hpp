@@ -11,6 +11,10 @@
 
 namespace nav::render {
 
+namespace gl {
+struct SendLimit;
+}
+
 /// The features of predicates on the device, interleaved in textures of four components, so that
 /// one fetch reads what it can and all textures are of one kind; the volume is the first component.
 /// What has been sent stays as long as the scene offers it: another set that reads the same
@@ -26,9 +30,12 @@ class GlFeatureTextures {
   void set_voxel_pairs(bool wanted) { wants_pairs_ = wanted; }
   /// What the last set's are.
   [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
-  /// Sends what the channels of a set need and what is not there. offered: the scene's features.
-  /// kUnsupportedData for more than kMostFeatures and for what the device's memory does not hold.
-  Result<void> update(const PredicateSet& set, const Features& offered);
+  /// Sends what the channels of a set need and what is not there, as far as a limit allows, which
+  /// is lowered. offered: the scene's features. kUnsupportedData for more than kMostFeatures and
+  /// for what the device's memory does not hold.
+  Result<void> update(const PredicateSet& set, const Features& offered, gl::SendLimit& limit);
+  /// Bytes that the next update() sends where nothing limits it.
+  [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set, const Features& offered) const;
   void release();
 
   /// Textures of the last set, at most kMostTextures.
@@ -65,6 +72,7 @@ class GlFeatureTextures {
     GlTable pairs;  ///< Instead, member after member.
     std::vector<std::shared_ptr<const Volume>> members;
     std::size_t sent = 0;  ///< Members that are there.
+    int slices = 0;        ///< Of the next one, or of the texture.
   };
   struct Place {
     std::size_t group;
@@ -74,16 +82,20 @@ class GlFeatureTextures {
   [[nodiscard]] bool is_stale(const PredicateSet& set, const Features& offered) const;
   [[nodiscard]] const Place* find(const Volume* codes) const;
   Result<void> place(const PredicateSet& set);
-  Result<void> send(Group& group);
-  [[nodiscard]] bool send_pairs(Group& group) const;
-  Result<void> send_undefined(const PredicateSet& set);
+  Result<void> send(Group& group, gl::SendLimit& limit);
+  [[nodiscard]] bool send_pairs(Group& group, gl::SendLimit& limit) const;
+  bool send_texture(Group& group, gl::SendLimit& limit) const;
+  Result<void> send_undefined(const PredicateSet& set, gl::SendLimit& limit);
+  /// The channels with voxels without a value, unless they are marked already.
+  [[nodiscard]] std::vector<const Volume*> unmarked(const PredicateSet& set) const;
 
   std::array<Group, kMostTextures> groups_;
   std::vector<std::pair<const Volume*, Place>> places_;
   std::vector<std::size_t> used_;
   std::vector<Place> channels_;  ///< Of the last set's channels but the first.
   GlTexture undefined_;
-  std::vector<const Volume*> undefined_of_;  ///< Whose bits are there.
+  std::vector<const Volume*> undefined_of_;  ///< Whose bits are there, or are being sent.
+  int undefined_slices_ = 0;                 ///< Of them there.
   bool has_undefined_ = false;
   bool wants_pairs_ = false;
   bool pairs_ = false;

@@ -28,6 +28,13 @@ void bind_texture(int unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
+/// Room for so many bricks along an edge, never a power of two: Mesa's software rasteriser would
+/// compile a program anew for volumes whose edges are where others' are not.
+int edge_of_bricks(int count) {
+  const int least = std::max(count, 3);
+  return std::has_single_bit(static_cast<unsigned>(least)) ? least + 1 : least;
+}
+
 /// Sends a table of some room more than it needs. Mesa's software rasteriser compiles a program
 /// anew for buffer textures whose size in bytes has another answer to "are bits 8 to 15 zero": it
 /// takes them for the number of the last mipmap level. Never zero here up to 12 tabulated leaves.
@@ -61,23 +68,6 @@ bool same_programs(const PredicateSet& a, const PredicateSet& b) {
                     });
 }
 
-template <class T>
-void send_bits(std::span<const std::uint32_t> bits, std::uint32_t kept,
-               const std::array<int, 3>& size, GLint internal, GLenum type) {
-  const std::size_t slice = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
-  gl::send_slices<T>(internal, GL_RED_INTEGER, type, size, 1, [&](int k, T* to) {
-    const auto from = bits.subspan(static_cast<std::size_t>(k) * slice, slice);
-    // The lowest bits, as a rule: nothing moves.
-    if ((kept & (kept + 1)) == 0) {
-      std::transform(from.begin(), from.end(), to,
-                     [&](std::uint32_t b) { return static_cast<T>(b & kept); });
-      return;
-    }
-    std::transform(from.begin(), from.end(), to,
-                   [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
-  });
-}
-
 }  // namespace
 
 Result<void> GlPredicates::update(const Scene& scene) {
@@ -98,10 +88,13 @@ Result<void> GlPredicates::update(const Scene& scene) {
     return error;
   };
   features_.set_voxel_pairs(voxel_pairs_);
-  if (auto sent = features_.update(*set_, scene.predicates->features); !sent) {
+  gl::SendLimit limit;
+  if (auto sent = features_.update(*set_, scene.predicates->features, limit); !sent) {
     return fail(sent.error());
   }
-  if (auto sent = send_labels(); !sent) return fail(sent.error());
+  if (set_->labels()) {
+    if (auto sent = labels_.update(*set_->labels(), limit); !sent) return fail(sent.error());
+  }
   std::vector<PredicateTexel> texels;
   for (std::size_t c = 1; c < set_->channels().size(); ++c) {
     const auto slot = features_.slot(c);
@@ -117,7 +110,7 @@ Result<void> GlPredicates::update(const Scene& scene) {
            .look_table = classes_of(*set_) != PredicateClasses::kNone};
   std::vector<std::uint32_t> undefined;
   for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
-  rows_ = predicate_rows(*set_, features_, undefined, label_bits_);
+  rows_ = predicate_rows(*set_, features_, undefined, labels_.bits());
   const bool leaves_changed = other_leaves.valid() && other_leaves.get();
   unchanged_ = !other_looks && !leaves_changed;
   if (other_looks) form_.look_table ? send_looks() : send_weights();
@@ -127,37 +120,29 @@ Result<void> GlPredicates::update(const Scene& scene) {
   return {};
 }
 
-double GlPredicates::measure(double importance) const {
-  return form_.log_importance ? importance : std::exp(importance - set_->greatest_impact());
+std::size_t GlPredicates::missing_bytes(const PredicateSet& set, const Features& offered) const {
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  return features_.missing_bytes(set, offered) +
+         (set.labels() ? labels_.missing_bytes(*set.labels()) : 0) +
+         known_.missing_channels(set) * volume;
 }
 
-Result<void> GlPredicates::send_labels() {
-  const auto& labels = set_->labels();
-  const bool same = labels && labels_ && labels->bits().data() == labels_->bits().data();
-  if (!labels || same) return {};
-  labels_.reset();
-  std::uint32_t all = 0;
-  for (const std::uint32_t b : labels->bits()) all |= b;
-  glBindTexture(GL_TEXTURE_3D, label_texture_.id());
-  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  const auto& size = labels->grid().size;
-  // One kind of texture nearly always: software rasterisers compile anew for another.
-  const bool packs = std::popcount(all) <= 16;
-  label_bits_ = packs ? all : ~0U;
-  label_format_ = packs ? GL_R16UI : GL_R32UI;
-  if (packs) {
-    send_bits<std::uint16_t>(labels->bits(), label_bits_, size, label_format_, GL_UNSIGNED_SHORT);
-  } else {
-    send_bits<std::uint32_t>(labels->bits(), label_bits_, size, label_format_, GL_UNSIGNED_INT);
+Result<void> GlPredicates::send_some(const PredicateSet& set, const Features& offered,
+                                     std::size_t bytes) {
+  const gl::PackedRows packed;
+  gl::SendLimit limit{bytes};
+  features_.set_voxel_pairs(voxel_pairs_);
+  if (auto sent = features_.update(set, offered, limit); !sent) return sent;
+  if (set.labels()) {
+    if (auto sent = labels_.update(*set.labels(), limit); !sent) return sent;
   }
-  if (glGetError() != GL_NO_ERROR) {
-    return Error{ErrorCode::kUnsupportedData,
-                 labels->name() +
-                     ": expected room on this OpenGL device, found its memory full; "
-                     "the CPU engine draws such scenes"};
-  }
-  labels_ = labels;
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  while (limit.bytes > 0 && known_.prepare_channel(set, 0)) limit.take(1, volume);
   return {};
+}
+
+double GlPredicates::measure(double importance) const {
+  return form_.log_importance ? importance : std::exp(importance - set_->greatest_impact());
 }
 
 void GlPredicates::send_looks() {
@@ -207,8 +192,11 @@ void GlPredicates::send_bricks() {
   }
   glBindTexture(GL_TEXTURE_3D, brick_texture_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA32UI, grid.count.x(), grid.count.y(), grid.count.z(), 0,
-               GL_RGBA_INTEGER, GL_UNSIGNED_INT, texels.data());
+  const auto room = grid.count.unaryExpr(&edge_of_bricks).eval();
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA32UI, room.x(), room.y(), room.z(), 0, GL_RGBA_INTEGER,
+               GL_UNSIGNED_INT, nullptr);
+  glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, grid.count.x(), grid.count.y(), grid.count.z(),
+                  GL_RGBA_INTEGER, GL_UNSIGNED_INT, texels.data());
 }
 
 void GlPredicates::send_opacity(double opacity_length_mm) {
@@ -264,7 +252,7 @@ void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
                  form_.undefined ? features_.undefined_cells() : stand_ins_.undefined());
   }
   if (generic || form_.labels) {
-    bind_texture(kLabels, GL_TEXTURE_3D, form_.labels ? label_texture_.id() : stand_ins_.labels());
+    bind_texture(kLabels, GL_TEXTURE_3D, form_.labels ? labels_.id() : stand_ins_.labels());
   }
   bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
   bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
@@ -332,7 +320,7 @@ void GlPredicates::set_leaves(GlProgram& program) const {
   const PredicateUniforms uniforms = predicate_uniforms(*set_);
   for (const auto& [name, value] : uniforms.values) program.set(name, value);
   for (const auto& [name, mask] : uniforms.masks)
-    program.set_bits(name, packed_bits(mask, label_bits_));
+    program.set_bits(name, packed_bits(mask, labels_.bits()));
   for (std::size_t c = 0; c < set_->channels().size(); ++c) {
     const PredicateSet::Channel& channel = set_->channels()[c];
     const std::string prefix = "channel" + std::to_string(c);
@@ -381,11 +369,11 @@ void GlPredicates::set_readers(GlProgram& program) const {
 void GlPredicates::release() {
   features_.release();
   stand_ins_.release();
-  for (GlTexture* texture : {&label_texture_, &brick_texture_}) texture->release();
+  labels_.release();
+  brick_texture_.release();
   for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
     table->release();
   }
-  labels_.reset();
   set_.reset();
   opacity_length_mm_ = 0;
 }

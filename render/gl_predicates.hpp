@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/gl_feature_textures.hpp"
+#include "render/gl_label_texture.hpp"
 #include "render/gl_predicate_rows.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_stand_ins.hpp"
@@ -26,6 +27,11 @@ class GlPredicates {
   /// Prepares for a validated scene with predicates whose volume is whole on the device, sending
   /// what has changed. kUnsupportedData for what the device does not hold.
   Result<void> update(const Scene& scene);
+  /// About how many bytes update() would have to send or to look through for a scene with that set.
+  /// offered: its features.
+  [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set, const Features& offered) const;
+  /// Sends about so many of them, > 0. A picture needs update() all the same.
+  Result<void> send_some(const PredicateSet& set, const Features& offered, std::size_t bytes);
   /// What has to be compiled in for the last scene.
   [[nodiscard]] const GlPredicateForm& form() const { return form_; }
   /// The same for a program that draws any set that is as important and as large; absent where the
@@ -50,11 +56,10 @@ class GlPredicates {
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
   /// Internal format of the label texture, 0: none was sent yet; for tests.
-  [[nodiscard]] int label_format() const { return label_format_; }
+  [[nodiscard]] int label_format() const { return labels_.format(); }
   [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
 
  private:
-  Result<void> send_labels();
   void send_looks();
   void send_weights();
   void send_bricks();
@@ -76,13 +81,11 @@ class GlPredicates {
   bool voxel_pairs_ = false;
   PredicateBrickCache known_;
   GlFeatureTextures features_;
-  std::optional<LabelVolume> labels_;
-  int label_format_ = 0;
-  std::uint32_t label_bits_ = ~0U;   ///< That the label texture keeps, packed_bits().
+  GlLabelTexture labels_;
   std::vector<double> importances_;  ///< Of the bricks.
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;
-  GlTexture label_texture_, brick_texture_;
+  GlTexture brick_texture_;
   GlStandIns stand_ins_;
   GlTable look_table_, weight_table_, opacity_table_, leaf_table_;
   std::optional<GlPredicateRows> rows_;

@@ -208,7 +208,7 @@ bool GlTextures::send_volume(const Volume& volume) {
   if (pairs_) {
     ct.release();
     return gl::start_pairs(ct_pairs, size, 1) &&
-           gl::fill_pairs(ct_pairs, 0, volume, [](std::int16_t v) { return v; });
+           gl::fill_pairs(ct_pairs, 0, volume, {0, size[2]}, [](std::int16_t v) { return v; });
   }
   ct_pairs.release();
   glBindTexture(GL_TEXTURE_3D, ct.id());

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <vector>
 #include <vtk_glew.h>
 
@@ -43,21 +45,42 @@ inline std::uint32_t pair_of(std::int16_t low, std::int16_t high) {
          static_cast<std::uint32_t>(static_cast<std::uint16_t>(high)) << 16U;
 }
 
-/// Sends the 3D texture that is bound slab by slab, so that no copy of the whole is made. fill(k,
-/// to) writes slice k, numbers one after another, per_texel of them for each texel; it is called on
-/// several threads.
+/// How much may be sent at once, and what of it is left.
+struct SendLimit {
+  std::size_t bytes = std::numeric_limits<std::size_t>::max();
+  /// Takes as many of so many slices as that allows, at least one, or none of nothing.
+  int take(int slices, std::size_t slice_bytes) {
+    if (bytes == 0) return 0;
+    const std::size_t most = std::max<std::size_t>(bytes / slice_bytes, 1);
+    const std::size_t taken = std::min(most, static_cast<std::size_t>(slices));
+    bytes -= std::min(bytes, taken * slice_bytes);
+    return static_cast<int>(taken);
+  }
+};
+
+/// Slices [begin, end) of a volume.
+struct SliceRange {
+  int begin;
+  int end;
+};
+
+/// Sends slices of the 3D texture that is bound slab by slab, so that no copy of the whole is made;
+/// with the first one it is made anew. fill(k, to) writes slice k, numbers one after another,
+/// per_texel of them for each texel; it is called on several threads.
 template <class T, class Fill>
 void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,
-                 std::size_t per_texel, const Fill& fill) {
+                 SliceRange slices, std::size_t per_texel, const Fill& fill) {
   constexpr std::size_t kSlabBytes = std::size_t{4} << 20U;
   const std::size_t slice =
       static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * per_texel;
   const int slab = static_cast<int>(std::clamp<std::size_t>(kSlabBytes / (slice * sizeof(T)), 1,
                                                             static_cast<std::size_t>(size[2])));
   std::vector<T> texels(slice * static_cast<std::size_t>(slab));
-  glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, format, type, nullptr);
-  for (int first = 0; first < size[2]; first += slab) {
-    const int count = std::min(slab, size[2] - first);
+  if (slices.begin == 0) {
+    glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, format, type, nullptr);
+  }
+  for (int first = slices.begin; first < slices.end; first += slab) {
+    const int count = std::min(slab, slices.end - first);
     for_each_index(count, 0, [&](int k) {
       fill(first + k, texels.data() + static_cast<std::size_t>(k) * slice);
     });
@@ -108,34 +131,42 @@ inline bool start_pairs(GlTable& table, const std::array<int, 3>& size, std::siz
   return glGetError() == GL_NO_ERROR;
 }
 
-/// Writes the voxels of a volume, each with the next one of its row in its high half, as the words
-/// of one of the volumes of a table: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: of a voxel.
+/// Writes slices of a volume, each voxel with the next one of its row in its high half, as the
+/// words of one of the volumes of a table: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: of a
+/// voxel.
 template <class Value>
-bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, const Value& value_of) {
+bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRange slices,
+                const Value& value_of) {
   const auto& size = volume.grid().size;
   const auto row = static_cast<std::size_t>(size[0]);
   const std::size_t slice = row * static_cast<std::size_t>(size[1]);
   const std::size_t count = words_of_pairs(size);
-  const auto bytes = static_cast<GLsizeiptr>(count * sizeof(std::uint32_t));
+  // What lies behind the last slice belongs to it.
+  const std::size_t from = slice * static_cast<std::size_t>(slices.begin);
+  const std::size_t until =
+      slices.end == size[2] ? count : slice * static_cast<std::size_t>(slices.end);
+  constexpr std::size_t kWord = sizeof(std::uint32_t);
   glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());
   const bool ours = table.memory() != nullptr;
-  auto* words = ours ? static_cast<std::uint32_t*>(table.memory()) + which * count
-                     : static_cast<std::uint32_t*>(
-                           glMapBufferRange(GL_TEXTURE_BUFFER, static_cast<GLintptr>(which) * bytes,
-                                            bytes, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT));
+  auto* words = ours ? static_cast<std::uint32_t*>(table.memory()) + which * count + from
+                     : static_cast<std::uint32_t*>(glMapBufferRange(
+                           GL_TEXTURE_BUFFER, static_cast<GLintptr>((which * count + from) * kWord),
+                           static_cast<GLsizeiptr>((until - from) * kWord),
+                           GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT));
   if (words != nullptr) {
-    for_each_index(size[2], 0, [&](int k) {
+    for_each_index(slices.end - slices.begin, 0, [&](int k) {
       const std::size_t first = static_cast<std::size_t>(k) * slice;
       for (std::size_t at = first; at < first + slice; at += row) {
-        const std::int16_t* from = volume.hu().data() + at;
+        const std::int16_t* voxels = volume.hu().data() + from + at;
         std::uint32_t* to = words + at;
         for (std::size_t i = 0; i + 1 < row; ++i) {
-          to[i] = pair_of(value_of(from[i]), value_of(from[i + 1]));
+          to[i] = pair_of(value_of(voxels[i]), value_of(voxels[i + 1]));
         }
-        to[row - 1] = pair_of(value_of(from[row - 1]), value_of(from[row - 1]));
+        to[row - 1] = pair_of(value_of(voxels[row - 1]), value_of(voxels[row - 1]));
       }
     });
-    std::fill(words + volume.grid().voxel_count(), words + count, 0U);
+    const std::size_t there = slice * static_cast<std::size_t>(slices.end) - from;
+    std::fill(words + there, words + (until - from), 0U);
   }
   const bool filled = words != nullptr && (ours || glUnmapBuffer(GL_TEXTURE_BUFFER) == GL_TRUE);
   glBindBuffer(GL_TEXTURE_BUFFER, 0);
