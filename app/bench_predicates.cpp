@@ -43,6 +43,7 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"importance_edit_ms", row.edit_ms},
                     {"set_edit_ms", row.set_edit_ms},
                     {"set_edit_wall_ms", row.set_edit_wall_ms},
+                    {"set_edit_provisional", row.set_edit_provisional},
                     {"set_edit_whole_ms", row.set_edit_whole_ms},
                     {"settle_ms", row.settle_ms}});
   }

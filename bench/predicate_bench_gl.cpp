@@ -118,8 +118,10 @@ Result<void> time_progressive_edit(const Scene& scene, const Scene& other_set,
   }
   if (auto ok = draw_until_whole(renderer, other_set, clock); !ok) return ok;
   const Timestamp edited = clock.now();
-  if (auto ok = renderer.draw(scene, edited); !ok) return ok.error();
+  const auto first = renderer.draw(scene, edited);
+  if (!first) return first.error();
   row.set_edit_wall_ms = 1e3 * to_seconds(clock.now() - edited);
+  row.set_edit_provisional = first->image.statistics.provisional;
   if (auto ok = draw_until_whole(renderer, scene, clock); !ok) return ok;
   row.set_edit_whole_ms = 1e3 * to_seconds(clock.now() - edited);
   return {};

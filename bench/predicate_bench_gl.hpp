@@ -30,7 +30,8 @@ struct GlPredicateRow {
   double set_edit_ms = 0;
   /// From that edit to its first picture as render::ProgressiveRenderer draws it, wall time.
   double set_edit_wall_ms = 0;
-  double set_edit_whole_ms = 0;  ///< And to its first whole picture.
+  bool set_edit_provisional = false;  ///< That picture: render::RenderStatistics::provisional.
+  double set_edit_whole_ms = 0;       ///< And to its first whole picture.
   /// By how much the longest of the frames after that one does: it compiles the program of the set.
   double settle_ms = 0;
 };

@@ -24,9 +24,10 @@ struct RenderStatistics {
   std::uint64_t faded_cells = 0;   ///< Cells sampled in front of the outer surface.
   std::uint64_t bricks = 0;
   std::uint64_t bricks_occupied = 0;
-  double prepare_s = 0;  ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
-  double cast_s = 0;     ///< Wall time of the ray casting itself.
-  std::string note{};    ///< What was given up to draw at all, one sentence; empty: nothing.
+  double prepare_s = 0;      ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
+  double cast_s = 0;         ///< Wall time of the ray casting itself.
+  bool provisional = false;  ///< Drawn of every second voxel: Quality::provisional.
+  std::string note{};        ///< What was given up to draw at all, one sentence; empty: nothing.
 };
 
 /// A finished picture, composited over the background, top row first.

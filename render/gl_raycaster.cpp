@@ -72,7 +72,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
   cast_ = change >= SceneChange::kGeometry;
-  statistics_.note = textures_.note();
+  statistics_.note = whole_.textures.note();
   if (change == SceneChange::kNothing) return {};
   last_.reset();
   const GlStateGuard guard;
@@ -80,15 +80,12 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   Scene fitted = keyed;
   Result<void> drawn;
   do {
-    fitted.ct = textures_.fitting(scene.ct);
+    fitted.ct = whole_.textures.fitting(scene.ct);
     drawn = drawn_by_predicates(scene) ? whole(*scene.ct, *fitted.ct) : Result<void>();
-    if (drawn) {
-      drawn =
-          cast_ ? cast(fitted, depth, change == SceneChange::kGeometry) : textures_.update(fitted);
-    }
-  } while (!drawn && textures_.ask_for_less());
+    if (drawn) drawn = draw_fitted(fitted, depth, change);
+  } while (!drawn && whole_.textures.ask_for_less());
   if (drawn && layers_) drawn = resolve(fitted);
-  statistics_.note = textures_.note();
+  statistics_.note = whole_.textures.note();
   unbind_all();
   if (!drawn) return drawn;
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
@@ -97,7 +94,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
                  "error " +
                      std::to_string(error)};
   }
-  if (!depth) last_ = std::move(keyed);
+  if (!depth && !statistics_.provisional) last_ = std::move(keyed);
   return {};
 }
 
@@ -111,10 +108,11 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     manual_filter_ = *coarse;
   }
   if (auto sent = update(scene); !sent) return sent;
-  GlFeatures features = features_of(scene, textures_, depth.has_value(), *manual_filter_);
+  GlTextures& textures = source_->textures;
+  GlFeatures features = features_of(scene, textures, depth.has_value(), *manual_filter_);
   if (shows_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
-                    (!features.predicates || predicates_.unchanged());
+                    (!features.predicates || source_->predicates.unchanged());
   drawn_with_.reset();
   if (auto ok = prepare_targets(scene.width, scene.height, features.plane, features.signature());
       !ok) {
@@ -131,7 +129,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   if (!program) return program.error();
   const bool first = programs_.compiled() > compiled;
   (*program)->use();
-  set_uniforms(**program, features, scene, textures_, depth);
+  set_uniforms(**program, features, scene, textures, depth);
   bind_textures(depth, features.projection != Projection::kComposite);
   if (features.predicates) bind_predicates(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
@@ -143,7 +141,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     if (!got) return got.error();
     means = *got;
     means->use();
-    set_means_uniforms(*means, of_means, scene, textures_, depth);
+    set_means_uniforms(*means, of_means, scene, textures, depth);
   }
   glFinish();
   const auto prepared = Clock::now();
@@ -165,25 +163,30 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
 
 void GlRaycaster::count_bricks(const GlFeatures& features) {
   if (features.predicates) {
-    statistics_.bricks = predicates_.bricks();
-    statistics_.bricks_occupied = predicates_.bricks_occupied();
+    statistics_.bricks = source_->predicates.bricks();
+    statistics_.bricks_occupied = source_->predicates.bricks_occupied();
   }
   if (features.skipping) {
-    statistics_.bricks += static_cast<std::uint64_t>(textures_.brick_count().prod());
+    const GlTextures& textures = source_->textures;
+    statistics_.bricks += static_cast<std::uint64_t>(textures.brick_count().prod());
     const bool composite = features.projection == Projection::kComposite;
-    statistics_.bricks_occupied += composite ? textures_.bricks_occupied() : 0;
+    statistics_.bricks_occupied += composite ? textures.bricks_occupied() : 0;
   }
 }
 
 GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
-  features.predicates = predicates_.form();
-  pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
-  wanted_ = features;
-  const auto generic = predicates_.generic_form();
-  if (!generic || programs_.has(features) || pictures_wanted_ >= settled_after_)
-    return *features.predicates;
+  const GlPredicateForm own = source_->predicates.form();
+  features.predicates = own;
+  bool settled = programs_.has(features);
+  if (source_ == &whole_) {
+    pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
+    wanted_ = features;
+    settled = settled || pictures_wanted_ >= settled_after_;
+  }
+  const auto generic = source_->predicates.generic_form();
+  if (!generic || settled) return own;
   features.predicates = generic;
-  return programs_.fits(features) ? *generic : *wanted_->predicates;
+  return programs_.fits(features) ? *generic : own;
 }
 
 void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
@@ -207,11 +210,12 @@ Result<void> GlRaycaster::update(const Scene& scene) {
   if (!voxel_pairs_) {
     voxel_pairs_ = runs_in_software(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   }
-  textures_.set_voxel_pairs(*voxel_pairs_);
-  if (auto sent = textures_.update(scene); !sent) return sent;
-  predicates_.set_voxel_pairs(drawn_by_predicates(scene) && textures_.has_voxel_pairs());
+  auto& [textures, predicates] = *source_;
+  textures.set_voxel_pairs(*voxel_pairs_);
+  if (auto sent = textures.update(scene); !sent) return sent;
+  predicates.set_voxel_pairs(drawn_by_predicates(scene) && textures.has_voxel_pairs());
   if (drawn_by_predicates(scene)) {
-    if (auto sent = predicates_.update(scene); !sent) return sent;
+    if (auto sent = predicates.update(scene); !sent) return sent;
   }
   if (auto sent = update_second(scene); !sent) return sent;
   send_field(scene);
@@ -227,26 +231,27 @@ Result<void> GlRaycaster::update_second(const Scene& scene) {
     const gl::PackedRows packed;
     if (auto sent = second_.update_volume(volume); !sent) return sent;
   }
-  return predicates_.update(ultrasound_scene(scene));
+  return source_->predicates.update(ultrasound_scene(scene));
 }
 
 void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene& scene) {
-  if (!has_two_volumes(scene)) return predicates_.bind(program, generic, scene);
+  if (!has_two_volumes(scene)) return source_->predicates.bind(program, generic, scene);
   bind(kSecondVolume, GL_TEXTURE_3D, second_.ct.id());
-  predicates_.bind(program, generic, ultrasound_scene(scene),
-                   GlPredicates::Beside{scene.ultrasound->ct_importance, reach_mm(scene)});
+  source_->predicates.bind(program, generic, ultrasound_scene(scene),
+                           GlPredicates::Beside{scene.ultrasound->ct_importance, reach_mm(scene)});
 }
 
 void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
-  bind_volume(kCt, textures_);
-  bind(kGradients, GL_TEXTURE_3D, textures_.gradients.id());
-  bind(kTransfer, GL_TEXTURE_BUFFER, textures_.transfer.texture.id());
-  bind(kImportances, GL_TEXTURE_BUFFER, textures_.importances.texture.id());
-  bind(kIntegrals, GL_TEXTURE_BUFFER, textures_.integrals.texture.id());
-  bind(kBricks, GL_TEXTURE_3D, projects ? textures_.brick_ranges.id() : textures_.bricks.id());
-  bind(kBrickCells, GL_TEXTURE_3D, textures_.brick_cells.id());
-  bind(kSolids, GL_TEXTURE_2D, textures_.solids.id());
-  bind(kCutObjects, GL_TEXTURE_2D, textures_.cut_objects.id());
+  GlTextures& textures = source_->textures;
+  bind_volume(kCt, textures);
+  bind(kGradients, GL_TEXTURE_3D, textures.gradients.id());
+  bind(kTransfer, GL_TEXTURE_BUFFER, textures.transfer.texture.id());
+  bind(kImportances, GL_TEXTURE_BUFFER, textures.importances.texture.id());
+  bind(kIntegrals, GL_TEXTURE_BUFFER, textures.integrals.texture.id());
+  bind(kBricks, GL_TEXTURE_3D, projects ? textures.brick_ranges.id() : textures.bricks.id());
+  bind(kBrickCells, GL_TEXTURE_3D, textures.brick_cells.id());
+  bind(kSolids, GL_TEXTURE_2D, textures.solids.id());
+  bind(kCutObjects, GL_TEXTURE_2D, textures.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());
   bind(kDepth, GL_TEXTURE_2D, depth ? depth->texture : 0);
 }
@@ -285,7 +290,7 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   bind(kFront, GL_TEXTURE_2D, targets_.front.id());
   bind(kBehind, GL_TEXTURE_2D, targets_.behind.id());
   bind(kLiveAt, GL_TEXTURE_2D, targets_.live_at.id());
-  bind(kPicture, GL_TEXTURE_2D, textures_.picture.id());
+  bind(kPicture, GL_TEXTURE_2D, source_->textures.picture.id());
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
   glViewport(0, 0, width_, height_);
   write_everything();
@@ -421,9 +426,10 @@ void GlRaycaster::release() {
   last_.reset();
   drawn_with_.reset();
   wanted_.reset();
-  textures_.release();
+  whole_.textures.release();
+  whole_.predicates.release();
+  release_half();
   second_.release();
-  predicates_.release();
   field_.reset();
   field_spans_.release();
   release_targets();

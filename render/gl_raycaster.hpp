@@ -15,7 +15,8 @@
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"
-#include "render/scene.hpp"
+#include "render/half_volumes.hpp"
+#include "render/scene_compare.hpp"
 
 namespace nav::render {
 
@@ -47,24 +48,30 @@ class GlRaycaster {
   [[nodiscard]] RenderStatistics statistics() const;
   /// Of these, what its rays took; reads nothing back.
   [[nodiscard]] double cast_s() const { return statistics_.cast_s; }
+  [[nodiscard]] bool is_provisional() const { return statistics_.provisional; }
 
   /// Programs compiled and textures sent since the beginning, for tests.
   [[nodiscard]] int compiled() const { return programs_.compiled(); }
-  [[nodiscard]] const GlUploads& uploads() const { return textures_.uploads(); }
+  [[nodiscard]] const GlUploads& uploads() const { return whole_.textures.uploads(); }
   /// Of the ultrasound volume beside the CT.
   [[nodiscard]] const GlUploads& second_uploads() const { return second_.uploads(); }
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// eight fetches replace its filter. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
   /// Volumes are pairs of voxels: known after the first draw().
-  [[nodiscard]] bool voxel_pairs() const { return textures_.has_voxel_pairs(); }
-  [[nodiscard]] const GlPredicates& predicates() const { return predicates_; }
+  [[nodiscard]] bool voxel_pairs() const { return whole_.textures.has_voxel_pairs(); }
+  [[nodiscard]] const GlPredicates& predicates() const { return whole_.predicates; }
   /// A set of predicates gets a program of its own with its picture after this many; until then one
   /// draws it that reads sets from a table, so that a new set waits for no compiler.
   static constexpr int kSettledAfter = 3;
   void set_settled_after(int pictures) { settled_after_ = pictures; }
   /// The next picture casts all its rays, for tests.
   void forget_picture() { last_.reset(); }
+  /// A picture may wait for so much to be sent: 2 to 5 ms on a software rasteriser. With
+  /// quality.provisional more is sent in parts of this, each with a picture of every second voxel.
+  static constexpr std::size_t kBytesAPicture = std::size_t{16} << 20U;
+  /// Instead, for tests.
+  void set_bytes_a_picture(std::size_t bytes) { bytes_a_picture_ = bytes; }
   /// Decides instead of the measurement, for tests.
   void set_manual_filter(bool manual) {
     manual_filter_ = manual;
@@ -78,23 +85,36 @@ class GlRaycaster {
   }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) {
-    textures_.set_largest_edge(voxels);
+    whole_.textures.set_largest_edge(voxels);
     second_.set_largest_edge(voxels);
   }
   /// An artificial limit of its memory, voxels, for tests.
-  void set_memory(std::size_t voxels) { textures_.set_memory(voxels); }
+  void set_memory(std::size_t voxels) { whole_.textures.set_memory(voxels); }
   /// An artificial limit of the textures of a fragment shader, for tests.
   void set_most_samplers(int most) { programs_.set_most_samplers(most); }
   /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
   void set_gradient_texture(bool allowed) {
-    textures_.set_gradient_texture(allowed);
+    whole_.textures.set_gradient_texture(allowed);
     last_.reset();
   }
   /// Frees everything on the device.
   void release();
 
  private:
+  /// What pictures of a scene are drawn from.
+  struct Source {
+    GlTextures textures;
+    GlPredicates predicates;
+  };
+
   Result<void> prepare_targets(int width, int height, bool layers, bool signatures);
+  Result<void> draw_fitted(const Scene& scene, const std::optional<SharedDepth>& depth,
+                           SceneChange change);
+  /// Of a scene whose picture has to be provisional; else none.
+  [[nodiscard]] Result<std::optional<PredicateSet>> set_lacking(const Scene& scene) const;
+  Result<void> cast_half(const Scene& scene, const PredicateSet& set,
+                         const std::optional<SharedDepth>& depth);
+  void release_half();
   /// same_view: rays that meet what they met before may keep their pixels.
   Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth, bool same_view);
   /// What draws the predicates of the last scene: their own program or the generic one.
@@ -117,9 +137,13 @@ class GlRaycaster {
   GlProgramCache programs_;
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
-  GlTextures textures_;
+  Source whole_;
+  std::optional<Source> half_;  ///< Of provisional pictures, while there are any.
+  Source* source_ = &whole_;    ///< Of the last picture.
+  HalfVolumes halves_;
+  std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
+  std::size_t bytes_a_picture_ = kBytesAPicture;
   GlTextures second_;  ///< The ultrasound volume beside the CT.
-  GlPredicates predicates_;
   int settled_after_ = kSettledAfter;
   std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
   int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.

@@ -74,6 +74,10 @@ class GlTextures {
   Result<void> update(const Scene& scene);
   /// The same for a volume alone.
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
+  /// That volume is on the device.
+  [[nodiscard]] bool has(const std::shared_ptr<const Volume>& volume) const {
+    return volume_ == volume;
+  }
   void release();
 
   [[nodiscard]] const GlUploads& uploads() const { return uploads_; }

@@ -133,7 +133,7 @@ Result<SceneView::Drawn> SceneView::draw(std::shared_ptr<const Scene> scene, int
   renderer_->ResetCameraClippingRange();
   window_.Render();
   if (!prop_->outcome()) return prop_->outcome().error();
-  return Drawn{raycaster().cast_s(), prop_->drawn_factor()};
+  return Drawn{raycaster().cast_s(), prop_->drawn_factor(), raycaster().is_provisional()};
 }
 
 }  // namespace nav::render

@@ -66,8 +66,9 @@ class SceneView {
   SceneView& operator=(const SceneView&) = delete;
   /// How a scene was drawn.
   struct Drawn {
-    double cast_s;  ///< What its rays took.
-    int factor;     ///< 1 / the pixels per side that it had.
+    double cast_s;     ///< What its rays took.
+    int factor;        ///< 1 / the pixels per side that it had.
+    bool provisional;  ///< RenderStatistics::provisional
   };
   /// Draws a validated scene with its own camera and background; other props may be in renderer().
   /// coarse_factor: see GlVolumeProp.

@@ -62,8 +62,9 @@ Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scen
   const Refinement::Plan plan = refinement_.plan(scene, now);
   auto image = engine_.render(with_fewer_pixels(plan.scene, plan.factor));
   if (!image) return image.error();
-  refinement_.drawn(image->statistics.cast_s, plan.factor);
-  if (plan.factor == 1) return Picture{std::move(image).value(), plan.refined};
+  const RenderStatistics& statistics = image->statistics;
+  refinement_.drawn(statistics.cast_s, plan.factor, statistics.provisional);
+  if (plan.factor == 1) return Picture{std::move(image).value(), refinement_.is_refined()};
   return Picture{enlarged(*image, scene.width, scene.height), false};
 }
 

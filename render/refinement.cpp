@@ -3,6 +3,7 @@
 #include "render/refinement.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "nav/check.hpp"
 #include "render/scene_compare.hpp"
@@ -68,20 +69,24 @@ Refinement::Plan Refinement::plan(const Scene& scene, Timestamp now) {
   const bool needed = changed || wants_refinement();
   planned_ = Asked{scene, {scene, 1, true}, cost, false, false};
   Plan& plan = planned_->plan;
-  plan.refined = !needed || is_still(now) || whole_s <= options_.budget_s;
+  const bool in_motion = needed && !is_still(now);
+  plan.refined = !in_motion || whole_s <= options_.budget_s;
+  // However fast its rays are, a picture may have to wait for what its engine sends.
+  plan.scene.quality.provisional = in_motion && std::isfinite(options_.budget_s);
   if (!plan.refined) give_up(*planned_, whole_s, dearer, changed);
   // What an engine may keep of the last picture says nothing about the cost of a new one.
   planned_->anew = since_drawn(with_fewer_pixels(plan.scene, plan.factor)) == SceneChange::kView;
   return plan;
 }
 
-void Refinement::drawn(double took_s, int factor) {
+void Refinement::drawn(double took_s, int factor, bool provisional) {
   NAV_CHECK(planned_ && took_s >= 0 && factor >= 1 && factor <= planned_->plan.factor, took_s,
             factor);
   const bool after_coarse = wants_refinement();
   const bool same_set = !drawn_ || asks_same_predicates(drawn_->scene, planned_->scene);
   drawn_ = std::exchange(planned_, std::nullopt);
   drawn_->plan.factor = factor;
+  if (provisional) drawn_->plan.refined = false;
   // Of another set nothing is known but what its view may cost.
   if (!same_set) cost_s_ = {0, 0, 0, kAnotherSet * cost_s_[kOfView]};
   const double whole_s = cost_s_[drawn_->cost];

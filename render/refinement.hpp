@@ -43,7 +43,7 @@ class Refinement {
   struct Plan {
     Scene scene;   ///< To draw; of the size that was asked for.
     int factor;    ///< With 1 / this of its pixels per side; 1: all.
-    bool refined;  ///< Of the quality that was asked for.
+    bool refined;  ///< Of the quality that was asked for, unless it comes out provisional.
   };
 
   /// A bad option is a Bug.
@@ -51,8 +51,11 @@ class Refinement {
 
   /// How to draw a scene now.
   [[nodiscard]] Plan plan(const Scene& scene, Timestamp now);
-  /// The last plan was carried out. took_s: rays alone; factor: what pixels were given up in truth.
-  void drawn(double took_s, int factor);
+  /// The last plan was carried out. took_s: rays alone; factor: what pixels were given up in truth;
+  /// provisional: so was the picture, which is then not of the quality that was asked for.
+  void drawn(double took_s, int factor, bool provisional = false);
+  /// The last picture was of the quality that was asked for.
+  [[nodiscard]] bool is_refined() const { return drawn_ && drawn_->plan.refined; }
   /// The last picture was coarse, and nothing else would make the next one be drawn.
   [[nodiscard]] bool wants_refinement() const { return drawn_ && !drawn_->plan.refined; }
   /// And by now it would be drawn in full.

@@ -38,6 +38,7 @@ bool same_shading(const Shading& a, const Shading& b) {
   return all(a) == all(b);
 }
 
+/// Provisional pictures are not kept as those of their scene.
 bool same_quality(const Quality& a, const Quality& b) {
   const auto all = [](const Quality& q) {
     return std::tie(q.step_voxels, q.classification, q.opaque_at, q.skip_empty_bricks, q.jitter,

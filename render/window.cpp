@@ -135,7 +135,7 @@ class SceneStyle final : public vtkInteractorStyle {
     const auto drawn =
         view_->draw(std::make_shared<const Scene>(std::move(plan.scene)), plan.factor);
     if (!drawn) return drawn.error();
-    refinement_.drawn(drawn->cast_s, drawn->factor);
+    refinement_.drawn(drawn->cast_s, drawn->factor, drawn->provisional);
     return {};
   }
   void close() {

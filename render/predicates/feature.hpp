@@ -36,6 +36,12 @@ class FeatureVolume {
   /// > 0; also the quantum: a stored value is within half of it.
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
+  /// What other voxels of the same codes are; has_undefined() stays.
+  [[nodiscard]] FeatureVolume with_codes(std::shared_ptr<const Volume> codes) const {
+    FeatureVolume other = *this;
+    other.codes_ = std::move(codes);
+    return other;
+  }
 
  private:
   FeatureVolume() = default;

@@ -29,12 +29,14 @@ class SlowEngine final : public Engine {
     }
     RenderedImage image{{scene.width, scene.height, std::move(pixels)}, {}};
     image.statistics.cast_s = asked_pixel_error > 0 ? sparse_s : takes_s;
+    image.statistics.provisional = sends && scene.quality.provisional;
     return image;
   }
   std::pair<int, int> asked;
   double asked_pixel_error = 0;
   double takes_s = 0.2;
   double sparse_s = 0.1;
+  bool sends = false;  ///< What pictures need.
 };
 
 Scene scene() {
@@ -147,6 +149,18 @@ TEST_F(ProgressiveTest, AFastEngineIsNeverCoarse) {
     EXPECT_TRUE(draw(0.03 * i));
     turn();
   }
+}
+
+TEST_F(ProgressiveTest, ProvisionalPicturesAreNotCalledRefined) {
+  engine_.takes_s = 0.001;
+  EXPECT_TRUE(draw(0));
+  engine_.sends = true;
+  turn();
+  EXPECT_FALSE(draw(0.03));
+  EXPECT_TRUE(progressive_.wants_refinement());
+  EXPECT_FALSE(draw(0.06));
+  EXPECT_TRUE(draw(0.2));
+  EXPECT_FALSE(progressive_.wants_refinement());
 }
 
 TEST_F(ProgressiveTest, NewUltrasoundPixelsNeitherCoarsenNorDelayRefinement) {

@@ -170,6 +170,41 @@ TEST_F(RefinementTest, AnotherSetOfPredicatesIsExpectedToBeDearer) {
   EXPECT_FALSE(draw(1.2, 0.01).refined);
 }
 
+TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOnes) {
+  expect_whole(0, 0.01);
+  const auto draw_provisional = [&](double seconds) {
+    const auto plan = refinement_.plan(scene_, at(seconds));
+    const bool allowed = plan.scene.quality.provisional;
+    refinement_.drawn(0.001, plan.factor, allowed);
+    EXPECT_EQ(refinement_.is_refined(), !allowed) << seconds;
+    return allowed;
+  };
+  EXPECT_FALSE(draw_provisional(1)) << "nothing moves";
+  turn();
+  EXPECT_TRUE(draw_provisional(1.01)) << "however fast";
+  EXPECT_TRUE(refinement_.wants_refinement());
+  EXPECT_TRUE(draw_provisional(1.02));
+  turn();
+  EXPECT_TRUE(draw_provisional(1.03));
+  EXPECT_TRUE(refinement_.wants_refinement(at(1.2)));
+  EXPECT_FALSE(draw_provisional(1.2));
+  EXPECT_FALSE(refinement_.wants_refinement());
+  // What they took tells nothing of whole ones.
+  turn();
+  expect_whole(2, 0.01);
+  scene_.quality.provisional = true;  // Not for callers to decide.
+  EXPECT_FALSE(refinement_.plan(scene_, at(3)).scene.quality.provisional);
+}
+
+TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
+  ProgressiveOptions never;
+  never.budget_s = std::numeric_limits<double>::infinity();
+  refinement_ = Refinement(never);
+  expect_whole(0, 0.1);
+  turn();
+  EXPECT_FALSE(refinement_.plan(scene_, at(0.01)).scene.quality.provisional);
+}
+
 TEST(SameSetTest, TellsCombinationsApart) {
   const auto a = Expression::kind("intensity"), b = Expression::kind("snr");
   EXPECT_TRUE(same_set(asking({a, b}), asking({a, b})));
