@@ -26,7 +26,9 @@ Json row_json(const bench::PredicateBenchRow& row) {
           {"max_error_early_termination", row.max_error},
           {"skipping_is_bit_identical", row.identical},
           {"importance_edit_ms", row.prepare_ms},
-          {"set_edit_ms", row.set_edit_ms}};
+          {"set_edit_ms", row.set_edit_ms},
+          {"set_edit_wall_ms", row.edit.first_ms},
+          {"set_edit_whole_ms", row.edit.whole_ms}};
 }
 
 Json gl_json(const bench::GlPredicateReport& report) {
@@ -42,9 +44,9 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"skipping_is_bit_identical", row.identical},
                     {"importance_edit_ms", row.edit_ms},
                     {"set_edit_ms", row.set_edit_ms},
-                    {"set_edit_wall_ms", row.set_edit_wall_ms},
-                    {"set_edit_provisional", row.set_edit_provisional},
-                    {"set_edit_whole_ms", row.set_edit_whole_ms},
+                    {"set_edit_wall_ms", row.edit.first_ms},
+                    {"set_edit_provisional", row.edit.provisional},
+                    {"set_edit_whole_ms", row.edit.whole_ms},
                     {"settle_ms", row.settle_ms}});
   }
   return {{"device", report.device},
@@ -70,6 +72,7 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"predicate_over_brute_force_fps", report.brute_over_predicate()},
             {"max_error_early_termination", report.max_error()},
             {"bound_violations", report.bound_violations},
+            {"worst_set_edit_wall_ms", report.worst_set_edit_wall_ms()},
             {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
             {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
             {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},

@@ -9,6 +9,7 @@
 
 #include "bench/measure.hpp"
 #include "bench/predicate_bench_gl.hpp"
+#include "bench/predicate_edit.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
 
@@ -43,6 +44,7 @@ struct PredicateBenchRow {
   bool identical = false;  ///< Skipping on and off draw the same bytes.
   double prepare_ms = 0;   ///< Wall time after a new importance: process time of the whole edit.
   double set_edit_ms = 0;  ///< After another set of predicates, features being there.
+  ProgressiveEdit edit;    ///< From a set that reads nothing but the volume.
 };
 
 struct PredicateBenchReport {
@@ -58,6 +60,7 @@ struct PredicateBenchReport {
   /// Median over scenes of brute_cpu_ms / predicate_cpu_ms.
   [[nodiscard]] double brute_over_predicate() const;
   [[nodiscard]] double max_error() const;
+  [[nodiscard]] double worst_set_edit_wall_ms() const;
 };
 
 /// Reports data that is missing as skipped; progress with the share done.

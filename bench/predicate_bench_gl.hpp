@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/predicate_edit.hpp"
 #include "bench/predicate_phantom.hpp"
 
 namespace nav::bench {
@@ -28,10 +29,7 @@ struct GlPredicateRow {
   /// sent too. Process time where OpenGL runs in software, with the compiler's cache as it was
   /// found.
   double set_edit_ms = 0;
-  /// From that edit to its first picture as render::ProgressiveRenderer draws it, wall time.
-  double set_edit_wall_ms = 0;
-  bool set_edit_provisional = false;  ///< That picture: render::RenderStatistics::provisional.
-  double set_edit_whole_ms = 0;       ///< And to its first whole picture.
+  ProgressiveEdit edit;  ///< From that other set.
   /// By how much the longest of the frames after that one does: it compiles the program of the set.
   double settle_ms = 0;
 };

@@ -15,6 +15,7 @@
 #include "render/cpu_predicate_painter.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
+#include "render/half_volumes.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
 #include "render/scene_compare.hpp"
@@ -63,10 +64,15 @@ class CpuEngine final : public Engine {
     RenderedImage image;
     if (change >= SceneChange::kGeometry) {
       last_.reset();  // Until every ray of the new scene is cast.
-      image.statistics = cast(scene, change == SceneChange::kGeometry);
+      if (const auto lacking = set_lacking(scene)) {
+        image.statistics = cast_provisional(scene, *lacking);
+      } else {
+        release_half();
+        image.statistics = cast(scene, change == SceneChange::kGeometry, predicates_);
+      }
       picture_.collect(scene.plane.has_value(), options_.threads);
     }
-    last_ = scene;
+    if (!image.statistics.provisional) last_ = scene;
     const auto plane =
         scene.plane ? spec::make_plane<float>(*scene.plane, scene.ct->grid()) : std::nullopt;
     pixels_ = {};  // Lets go of its buffer.
@@ -77,8 +83,44 @@ class CpuEngine final : public Engine {
   }
 
  private:
+  /// Of a scene whose picture has to be provisional; else none.
+  [[nodiscard]] std::optional<PredicateSet> set_lacking(const Scene& scene) const {
+    if (!scene.quality.provisional || !drawn_by_predicates(scene)) return std::nullopt;
+    // A new volume has to be copied anyway.
+    if (!predicates_.has(scene.ct.get())) return std::nullopt;
+    auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    if (predicates_.missing_bytes(set) <= kBytesAPicture) return std::nullopt;
+    return set;
+  }
+
+  /// Prepares a part of what the set lacks, but for the first picture, which is to be there soon.
+  RenderStatistics cast_provisional(const Scene& scene, const PredicateSet& set) {
+    const auto start = Clock::now();
+    RenderStatistics statistics;
+    if (provisional_) predicates_.prepare_some(set, kBytesAPicture, options_.threads);
+    // Until there is more to show, the same picture is not drawn again.
+    if (!provisional_ || change_between(*provisional_, scene) != SceneChange::kNothing) {
+      provisional_.reset();
+      if (!half_) half_.emplace();
+      const Scene half = half_->volumes.of(scene, set);
+      const double halving_s = seconds_since(start);
+      statistics = cast(half, false, half_->predicates);
+      statistics.prepare_s += halving_s;
+      provisional_ = scene;
+    } else {
+      statistics.prepare_s = seconds_since(start);
+    }
+    statistics.provisional = true;
+    return statistics;
+  }
+
+  void release_half() {
+    half_.reset();
+    provisional_.reset();
+  }
+
   /// Casts the rays; keep: only those that something new affects.
-  RenderStatistics cast(const Scene& scene, bool keep) {
+  RenderStatistics cast(const Scene& scene, bool keep, CpuPredicates& predicates) {
     const auto start = Clock::now();
     const bool large_meshes = CutawayField::needed(scene);
     if (large_meshes) {
@@ -89,7 +131,7 @@ class CpuEngine final : public Engine {
     const CutPlan cutaway(cut_objects(scene, large_meshes));
     const bool fades = large_meshes || !cutaway.empty();
     if (drawn_by_predicates(scene)) {
-      return cast_predicates(scene, cutaway, start);
+      return cast_predicates(scene, cutaway, predicates, start);
     }
     cache_.update(scene, fades, options_.threads);
     if (has_two_volumes(scene)) return cast_both(scene, cutaway, fades, start);
@@ -122,16 +164,16 @@ class CpuEngine final : public Engine {
   }
 
   RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
-                                   Clock::time_point start) {
-    predicates_.update(scene, options_.threads);
+                                   CpuPredicates& predicates, Clock::time_point start) {
+    predicates.update(scene, options_.threads);
     picture_.start(scene.width, scene.height, nullptr);
     const double prepare_s = seconds_since(start);
-    CpuPredicatePainter painter(scene, predicates_, marches_, cutaway, field_ ? &*field_ : nullptr,
+    CpuPredicatePainter painter(scene, predicates, marches_, cutaway, field_ ? &*field_ : nullptr,
                                 picture_, {});
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
-    statistics.bricks = predicates_.bricks();
-    statistics.bricks_occupied = predicates_.bricks_occupied();
+    statistics.bricks = predicates.bricks();
+    statistics.bricks_occupied = predicates.bricks_occupied();
     statistics.prepare_s = prepare_s;
     return statistics;
   }
@@ -170,10 +212,18 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
+  /// What provisional pictures are drawn from.
+  struct Half {
+    HalfVolumes volumes;
+    CpuPredicates predicates;
+  };
+
   CpuOptions options_;
   CpuMarches marches_;
   CpuCache cache_;
   CpuPredicates predicates_;
+  std::optional<Half> half_;
+  std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
   std::optional<CutawayField> field_;
   std::optional<CutawayField> other_field_;  ///< The same in the ultrasound volume's coordinates.
   std::optional<VisibleSpans> spans_;        ///< Of the last scene whose view changed.

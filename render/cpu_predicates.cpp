@@ -139,6 +139,31 @@ void CpuPredicates::update(const Scene& scene, int threads, std::optional<double
   make_opacities(scene);
 }
 
+std::size_t CpuPredicates::missing_bytes(const PredicateSet& set) const {
+  const auto copies = std::count_if(set.channels().begin(), set.channels().end(),
+                                    [&](const auto& channel) { return !has(channel.codes.get()); });
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  return (static_cast<std::size_t>(copies) + known_.missing_channels(set)) * volume;
+}
+
+void CpuPredicates::prepare_some(const PredicateSet& set, std::size_t bytes, int threads) {
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  std::size_t done = 0;
+  for (const auto& channel : set.channels()) {
+    if (done >= bytes) return;
+    if (has(channel.codes.get())) continue;
+    prepare(channel, threads, prepared_);
+    done += volume;
+  }
+  while (done < bytes && known_.prepare_channel(set, threads)) done += volume;
+}
+
+void CpuPredicates::prepare(const PredicateSet::Channel& channel, int threads,
+                            std::map<const Volume*, Prepared>& into) {
+  auto volume = std::make_unique<CpuVolume>(*channel.codes, threads);
+  into.emplace(channel.codes.get(), Prepared{channel.codes, std::move(volume)});
+}
+
 void CpuPredicates::make_opacities(const Scene& scene) {
   const IntensityOpacity extinction(scene.predicates->opacity_length_mm);
   const double step = spec::step_mm(scene.quality, scene.ct->grid());
@@ -166,8 +191,7 @@ void CpuPredicates::take_channels(int threads) {
       kept.insert(std::move(before));
       continue;
     }
-    kept.emplace(key,
-                 Prepared{channel.codes, std::make_unique<CpuVolume>(*channel.codes, threads)});
+    prepare(channel, threads, kept);
   }
   prepared_ = std::move(kept);
 }

@@ -24,6 +24,12 @@ class CpuPredicates {
   /// Prepares for a validated scene with predicates whose volume fits. beside: impact of what
   /// else is composited with it but for surfaces.
   void update(const Scene& scene, int threads, std::optional<double> beside = {});
+  /// Voxels of that volume are ready.
+  [[nodiscard]] bool has(const Volume* codes) const { return prepared_.count(codes) != 0; }
+  /// About how many bytes update() would have to copy or to look through for that set.
+  [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set) const;
+  /// Does about so much of that, > 0. A picture needs update() all the same.
+  void prepare_some(const PredicateSet& set, std::size_t bytes, int threads);
 
   [[nodiscard]] const PredicateSet& set() const { return *set_; }
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
@@ -48,6 +54,8 @@ class CpuPredicates {
     std::unique_ptr<CpuVolume> volume;
   };
 
+  static void prepare(const PredicateSet::Channel& channel, int threads,
+                      std::map<const Volume*, Prepared>& into);
   void take_channels(int threads);
   void make_atoms();
   void make_looks();

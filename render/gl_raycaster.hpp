@@ -67,10 +67,7 @@ class GlRaycaster {
   void set_settled_after(int pictures) { settled_after_ = pictures; }
   /// The next picture casts all its rays, for tests.
   void forget_picture() { last_.reset(); }
-  /// A picture may wait for so much to be sent: 2 to 5 ms on a software rasteriser. With
-  /// quality.provisional more is sent in parts of this, each with a picture of every second voxel.
-  static constexpr std::size_t kBytesAPicture = std::size_t{16} << 20U;
-  /// Instead, for tests.
+  /// Instead of kBytesAPicture, for tests.
   void set_bytes_a_picture(std::size_t bytes) { bytes_a_picture_ = bytes; }
   /// Decides instead of the measurement, for tests.
   void set_manual_filter(bool manual) {

@@ -11,6 +11,10 @@
 
 namespace nav::render {
 
+/// A picture may wait for so much to be sent to a device or copied in memory: some 5 to 20 ms. More
+/// is done in parts of this, each with a picture of every second voxel.
+inline constexpr std::size_t kBytesAPicture = std::size_t{16} << 20U;
+
 /// The grid of every second voxel along each axis, from the first one on. Axes of fewer than 16
 /// voxels keep all. An axis ends a voxel early where only the smaller grid's size would be a power
 /// of two: Mesa's software rasteriser would compile anew for its textures.

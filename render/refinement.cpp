@@ -71,7 +71,7 @@ Refinement::Plan Refinement::plan(const Scene& scene, Timestamp now) {
   Plan& plan = planned_->plan;
   const bool in_motion = needed && !is_still(now);
   plan.refined = !in_motion || whole_s <= options_.budget_s;
-  // However fast its rays are, a picture may have to wait for what its engine sends.
+  // However fast its rays are, a picture may have to wait for what its engine prepares.
   plan.scene.quality.provisional = in_motion && std::isfinite(options_.budget_s);
   if (!plan.refined) give_up(*planned_, whole_s, dearer, changed);
   // What an engine may keep of the last picture says nothing about the cost of a new one.

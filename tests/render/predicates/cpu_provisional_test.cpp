@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The CPU engine's pictures of a new set of predicates while what it reads is being prepared.
+
+#include <gtest/gtest.h>
+
+#include "render/engine.hpp"
+#include "render/half_volumes.hpp"
+#include "tests/render/predicates/predicate_scenes.hpp"
+
+namespace nav::render {
+namespace {
+
+using E = PredicateExpression;
+
+constexpr int kMostPictures = 20;  // More than everything here takes.
+
+class CpuProvisionalTest : public ::testing::Test {
+ protected:
+  /// Two features of it, copies and ranges, are more than a picture may wait for.
+  static void SetUpTestSuite() {
+    ct_ = test::small_ultrasound(test::centred_grid({250, 136, 132}, {0.2, 0.3, 0.3}), 5);
+    features_ = test::random_features(ct_, 4);
+  }
+  static void TearDownTestSuite() {
+    ct_.reset();
+    features_ = {};
+  }
+  static Scene asking(std::vector<std::pair<E, double>> entries) {
+    Scene scene = test::plain_scene(ct_, test::fog(0.1), test::frontal(80, 40, false));
+    scene.width = 40;
+    scene.height = 30;
+    scene.quality.provisional = true;
+    scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
+    scene.plane->opacity = 0.5;
+    scene.predicates.emplace();
+    scene.predicates->model = test::model_of(std::move(entries));
+    scene.predicates->features = features_;
+    return scene;
+  }
+  static Scene intensity() { return asking({{E::kind("intensity", {0.1, 0.9}), 1}}); }
+  static Scene features() {
+    return asking({{E::kind("snr", {0.3, 0.8}), 2},
+                   {E::kind("vesselness", {0.5, 1}), 3},
+                   {E::all({E::kind("label", {1}), E::kind("intensity", {0.05, 1})}), 1}});
+  }
+  static Scene other_features() {
+    return asking({{E::kind("snr", {0.1, 0.5}), 2}, {E::kind("confidence", {0.4, 0.9}), 1}});
+  }
+  RenderedImage draw(const Scene& scene) { return test::draw(*engine_, scene); }
+  /// As an engine draws it that may not give anything up.
+  static RenderedImage whole(Scene scene) {
+    scene.quality.provisional = false;
+    return test::draw(*make_cpu_engine({1}), scene);
+  }
+  /// Its provisional pictures until one is whole, which then has the right bytes.
+  int pictures_until_whole(const Scene& scene) {
+    for (int pictures = 0; pictures < kMostPictures; ++pictures) {
+      const RenderedImage image = draw(scene);
+      if (image.statistics.provisional) continue;
+      EXPECT_TRUE(test::same_bytes(image, whole(scene)));
+      return pictures;
+    }
+    return kMostPictures;
+  }
+
+  static std::shared_ptr<const Volume> ct_;
+  static Features features_;
+  std::unique_ptr<Engine> engine_ = make_cpu_engine({2});
+};
+
+std::shared_ptr<const Volume> CpuProvisionalTest::ct_;
+Features CpuProvisionalTest::features_;
+
+TEST_F(CpuProvisionalTest, TheWholePictureFollowsWithTheSameBytes) {
+  EXPECT_EQ(pictures_until_whole(intensity()), 0) << "a new volume";
+  const int pictures = pictures_until_whole(features());
+  EXPECT_GE(pictures, 2);
+  EXPECT_LT(pictures, 6);
+  EXPECT_EQ(pictures_until_whole(intensity()), 0);
+}
+
+TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfEverySecondVoxel) {
+  draw(intensity());
+  const Scene scene = features();
+  const RenderedImage found = draw(scene);
+  EXPECT_TRUE(found.statistics.provisional);
+  const auto set = PredicateSet::create(*scene.predicates, ct_, place_of(scene));
+  ASSERT_TRUE(test::has_value(set));
+  EXPECT_TRUE(test::same_bytes(found, whole(HalfVolumes().of(scene, *set))));
+  EXPECT_FALSE(test::same_bytes(found, whole(scene)));
+}
+
+TEST_F(CpuProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
+  draw(intensity());
+  Scene scene = features();
+  const RenderedImage first = draw(scene);
+  const RenderedImage again = draw(scene);
+  EXPECT_TRUE(first.statistics.provisional && again.statistics.provisional);
+  EXPECT_GT(first.statistics.volume_samples, 0U);
+  EXPECT_EQ(again.statistics.volume_samples, 0U);
+  EXPECT_TRUE(test::same_bytes(first, again));
+  // Asked for in full, whatever is still missing.
+  scene.quality.provisional = false;
+  const RenderedImage full = draw(scene);
+  EXPECT_FALSE(full.statistics.provisional);
+  EXPECT_TRUE(test::same_bytes(full, whole(scene)));
+  scene.quality.provisional = true;
+  EXPECT_EQ(draw(scene).statistics.volume_samples, 0U) << "it is there";
+  EXPECT_EQ(pictures_until_whole(scene), 0);
+}
+
+TEST_F(CpuProvisionalTest, SetsThatChangeWhileTheyArePrepared) {
+  draw(intensity());
+  for (const Scene& scene : {features(), other_features(), features()}) {
+    EXPECT_TRUE(draw(scene).statistics.provisional);
+  }
+  EXPECT_EQ(pictures_until_whole(intensity()), 0);
+  EXPECT_LT(pictures_until_whole(other_features()), kMostPictures);
+  EXPECT_LT(pictures_until_whole(features()), kMostPictures);
+}
+
+}  // namespace
+}  // namespace nav::render
