@@ -23,8 +23,11 @@ constexpr double kLongestLeapableCell = 7.5;
 /// The same for parts of bricks.
 constexpr double kLongestCellOverParts = 3.5;
 
-/// Voxels that are marched before bricks are looked at again: measured, of 1 to 4.
+/// Voxels that are marched before bricks are looked at again: measured, of 1 to 4; and in runs of
+/// cells.
 constexpr double kVoxelsPerLook = 2;
+constexpr double kVoxelsPerLookInRuns = 4;
+constexpr double kMostRunsPerLook = 8;
 
 /// Stands for infinity where infinity · 0 must not become NaN.
 constexpr double kFar = 1e30;
@@ -46,6 +49,12 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
                                              : std::numeric_limits<float>::infinity();
 }
 
+/// Whole runs: parts of one cost as much.
+int runs_per_look(const Quality& quality) {
+  const double runs = std::round(kVoxelsPerLookInRuns / (kMarchRun * quality.step_voxels));
+  return static_cast<int>(std::clamp(runs, 1.0, kMostRunsPerLook));
+}
+
 void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
   if (cache.bricks()) std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
   if (key.adaptive) in.brick_cells = cache.cells().data();
@@ -60,7 +69,9 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   }
   in.brick_leap = cache.leaps().data();
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
-  in.cells_per_look = cells_per_look(scene.quality);
+  const bool in_runs = key.classify == MarchClassify::kPreIntegrated && !key.adaptive;
+  in.cells_per_look =
+      in_runs ? kMarchRun * runs_per_look(scene.quality) : cells_per_look(scene.quality);
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 

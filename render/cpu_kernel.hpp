@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "render/cpu_kernel_classify.hpp"
 #include "render/cpu_kernel_leap.hpp"
+#include "render/cpu_kernel_part.hpp"
 #include "render/cpu_kernel_segment.hpp"
 #include "render/cpu_kernel_shade.hpp"
 
@@ -20,6 +20,8 @@ class Marcher {
   using F = typename V::F;
   using I = typename V::I;
   using M = typename V::M;
+  using Part = CellPart<V>;
+  using Classified = CellColour<V>;
   static constexpr bool kPre = kClassify == MarchClassify::kPreIntegrated;
   static constexpr bool kWindows = kClassify == MarchClassify::kWindows;
 
@@ -50,7 +52,7 @@ class Marcher {
     M fresh = active;  // Lanes whose value at the begin of their cell is not known.
     // Lanes enter bricks one after the other: a look for each would cost more than to march on a
     // little through what is empty, which changes nothing.
-    for (int until_look = 0; true; --until_look) {
+    for (int until_look = 0; true;) {
       if (skipping && until_look == 0) {
         if (leaper.leap(cell, end_, active, fresh)) {
           active = V::both(active, V::less(cell, end_));
@@ -62,9 +64,16 @@ class Marcher {
         const M single = kFade ? V::less(cell, fading_.t2) : V::none();
         cells_ = segments.cells(cell, begin_, end_, active, single);
       }
-      add_cell(cell, active, fresh);
+      int run = 1;
+      if constexpr (kPre) {
+        if (!kAdaptive) run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+        add_run(cell, run, active, fresh);
+      } else {
+        add_cell(cell, active);
+      }
+      until_look -= run;
       fresh = V::none();
-      cell = V::add(cell, cells_);
+      cell = V::add(cell, cells(run));
       active = V::both(active, V::both(V::less(cell, end_), V::less(alpha_, opaque)));
       if (!V::any(active)) break;
     }
@@ -73,59 +82,73 @@ class Marcher {
   }
 
  private:
-  /// A cell or the part of one between the events of the ray.
-  struct Part {
-    F cell;
-    F t_a;  ///< In cells from the ray's base.
-    F t_b;
-    F v_a;  ///< HU.
-    F v_b;
-    F bow;  ///< HU; spec::bow_of().
-    M active;
-  };
-  struct Classified {
-    F rgb[3];
-    F tau;
-    F importance;  ///< Only where it matters.
-  };
+  /// So many cells; 1 is the segment.
+  [[nodiscard]] F cells(int run) const {
+    return run == 1 ? cells_ : V::set(static_cast<float>(run));
+  }
 
-  /// How the cutaway treats a part; ray_spec.hpp, "Cutaway".
-  struct Fade {
-    M before;   ///< In front of T2.
-    M varies;   ///< Of these, lanes that are a mean of midpoints.
-    F visible;  ///< Mean of the visibilities at the ends; 1 in lanes not in front.
-  };
-
-  void add_cell(F cell, M active, M fresh) {
-    const F next = V::add(cell, cells_);
-    Part part{cell, V::max(cell, begin_), V::min(next, end_), {}, {}, V::set(0.0F), active};
+  void add_cell(F cell, M active) {
+    Part part;
+    part.cell = cell;
+    part.t_a = V::max(cell, begin_);
+    part.t_b = V::min(V::add(cell, cells_), end_);
+    part.bow = V::set(0.0F);
+    part.active = active;
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
-    if constexpr (kPre) {
-      add_pre_integrated(part, next, fresh);
-    } else {
-      part.v_a = part.v_b = sampler_.value(cell);
-      if (!may_show(part)) return;
-      F gradient = V::set(0.0F);
-      if constexpr (kWindows) {
-        counts_.window_gradients += static_cast<std::uint64_t>(V::count(active));
-        sampler_.gradient(cell, active, gradient_);
-        gradient = Sampler<V>::length(gradient_);
-      }
-      if (find_fade(part, gradient, false)) classify_and_blend(part, gradient);
+    part.v_a = part.v_b = sampler_.value(cell);
+    if (!may_show(part)) return;
+    F gradient = V::set(0.0F);
+    if constexpr (kWindows) {
+      counts_.window_gradients += static_cast<std::uint64_t>(V::count(active));
+      sampler_.gradient(cell, active, gradient_);
+      gradient = Sampler<V>::length(gradient_);
+    }
+    if (!find_fade(part, gradient, false)) return;
+    const auto s = table_.at(part.v_a, gradient, needs_importance());
+    part.colour = {{s.rgb[0], s.rgb[1], s.rgb[2]}, s.tau, s.importance};
+    finish(part, gradient);
+    blend(part);
+  }
+
+  /// So many cells of each lane, one after the other. What takes long to wait for is asked for all
+  /// of them before the first is blended: rays that end among them have asked for some in vain.
+  void add_run(F cell, int run, M active, M fresh) {
+    if (V::any(fresh)) {
+      // The same value as before in the other lanes.
+      front_ = sampler_.value(cell);
+      front_classified_ = front_faded_ = false;
+      counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, active)));
+    }
+    F value[kMarchRun + 1];
+    value[0] = front_;
+    for (int i = 1; i <= run; ++i) value[i] = sampler_.value(V::add(cell, cells(i)));
+    Part parts[kMarchRun];
+    for (int i = 0; i < run; ++i) {
+      Part& part = parts[i];
+      part.cell = i > 0 ? V::add(cell, cells(i)) : cell;
+      part.active = i > 0 ? V::both(active, V::less(part.cell, end_)) : active;
+      counts_.samples += static_cast<std::uint64_t>(V::count(part.active));
+      set_values(part, V::add(cell, cells(i + 1)), value[i], value[i + 1], fresh);
+      fresh = V::none();
+    }
+    front_ = value[run];
+    for (int i = 0; i < run; ++i) find_sums(parts[i]);
+    for (int i = 0; i < run; ++i) {
+      if (!parts[i].shows) continue;
+      integrals_.mean(parts[i].sums, parts[i].colour.rgb, parts[i].colour.tau);
+      finish(parts[i], V::set(0.0F));
+    }
+    for (int i = 0; i < run; ++i) {
+      if (!parts[i].shows) continue;
+      parts[i].active = V::both(parts[i].active, V::less(alpha_, V::set(in_.opaque_at)));
+      blend(parts[i]);
     }
   }
 
-  /// The values at the two lattice points of the cell; the front one is that at the back of the
-  /// cell before.
-  void add_pre_integrated(Part& part, F next, M fresh) {
-    if (V::any(fresh)) {
-      // The same value as before in the other lanes.
-      front_ = sampler_.value(part.cell);
-      front_classified_ = front_faded_ = false;
-      counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, part.active)));
-    }
-    const F v0 = front_;
-    const F v1 = sampler_.value(next);
+  /// The part of a cell up to next, of the values at its two lattice points.
+  void set_values(Part& part, F next, F v0, F v1, M fresh) {
+    part.t_a = V::max(part.cell, begin_);
+    part.t_b = V::min(next, end_);
     const M cut_a = V::less(part.cell, part.t_a);
     const M cut_b = V::less(part.t_b, next);
     const F rise = V::sub(v1, v0);
@@ -135,6 +158,8 @@ class Marcher {
     if (V::any(cut)) {
       part.v_a = V::select(cut_a, V::madd(V::sub(part.t_a, part.cell), rise, v0), v0);
       part.v_b = V::select(cut_b, V::madd(V::sub(part.t_b, part.cell), rise, v0), v1);
+      // Only the first cell of a run begins inside.
+      if (V::any(V::both(part.active, cut_a))) front_classified_ = front_faded_ = false;
     }
     M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
     if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
@@ -143,21 +168,25 @@ class Marcher {
     part.bow = V::mask(bowed, V::mul(V::sub(rise_before, rise), V::set(1.0F / 12)));
     before_ = v0;
     if constexpr (kAdaptive) before_at_ = part.cell;
-    front_ = v1;
-    if (!may_show(part)) {
+  }
+
+  /// Of a pre-integrated part, if it shows.
+  void find_sums(Part& part) {
+    part.shows = may_show(part);
+    if (!part.shows) {
       front_classified_ = front_faded_ = false;
       return;
     }
-    const bool begins_inside = V::any(V::both(part.active, cut_a));
-    if (!find_fade(part, V::set(0.0F), front_faded_ && !begins_inside)) {
+    part.shows = find_fade(part, V::set(0.0F), front_faded_);
+    if (!part.shows) {
       front_classified_ = false;
       return;
     }
-    if (!front_classified_ || begins_inside) {
-      integrals_.at(part.v_a, ends_[front_end_]);
-    }
+    if (!front_classified_) integrals_.at(part.v_a, ends_[front_end_]);
     integrals_.at(part.v_b, ends_[1 - front_end_]);
-    classify_and_blend(part, V::set(0.0F));
+    integrals_.sum(part.v_a, part.v_b, part.bow, ends_[front_end_], ends_[1 - front_end_],
+                   part.sums);
+    part.colour.importance = V::set(1.0F);
     // A lane cut at its back ends there, so that no lane that goes on has another value there.
     front_end_ = 1 - front_end_;
     front_classified_ = true;
@@ -180,15 +209,16 @@ class Marcher {
     return V::any(V::both(part.active, V::less(V::set(in_.invisible_up_to_hu), most)));
   }
 
-  /// Sets fade_; false: the cutaway hides the part in every lane. goes_on: the part begins where
-  /// the last one ended.
-  bool find_fade([[maybe_unused]] const Part& part, [[maybe_unused]] F gradient,
+  /// Sets fade; false: the cutaway hides the part in every lane. goes_on: the part begins where the
+  /// last one ended.
+  bool find_fade([[maybe_unused]] Part& part, [[maybe_unused]] F gradient,
                  [[maybe_unused]] bool goes_on) {
     if constexpr (kFade) {
-      fade_.before = V::both(part.active, V::less(part.t_a, fading_.t2));
-      front_faded_ = fades_ = V::any(fade_.before);
-      if (!fades_) return true;
-      counts_.faded += static_cast<std::uint64_t>(V::count(fade_.before));
+      CellFade<V>& fade = part.fade;
+      fade.before = V::both(part.active, V::less(part.t_a, fading_.t2));
+      front_faded_ = fade.any = V::any(fade.before);
+      if (!fade.any) return true;
+      counts_.faded += static_cast<std::uint64_t>(V::count(fade.before));
       const F i_b = table_.importance_at(part.v_b, gradient);
       F visible_a = front_visible_;
       if (!goes_on) {
@@ -196,9 +226,9 @@ class Marcher {
         visible_a = fading_.visibility(i_a, part.t_a);
       }
       const F visible_b = front_visible_ = fading_.visibility(i_b, part.t_b);
-      fade_.varies = V::both(fade_.before, apart(visible_a, visible_b));
-      fade_.visible = V::select(fade_.before, mean(visible_a, visible_b), V::set(1.0F));
-      return V::any(V::both(part.active, V::less(V::set(0.0F), fade_.visible)));
+      fade.varies = V::both(fade.before, apart(visible_a, visible_b));
+      fade.visible = V::select(fade.before, mean(visible_a, visible_b), V::set(1.0F));
+      return V::any(V::both(part.active, V::less(V::set(0.0F), fade.visible)));
     }
     return true;
   }
@@ -206,39 +236,28 @@ class Marcher {
   static M apart(F a, F b) { return V::less(V::set(kMarchFadeVaries), V::abs(V::sub(a, b))); }
   static F mean(F a, F b) { return V::mul(V::set(0.5F), V::add(a, b)); }
 
-  void classify_and_blend(const Part& part, F gradient) {
-    Classified c = plain(part, gradient);
+  /// Fades a part's colour and finds its opacity.
+  void finish(Part& part, [[maybe_unused]] F gradient) const {
+    Classified& c = part.colour;
     if constexpr (kFade) {
-      if (fades_) {
-        c.tau = Fading<V>::faded(c.tau, fade_.visible);
-        if (V::any(fade_.varies)) {
+      if (part.fade.any) {
+        c.tau = Fading<V>::faded(c.tau, part.fade.visible);
+        const M varies = part.fade.varies;
+        if (V::any(varies)) {
           const Classified mean = steps<true>(part, gradient);
-          for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(fade_.varies, mean.rgb[i], c.rgb[i]);
-          c.tau = V::select(fade_.varies, mean.tau, c.tau);
-          c.importance = V::select(fade_.varies, mean.importance, c.importance);
+          for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(varies, mean.rgb[i], c.rgb[i]);
+          c.tau = V::select(varies, mean.tau, c.tau);
+          c.importance = V::select(varies, mean.importance, c.importance);
         }
       }
     }
-    blend(part, c);
+    const F length = V::sub(part.t_b, part.t_a);
+    const F depth = V::mul(V::mul(c.tau, V::set(in_.step_mm)), length);
+    part.opacity = V::one_minus_exp(V::max(depth, V::set(0.0F)));
   }
 
   [[nodiscard]] bool needs_importance() const {
     return kShade != MarchShade::kNone && in_.emphasis > 0;
-  }
-
-  Classified plain(const Part& part, F gradient) const {
-    Classified c;
-    c.importance = V::set(1.0F);
-    if constexpr (kPre) {
-      integrals_.mean(part.v_a, part.v_b, part.bow, ends_[front_end_], ends_[1 - front_end_], c.rgb,
-                      c.tau);
-    } else {
-      const auto s = table_.at(part.v_a, gradient, needs_importance());
-      for (int i = 0; i < 3; ++i) c.rgb[i] = s.rgb[i];
-      c.tau = s.tau;
-      c.importance = s.importance;
-    }
-    return c;
   }
 
   /// The mean of the equidistant midpoints of a part, faded or not.
@@ -267,11 +286,9 @@ class Marcher {
     return c;
   }
 
-  void blend(const Part& part, Classified& c) {
-    const F length = V::sub(part.t_b, part.t_a);
-    const F depth = V::mul(V::mul(c.tau, V::set(in_.step_mm)), length);
-    const F opacity = V::one_minus_exp(V::max(depth, V::set(0.0F)));
-    const F weight = V::mask(part.active, V::mul(opacity, V::sub(V::set(1.0F), alpha_)));
+  void blend(Part& part) {
+    Classified& c = part.colour;
+    const F weight = V::mask(part.active, V::mul(part.opacity, V::sub(V::set(1.0F), alpha_)));
     if constexpr (kShade != MarchShade::kNone) shade(part, c, weight);
     for (int i = 0; i < 3; ++i) rgb_[i] = V::madd(weight, c.rgb[i], rgb_[i]);
     alpha_ = V::add(alpha_, weight);
@@ -334,7 +351,7 @@ class Marcher {
       whole = V::select(varies, steps<false>(part, gradient).importance, whole);
     }
     if constexpr (kFade) {
-      if (fades_) whole = V::select(fade_.varies, c.importance, whole);
+      if (part.fade.any) whole = V::select(part.fade.varies, c.importance, whole);
     }
     return whole;
   }
@@ -353,62 +370,14 @@ class Marcher {
   F alpha_;
   F cells_ = V::set(1.0F);        ///< Of the segment: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
-  F before_{};                    ///< HU at the begin of the segment before.
+  F before_{};                    ///< HU at the begin of the cell or segment before.
   F before_at_{};                 ///< Where that is; only with kAdaptive.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;
   bool front_classified_ = false;  ///< ends_[front_end_] is that of front_.
   F gradient_[3]{};
-  Fade fade_{};               ///< Of the part at hand; only with kFade.
-  bool fades_ = false;        ///< Some lane lies in front of T2.
   F front_visible_{};         ///< Visibility at the begin of the cell; only with kFade.
   bool front_faded_ = false;  ///< front_visible_ is that.
 };
-
-template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
-void march_with(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
-  for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
-    Marcher<V, kClassify, kShade, kFade, kAdaptive>(in, rays, lane, counts).march();
-  }
-}
-
-template <class V, MarchClassify kClassify, MarchShade kShade>
-March composite_fading(const MarchKey& key) {
-  if constexpr (kClassify == MarchClassify::kPreIntegrated) {
-    if (key.adaptive) {
-      return key.fade ? march_with<V, kClassify, kShade, true, true>
-                      : march_with<V, kClassify, kShade, false, true>;
-    }
-  }
-  return key.fade ? march_with<V, kClassify, kShade, true, false>
-                  : march_with<V, kClassify, kShade, false, false>;
-}
-
-template <class V, MarchClassify kClassify>
-March composite_shading(const MarchKey& key) {
-  switch (key.shade) {
-    case MarchShade::kNone:
-      return composite_fading<V, kClassify, MarchShade::kNone>(key);
-    case MarchShade::kPhong:
-      return composite_fading<V, kClassify, MarchShade::kPhong>(key);
-    case MarchShade::kGooch:
-      return composite_fading<V, kClassify, MarchShade::kGooch>(key);
-  }
-  return nullptr;
-}
-
-/// The instance for a key.
-template <class V>
-March composite_march(const MarchKey& key) {
-  switch (key.classify) {
-    case MarchClassify::kPreIntegrated:
-      return composite_shading<V, MarchClassify::kPreIntegrated>(key);
-    case MarchClassify::kPostClassified:
-      return composite_shading<V, MarchClassify::kPostClassified>(key);
-    case MarchClassify::kWindows:
-      return composite_shading<V, MarchClassify::kWindows>(key);
-  }
-  return nullptr;
-}
 
 }  // namespace nav::render

@@ -89,8 +89,13 @@ struct Integrals {
 
   static F twice(F x) { return V::add(x, x); }
 
-  /// Mean colour, weighted by extinction, and mean extinction per mm.
-  void mean(F a_hu, F b_hu, F bow_hu, const State& a, const State& b, F* rgb, F& tau) const {
+  /// Integrals over a stretch of values, and the stretch.
+  struct Sums {
+    F integral[4];
+    F over;
+  };
+
+  void sum(F a_hu, F b_hu, F bow_hu, const State& a, const State& b, Sums& sums) const {
     const F nothing = V::set(0.0F);
     const F one = V::set(1.0F);
     const F change = V::sub(b_hu, a_hu);
@@ -102,9 +107,16 @@ struct Integrals {
     const F sign = V::select(V::less(change, nothing), V::sub(nothing, one), one);
     const F even = V::mask(close, sign);
     const F lean = V::mask(V::negate(close), bow);
-    F integral[4];  // Means times over.
-    V::change(a, b, twice(V::sub(even, lean)), twice(V::add(even, lean)), integral);
-    const F over = V::add(change, twice(even));
+    V::change(a, b, twice(V::sub(even, lean)), twice(V::add(even, lean)), sums.integral);
+    sums.over = V::add(change, twice(even));
+  }
+
+  /// Mean colour, weighted by extinction, and mean extinction per mm.
+  void mean(const Sums& sums, F* rgb, F& tau) const {
+    const F nothing = V::set(0.0F);
+    const F one = V::set(1.0F);
+    const F* integral = sums.integral;
+    const F over = sums.over;
     // One division for both quotients: processors divide slowly.
     const F product = V::mul(integral[3], over);
     const F per_product = V::div(one, V::max(product, V::set(1e-20F)));

@@ -33,6 +33,10 @@ struct alignas(64) IntegralEntry {
   float bend[4];
 };
 
+/// Most cells of a ray that are classified before the first of them is blended. Measured, of 1 to
+/// 8: processors wait less for memory and for one another's results, but rays end among them.
+inline constexpr int kMarchRun = 4;
+
 /// What all rays of a picture share.
 struct MarchInputs {
   const std::int16_t* voxels;  ///< Voxel (0, 0, 0) of a volume with repeated borders.

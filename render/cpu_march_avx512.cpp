@@ -3,8 +3,8 @@
 // Compiled for x86-64-v4 and entered only through cpu_marches().
 #include <ctime>
 
-#include "render/cpu_kernel.hpp"
 #include "render/cpu_kernel_cull.hpp"
+#include "render/cpu_kernel_instances.hpp"
 #include "render/cpu_kernel_project.hpp"
 #include "render/cpu_kernel_rays.hpp"
 #include "render/cpu_lanes_avx512.hpp"

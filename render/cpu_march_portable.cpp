@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/cpu_kernel.hpp"
 #include "render/cpu_kernel_cull.hpp"
+#include "render/cpu_kernel_instances.hpp"
 #include "render/cpu_kernel_project.hpp"
 #include "render/cpu_kernel_rays.hpp"
 #include "render/cpu_lanes_scalar.hpp"

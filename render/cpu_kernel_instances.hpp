@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/cpu_kernel.hpp"
+
+/// The march compiled for every key. See cpu_kernel.hpp for V and for where this may be included.
+namespace nav::render {
+
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
+void march_with(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
+  for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
+    Marcher<V, kClassify, kShade, kFade, kAdaptive>(in, rays, lane, counts).march();
+  }
+}
+
+template <class V, MarchClassify kClassify, MarchShade kShade>
+March composite_fading(const MarchKey& key) {
+  if constexpr (kClassify == MarchClassify::kPreIntegrated) {
+    if (key.adaptive) {
+      return key.fade ? march_with<V, kClassify, kShade, true, true>
+                      : march_with<V, kClassify, kShade, false, true>;
+    }
+  }
+  return key.fade ? march_with<V, kClassify, kShade, true, false>
+                  : march_with<V, kClassify, kShade, false, false>;
+}
+
+template <class V, MarchClassify kClassify>
+March composite_shading(const MarchKey& key) {
+  switch (key.shade) {
+    case MarchShade::kNone:
+      return composite_fading<V, kClassify, MarchShade::kNone>(key);
+    case MarchShade::kPhong:
+      return composite_fading<V, kClassify, MarchShade::kPhong>(key);
+    case MarchShade::kGooch:
+      return composite_fading<V, kClassify, MarchShade::kGooch>(key);
+  }
+  return nullptr;
+}
+
+/// The instance for a key.
+template <class V>
+March composite_march(const MarchKey& key) {
+  switch (key.classify) {
+    case MarchClassify::kPreIntegrated:
+      return composite_shading<V, MarchClassify::kPreIntegrated>(key);
+    case MarchClassify::kPostClassified:
+      return composite_shading<V, MarchClassify::kPostClassified>(key);
+    case MarchClassify::kWindows:
+      return composite_shading<V, MarchClassify::kWindows>(key);
+  }
+  return nullptr;
+}
+
+}  // namespace nav::render
