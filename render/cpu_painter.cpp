@@ -88,8 +88,8 @@ struct CpuPainter::Tile {
   std::uint64_t cut_rays = 0;
 
   // With sparse rays.
-  bool solids = false;  ///< A surface may be met in some block so far.
-  int waiting = 0;      ///< Lanes of the packet that have a pixel.
+  SurfaceReach reach{};  ///< What may be met in some block so far.
+  int waiting = 0;       ///< Lanes of the packet that have a pixel.
   std::optional<LatticeSquares> squares;
   std::uint64_t means = 0;
 };
@@ -140,31 +140,32 @@ void CpuPainter::paint_tile(int index, int pass) {
 }
 
 void CpuPainter::paint_block(int x0, int y0, int pass, Tile& tile) {
-  const bool solids = rays_of_.solids(x0, y0, kBlock);
+  const SurfaceReach reach = rays_of_.reach(x0, y0, kBlock);
   const VisibleSpan span = spans_ != nullptr ? spans_->at(x0, y0) : VisibleSpan{};
-  if (span.empty() && !solids) {
+  if (span.empty() && !reach.any()) {
     if (pass == 0) tile.rays += leave_empty(x0, y0);
     return;
   }
   if (pass == 0) picture_.set_blank(x0, y0, false);
   if (!lattice_) {
-    cast_all(x0, y0, solids, span, tile);
+    cast_all(x0, y0, reach, span, tile);
     return;
   }
-  tile.solids = tile.solids || solids;
+  tile.reach = tile.reach.with(reach);
   if (pass == 0) {
     add_lattice(x0, y0, span, tile);
   } else {
-    halve_squares(x0, y0, pass, span, tile);
+    halve_squares(x0, y0, pass, reach.shapes, span, tile);
   }
 }
 
-void CpuPainter::cast_all(int x0, int y0, bool solids, const VisibleSpan& span, Tile& tile) {
+void CpuPainter::cast_all(int x0, int y0, const SurfaceReach& reach, const VisibleSpan& span,
+                          Tile& tile) {
   const bool cut =
       tile.cut && rays_of_.cull(x0, y0, kBlock, tile.tile.choice(), tile.block.choice());
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); y += kPacketHeight) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); x += kPacketWidth) {
-      rays_of_.start(x, y, solids, cut ? &tile.block.choice() : nullptr, span, tile.packet);
+      rays_of_.start(x, y, reach, cut ? &tile.block.choice() : nullptr, span, tile.packet);
       paint_packet(tile);
     }
   }
@@ -189,12 +190,12 @@ void CpuPainter::paint_packet(Tile& tile) {
 }
 
 /// Decides about the pixels in the middle of squares and of their edges.
-void CpuPainter::halve_squares(int x0, int y0, int pass, const VisibleSpan& span, Tile& tile) {
+void CpuPainter::halve_squares(int x0, int y0, int pass, bool shapes, const VisibleSpan& span,
+                               Tile& tile) {
   if (!tile.squares) {
     tile.squares.emplace(picture_, *lattice_, sparse_->error);
     tile.squares->find(x0 / kTile * kTile, y0 / kTile * kTile, lattice_->side(pass));
   }
-  const bool shapes = tile.solids && rays_of_.shapes(x0, y0, kBlock);
   const int side = lattice_->side(pass);
   const int step = side / 2;
   for (int y = y0; y <= std::min(y0 + kBlock - 1, lattice_->last_y); y += step) {
@@ -237,7 +238,7 @@ void CpuPainter::paint_added(Tile& tile) {
     tile.packet.spans[lane] = {};
   }
   tile.waiting = 0;
-  rays_of_.start(tile.solids, tile.cut ? &tile.tile.choice() : nullptr, tile.packet);
+  rays_of_.start(tile.reach, tile.cut ? &tile.tile.choice() : nullptr, tile.packet);
   paint_packet(tile);
 }
 

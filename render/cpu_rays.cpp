@@ -67,27 +67,27 @@ void CpuRays::keep_spans(CpuPacket& p) const {
   }
 }
 
-void CpuRays::start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
-                    CpuPacket& p) const {
+void CpuRays::start(int x0, int y0, const SurfaceReach& reach, const CutChoice* choice,
+                    const VisibleSpan& span, CpuPacket& p) const {
   p.pixels = block_pixels(x0, y0);
   std::fill_n(p.spans, kPacketLanes, span);
-  start(solids, choice, p);
+  start(reach, choice, p);
 }
 
-void CpuRays::start(bool solids, const CutChoice* choice, CpuPacket& p) const {
+void CpuRays::start(const SurfaceReach& reach, const CutChoice* choice, CpuPacket& p) const {
   marches_.start(inputs_, p.pixels, p.rays, p.starts);
   keep_spans(p);
   p.most_hits = 0;
   p.cut = 0;
   for (auto& hits : p.hits) hits.clear();
-  if (solids) meet_surfaces(p);
+  if (reach.any()) meet_surfaces(reach, p);
   if (choice != nullptr && p.starts.any) cut(*choice, p);
   if (field_ != nullptr && p.starts.any) cut_by_field(p);
 }
 
-void CpuRays::meet_surfaces(CpuPacket& p) const {
+void CpuRays::meet_surfaces(const SurfaceReach& reach, CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    surfaces_.meet(spec::ray_of(view_, p.pixels.x[lane], p.pixels.y[lane]), p.hits[lane]);
+    surfaces_.meet(spec::ray_of(view_, p.pixels.x[lane], p.pixels.y[lane]), reach, p.hits[lane]);
     p.most_hits = std::max(p.most_hits, p.hits[lane].size());
   }
 }

@@ -60,23 +60,21 @@ class CpuRays {
   [[nodiscard]] bool cuts() const { return !cutaway_.empty(); }
   /// Keeps the objects that may cut a ray of a square of pixels; false: none reaches the volume.
   [[nodiscard]] bool cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const;
+  /// What some ray of a square of pixels may meet.
+  [[nodiscard]] SurfaceReach reach(int x0, int y0, int size) const {
+    return surfaces_.empty() ? SurfaceReach{} : bounds_.reach(view_, x0, y0, size);
+  }
   /// Some ray of a square of pixels may meet a surface.
-  [[nodiscard]] bool solids(int x0, int y0, int size) const {
-    return !surfaces_.empty() && bounds_.reach(view_, x0, y0, size);
-  }
-  /// Some ray of a square of pixels may meet a surface other than the ultrasound picture.
-  [[nodiscard]] bool shapes(int x0, int y0, int size) const {
-    return !surfaces_.empty() && bounds_.reach_shapes(view_, x0, y0, size);
-  }
+  [[nodiscard]] bool solids(int x0, int y0, int size) const { return reach(x0, y0, size).any(); }
   /// The packet of the block of pixels from (x0, y0) on. choice: null where nothing cuts.
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
-    start(x0, y0, solids, choice, {}, p);
+    start(x0, y0, {solids, solids}, choice, {}, p);
   }
   /// The same; the rays keep only the cells of which a part may lie in the span.
-  void start(int x0, int y0, bool solids, const CutChoice* choice, const VisibleSpan& span,
-             CpuPacket& p) const;
+  void start(int x0, int y0, const SurfaceReach& reach, const CutChoice* choice,
+             const VisibleSpan& span, CpuPacket& p) const;
   /// The packet of p.pixels with p.spans.
-  void start(bool solids, const CutChoice* choice, CpuPacket& p) const;
+  void start(const SurfaceReach& reach, const CutChoice* choice, CpuPacket& p) const;
   /// Leaves of every lane the stretch between its surfaces segment - 1 and segment.
   void set_segment(std::size_t segment, CpuPacket& p) const;
   /// Leaves of every lane what lies of a stretch in the volume; false: nothing of any.
@@ -84,7 +82,7 @@ class CpuRays {
 
  private:
   void keep_spans(CpuPacket& p) const;
-  void meet_surfaces(CpuPacket& p) const;
+  void meet_surfaces(const SurfaceReach& reach, CpuPacket& p) const;
   void cut(const CutChoice& choice, CpuPacket& p) const;
   void cut_by_field(CpuPacket& p) const;
   bool set_lane(double begin_mm, double end_mm, int lane, CpuPacket& p) const;

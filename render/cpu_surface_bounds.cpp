@@ -40,16 +40,7 @@ void SurfaceBounds::add(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& t
   capsules_.push_back({from_ct - origin_, to_ct - origin_, radius_mm * 1.0001 + kSlackMm});
 }
 
-bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size) const {
-  return reach(view, x0, y0, size, 0);
-}
-
-bool SurfaceBounds::reach_shapes(const spec::View<double>& view, int x0, int y0, int size) const {
-  return reach(view, x0, y0, size, first_shape_);
-}
-
-bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size,
-                          std::size_t first) const {
+SurfaceReach SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size) const {
   const auto middle = spec::ray_of(view, x0 + size / 2, y0 + size / 2);
   // The farthest pixel centre from that of the ray is the first corner.
   const auto corner = spec::ray_of(view, x0, y0);
@@ -59,8 +50,7 @@ bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int si
     const Eigen::Vector3d to = point - middle.origin;
     return Eigen::Vector3d(to - to.dot(middle.direction) * middle.direction);
   };
-  const auto begin = capsules_.begin() + static_cast<std::ptrdiff_t>(first);
-  return std::any_of(begin, capsules_.end(), [&](const Capsule& capsule) {
+  const auto reached = [&](const Capsule& capsule) {
     const Eigen::Vector3d from = aside(capsule.from);
     const Eigen::Vector3d along = aside(capsule.to) - from;
     const double length = along.squaredNorm();
@@ -70,7 +60,10 @@ bool SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int si
     // A point q on another ray is at most |q| sin(angle) from this one; 2 bounds wide angles.
     const double turn = 2 * spread * (farthest + capsule.radius);
     return (from + nearest * along).norm() <= capsule.radius + turn + shift;
-  });
+  };
+  const auto shapes = capsules_.begin() + first_shape_;
+  return {std::any_of(capsules_.begin(), shapes, reached),
+          std::any_of(shapes, capsules_.end(), reached)};
 }
 
 }  // namespace nav::render

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/ray_spec.hpp"
+#include "render/surfaces.hpp"
 
 namespace nav::render {
 
@@ -14,10 +15,8 @@ namespace nav::render {
 class SurfaceBounds {
  public:
   explicit SurfaceBounds(const Scene& scene);
-  /// False: no ray of the block of size × size pixels from (x0, y0) on meets a surface.
-  [[nodiscard]] bool reach(const spec::View<double>& view, int x0, int y0, int size) const;
-  /// The same of needle, spheres and lines alone.
-  [[nodiscard]] bool reach_shapes(const spec::View<double>& view, int x0, int y0, int size) const;
+  /// What some ray of the block of size × size pixels from (x0, y0) on may meet.
+  [[nodiscard]] SurfaceReach reach(const spec::View<double>& view, int x0, int y0, int size) const;
 
  private:
   struct Capsule {
@@ -26,12 +25,9 @@ class SurfaceBounds {
     double radius;
   };
   void add(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct, double radius_mm);
-  [[nodiscard]] bool reach(const spec::View<double>& view, int x0, int y0, int size,
-                           std::size_t first) const;
-
   Eigen::Vector3d origin_;
-  std::vector<Capsule> capsules_;  ///< That of the ultrasound picture first, if there is one.
-  std::size_t first_shape_ = 0;    ///< 1 with an ultrasound picture.
+  std::vector<Capsule> capsules_;   ///< That of the ultrasound picture first, if there is one.
+  std::ptrdiff_t first_shape_ = 0;  ///< 1 with an ultrasound picture.
 };
 
 }  // namespace nav::render

@@ -124,9 +124,9 @@ S depth_inside(const PlaneSurface<S>& plane, const Vec2<S>& p_image, const Vec2<
   return std::min(inside, d.y() * plane.sin_half - std::abs(d.x()) * plane.cos_half);
 }
 
-/// The plane's sample on a ray: its border, its picture, or nothing.
+/// The plane's sample on a ray: its border, its picture without its grey, or nothing.
 template <class S>
-std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const Ray<S>& ray) {
+std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const Ray<S>& ray) {
   const Vec3<S> o = plane.image_from_local * (ray.origin - plane.origin);
   const Vec3<S> d = plane.image_from_local * ray.direction;
   if (std::abs(d.z()) < static_cast<S>(kEdgeOnSine)) return {};
@@ -138,8 +138,17 @@ std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const Ray<S>& ray)
   if (!(inside >= S(0))) return {};
   if (inside < static_cast<S>(kBorderMm)) return Hit<S>{t, plane.border_rgb, S(1)};
   if (!plane.shows_picture) return {};
-  return Hit<S>{t, Vec3<S>::Constant(picture_at(plane, pixel.x(), pixel.y())), plane.opacity, true,
-                pixel};
+  return Hit<S>{t, Vec3<S>::Zero(), plane.opacity, true, pixel};
+}
+
+/// The same with the grey of its picture.
+template <class S>
+std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const Ray<S>& ray) {
+  auto hit = reach_plane(plane, ray);
+  if (hit && hit->picture) {
+    hit->rgb.setConstant(picture_at(plane, hit->pixel.x(), hit->pixel.y()));
+  }
+  return hit;
 }
 
 /// A capsule or, with a = b, a sphere; local mm.

@@ -5,6 +5,13 @@
 #include <algorithm>
 
 namespace nav::render {
+namespace {
+
+void add_hit(const std::optional<spec::Hit<double>>& hit, std::vector<spec::Hit<double>>& hits) {
+  if (hit) hits.push_back(*hit);
+}
+
+}  // namespace
 
 Surfaces::Surfaces(const Scene& scene) : shading_(scene.shading) {
   const VoxelGrid& grid = scene.ct->grid();
@@ -16,12 +23,21 @@ Surfaces::Surfaces(const Scene& scene) : shading_(scene.shading) {
 
 void Surfaces::meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const {
   hits.clear();
-  const auto add = [&](const std::optional<spec::Hit<double>>& hit) {
-    if (hit) hits.push_back(*hit);
-  };
-  if (plane_) add(spec::hit_plane(*plane_, ray));
-  if (needle_) add(spec::hit_capsule(*needle_, ray, shading_));
-  for (const auto& solid : solids_) add(spec::hit_capsule(solid, ray, shading_));
+  if (plane_) add_hit(spec::hit_plane(*plane_, ray), hits);
+  meet_shapes(ray, hits);
+}
+
+void Surfaces::meet(const spec::Ray<double>& ray, const SurfaceReach& reach,
+                    std::vector<spec::Hit<double>>& hits) const {
+  hits.clear();
+  if (plane_ && reach.plane) add_hit(spec::reach_plane(*plane_, ray), hits);
+  if (reach.shapes) meet_shapes(ray, hits);
+}
+
+void Surfaces::meet_shapes(const spec::Ray<double>& ray,
+                           std::vector<spec::Hit<double>>& hits) const {
+  if (needle_) add_hit(spec::hit_capsule(*needle_, ray, shading_), hits);
+  for (const auto& solid : solids_) add_hit(spec::hit_capsule(solid, ray, shading_), hits);
   // Insertion sort: stable without allocating, and there are few.
   for (std::size_t i = 1; i < hits.size(); ++i) {
     for (std::size_t j = i; j > 0 && hits[j].t < hits[j - 1].t; --j)
