@@ -113,7 +113,6 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
   in.shades_per_root =
       static_cast<float>(spec::kShadesPerRoot * std::sqrt(scene.quality.step_voxels));
-  in.most_shades = static_cast<float>(spec::kMostShades);
 }
 
 /// Along the axes of the grid, in voxels per mm.

@@ -5,7 +5,7 @@
 #include "render/cpu_kernel_leap.hpp"
 #include "render/cpu_kernel_part.hpp"
 #include "render/cpu_kernel_segment.hpp"
-#include "render/cpu_kernel_shade.hpp"
+#include "render/cpu_kernel_shades.hpp"
 
 /// The march of ray_spec.hpp in single precision, written once for any number of lanes. V supplies
 /// the arithmetic: V::F (floats), V::I (32-bit integers), V::M (lane mask), V::Integral, of
@@ -35,6 +35,7 @@ class Marcher {
         table_{inputs},
         integrals_{inputs},
         fading_(inputs, rays, lane),
+        shades_{inputs, sampler_, counts},
         begin_(V::load(rays.begin + lane)),
         end_(V::load(rays.end + lane)),
         alpha_(V::load(rays.alpha + lane)) {
@@ -107,6 +108,8 @@ class Marcher {
     const auto s = table_.at(part.v_a, gradient, needs_importance());
     part.colour = {{s.rgb[0], s.rgb[1], s.rgb[2]}, s.tau, s.importance};
     finish(part, gradient);
+    weigh(part);
+    if constexpr (kShade != MarchShade::kNone) shade_post_classified(part);
     blend(part);
   }
 
@@ -141,7 +144,11 @@ class Marcher {
     for (int i = 0; i < run; ++i) {
       if (!parts[i].shows) continue;
       parts[i].active = V::both(parts[i].active, V::less(alpha_, V::set(in_.opaque_at)));
-      blend(parts[i]);
+      weigh(parts[i]);
+    }
+    if constexpr (kShade != MarchShade::kNone) shades_.shade(parts, run, cells_);
+    for (int i = 0; i < run; ++i) {
+      if (parts[i].shows) blend(parts[i]);
     }
   }
 
@@ -286,57 +293,46 @@ class Marcher {
     return c;
   }
 
-  void blend(Part& part) {
-    Classified& c = part.colour;
-    const F weight = V::mask(part.active, V::mul(part.opacity, V::sub(V::set(1.0F), alpha_)));
-    if constexpr (kShade != MarchShade::kNone) shade(part, c, weight);
-    for (int i = 0; i < 3; ++i) rgb_[i] = V::madd(weight, c.rgb[i], rgb_[i]);
-    alpha_ = V::add(alpha_, weight);
+  /// Takes a part's share of what is left of the pixel.
+  void weigh(Part& part) {
+    part.weight = V::mask(part.active, V::mul(part.opacity, V::sub(V::set(1.0F), alpha_)));
+    alpha_ = V::add(alpha_, part.weight);
+    if constexpr (kShade != MarchShade::kNone) find_shades(part);
   }
 
-  void shade(const Part& part, Classified& c, F weight) {
-    M shaded = V::less(V::set(in_.min_shaded_weight), weight);
+  void blend(const Part& part) {
+    for (int i = 0; i < 3; ++i) rgb_[i] = V::madd(part.weight, part.colour.rgb[i], rgb_[i]);
+  }
+
+  void find_shades(Part& part) {
+    CellShades<V>& shades = part.shades;
+    shades.places = 0;
+    shades.share = V::set(1.0F);
+    M shaded = V::less(V::set(in_.min_shaded_weight), part.weight);
     if (!V::any(shaded)) return;
-    F share = V::set(1.0F);
     if (in_.emphasis > 0) {
-      const F unimportant = V::sub(V::set(1.0F), importance_of(part, c, shaded));
-      share = V::sub(V::set(1.0F), V::mul(V::set(in_.emphasis), unimportant));
-      shaded = V::both(shaded, V::less(V::set(0.0F), share));
+      const F unimportant = V::sub(V::set(1.0F), importance_of(part, part.colour, shaded));
+      shades.share = V::sub(V::set(1.0F), V::mul(V::set(in_.emphasis), unimportant));
+      shaded = V::both(shaded, V::less(V::set(0.0F), shades.share));
       if (!V::any(shaded)) return;
     }
     if constexpr (kPre) {
-      shade_places(part.cell, c, weight, share, shaded);
+      shades_.find_places(part, cells_, shaded);
     } else {
-      counts_.gradients += static_cast<std::uint64_t>(V::count(shaded));
-      if constexpr (!kWindows) sampler_.gradient(part.cell, shaded, gradient_);
-      F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
-      Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
-      for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, full[i], c.rgb[i]);
+      shades.places = 1;
+      shades.open[0] = shaded;
     }
   }
 
-  /// The mean of the shades at spec::shades_of() places of each lane's cell.
-  void shade_places(F cell, Classified& c, F weight, F share, M shaded) {
-    const F one = V::set(1.0F);
-    const F half = V::set(0.5F);
-    F wanted =
-        V::mul(V::set(in_.shades_per_root), V::sqrt(V::mul(V::max(weight, V::set(0.0F)), cells_)));
-    wanted = V::min(V::floor(V::add(wanted, half)), V::set(in_.most_shades));
-    const F per = V::div(one, V::max(one, wanted));
-    const F apart = V::mul(cells_, per);
-    F sum[3] = {V::set(0.0F), V::set(0.0F), V::set(0.0F)};
-    F place = half;
-    M open = shaded;
-    do {
-      counts_.gradients += static_cast<std::uint64_t>(V::count(open));
-      sampler_.gradient(V::madd(apart, place, cell), open, gradient_);
-      F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
-      Shader<V, kShade>{sampler_}.shade(gradient_, share, full);
-      for (int i = 0; i < 3; ++i) sum[i] = V::add(sum[i], V::mask(open, full[i]));
-      place = V::add(place, one);
-      open = V::both(open, V::less(place, wanted));
-    } while (V::any(open));
-    for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shaded, V::mul(sum[i], per), c.rgb[i]);
+  void shade_post_classified(Part& part) {
+    const CellShades<V>& shades = part.shades;
+    if (shades.places == 0) return;
+    counts_.gradients += static_cast<std::uint64_t>(V::count(shades.open[0]));
+    Classified& c = part.colour;
+    if constexpr (!kWindows) sampler_.gradient(part.cell, shades.open[0], gradient_);
+    F full[3] = {c.rgb[0], c.rgb[1], c.rgb[2]};
+    Shader<V, kShade>{sampler_}.shade(gradient_, shades.share, full);
+    for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shades.open[0], full[i], c.rgb[i]);
   }
 
   /// Of a cell; needed are the lanes where it matters.
@@ -364,6 +360,7 @@ class Marcher {
   Table<V, kWindows> table_;
   Integrals<V> integrals_;
   Fading<V> fading_;
+  RunShades<V, kShade> shades_;
   F begin_;
   F end_;
   F rgb_[3];

@@ -24,6 +24,15 @@ struct CellFade {
   typename V::F visible;  ///< Mean of the visibilities at the ends; 1 in lanes not in front.
 };
 
+/// At which places of a cell its lanes are shaded.
+template <class V>
+struct CellShades {
+  int places;                            ///< Most of any lane; 0: the cell is not shaded.
+  typename V::M open[kMarchMostShades];  ///< Lanes that are shaded at a place.
+  typename V::F per;                     ///< 1 over the places of a lane.
+  typename V::F share;
+};
+
 /// A cell or the part of one between the events of the ray.
 template <class V>
 struct CellPart {
@@ -42,6 +51,8 @@ struct CellPart {
   typename Integrals<V>::Sums sums;  ///< Only of pre-integrated cells.
   CellColour<V> colour;
   F opacity;
+  F weight;              ///< In the pixel.
+  CellShades<V> shades;  ///< Only with shading.
 };
 
 }  // namespace nav::render

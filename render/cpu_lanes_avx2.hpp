@@ -20,6 +20,7 @@ struct Avx2 : LaneMath<Avx2> {
     __m256 v;
   };
   static constexpr int kLanes = 8;
+  static constexpr bool kPacks = false;  ///< Lanes are read one by one: few cost little.
 
   static double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(x))); }
   static F set(float x) { return _mm256_set1_ps(x); }

@@ -60,6 +60,19 @@ struct Avx512 : LaneMath<Avx512> {
   static F select(M m, F a, F b) { return _mm512_mask_blend_ps(m.v, b, a); }
   static F mask(M m, F a) { return _mm512_maskz_mov_ps(m.v, a); }
 
+  static constexpr bool kPacks = true;
+  /// The lanes of a mask side by side; anything behind them, kLanes in all.
+  static void pack(float* to, M m, F x) { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v, x)); }
+  /// The opposite; 0 in the other lanes.
+  static F unpack(const float* from, M m) { return _mm512_maskz_expand_ps(m.v, load(from)); }
+  static F pick(F x, I lanes) { return _mm512_permutexvar_ps(lanes.v, x); }
+  static F lane_numbers() {
+    return _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  }
+  static M first_lanes(int count) {
+    return {static_cast<__mmask16>(count < kLanes ? (1U << count) - 1 : 0xffffU)};
+  }
+
   static F minus_product(F a, F b, F c) { return _mm512_fnmadd_ps(a, b, c); }
   static F nearest(F a) {
     return _mm512_roundscale_ps(a, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);

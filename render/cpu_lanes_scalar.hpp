@@ -15,6 +15,7 @@ struct Scalar {
   using I = int;
   using M = bool;
   static constexpr int kLanes = 1;
+  static constexpr bool kPacks = false;
 
   static double root(double x) { return std::sqrt(x); }
   static F set(float x) { return x; }

@@ -11,6 +11,8 @@ namespace nav::render {
 /// spec::kFadeSteps and kFadeVaries; kernels may not include what has inline functions.
 inline constexpr int kMarchFadeSteps = 4;
 inline constexpr float kMarchFadeVaries = 0.25F;
+/// spec::kMostShades.
+inline constexpr int kMarchMostShades = 4;
 
 /// Lanes of a packet: as a rule a block of 4 × 4 pixels.
 inline constexpr int kPacketLanes = 16;
@@ -91,7 +93,6 @@ struct MarchInputs {
   float silhouette;
   float min_shaded_weight;  ///< A sample that weighs less in the pixel is not shaded.
   float shades_per_root;    ///< Of the weight of one cell: spec::shades_of().
-  float most_shades;
 
   float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
   float overlay_cells;  ///< 1e30 for infinity.

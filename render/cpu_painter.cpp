@@ -19,6 +19,7 @@ static_assert(LatticeSquares::kTile == kTile);
 
 static_assert(kMarchFadeSteps == spec::kFadeSteps &&
               kMarchFadeVaries == static_cast<float>(spec::kFadeVaries));
+static_assert(kMarchMostShades == spec::kMostShades);
 static_assert(spec::kMaxBowShare == 0.5, "kMarchMaxBowShare of cpu_kernel_classify.hpp");
 static_assert(spec::kGoochBlue == 0.4 && spec::kGoochYellow == 0.4, "cpu_kernel_shade.hpp");
 static_assert(spec::kSilhouettePower == 4, "cpu_kernel_shade.hpp");
