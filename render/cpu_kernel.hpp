@@ -6,6 +6,7 @@
 #include "render/cpu_kernel_part.hpp"
 #include "render/cpu_kernel_segment.hpp"
 #include "render/cpu_kernel_shades.hpp"
+#include "render/cpu_kernel_steps.hpp"
 
 /// The march of ray_spec.hpp in single precision, written once for any number of lanes. V supplies
 /// the arithmetic: V::F (floats), V::I (32-bit integers), V::M (lane mask), V::Integral, of
@@ -251,7 +252,7 @@ class Marcher {
         c.tau = Fading<V>::faded(c.tau, part.fade.visible);
         const M varies = part.fade.varies;
         if (V::any(varies)) {
-          const Classified mean = steps<true>(part, gradient);
+          const Classified mean = steps<true>(part, gradient, varies);
           for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(varies, mean.rgb[i], c.rgb[i]);
           c.tau = V::select(varies, mean.tau, c.tau);
           c.importance = V::select(varies, mean.importance, c.importance);
@@ -267,30 +268,21 @@ class Marcher {
     return kShade != MarchShade::kNone && in_.emphasis > 0;
   }
 
-  /// The mean of the equidistant midpoints of a part, faded or not.
+  /// The mean of the equidistant midpoints of a part, faded or not; anything in lanes where it is
+  /// not needed.
   template <bool kFaded>
-  Classified steps(const Part& part, F gradient) const {
-    Classified c{{V::set(0.0F), V::set(0.0F), V::set(0.0F)}, V::set(0.0F), V::set(0.0F)};
-    typename Table<V, kWindows>::Sample s;
-    if constexpr (!kPre) s = table_.at(part.v_a, gradient, true);
-    for (int j = 0; j < kMarchFadeSteps; ++j) {
-      const F w = V::set((static_cast<float>(j) + 0.5F) / kMarchFadeSteps);
-      if constexpr (kPre) s = table_.at(Sampler<V>::lerp(part.v_a, part.v_b, w), gradient, true);
-      F tau = s.tau;
-      if constexpr (kFaded) {
-        const F t = Sampler<V>::lerp(part.t_a, part.t_b, w);
-        tau = Fading<V>::faded(tau, fading_.visibility(s.importance, t));
+  Classified steps(const Part& part, F gradient, [[maybe_unused]] M needed) const {
+    const PartSteps<V, kWindows> steps{table_, fading_};
+    if constexpr (kPre) {
+      if constexpr (V::kPacks) {
+        if (kMarchFadeSteps * V::count(needed) <= (kMarchFadeSteps - 1) * V::kLanes) {
+          return steps.template packed<kFaded>(part, needed);
+        }
       }
-      for (int i = 0; i < 3; ++i) c.rgb[i] = V::madd(tau, s.rgb[i], c.rgb[i]);
-      c.tau = V::add(c.tau, tau);
-      c.importance = V::madd(tau, s.importance, c.importance);
+      return steps.template between<kFaded>(part);
+    } else {
+      return steps.template of<kFaded>(part, table_.at(part.v_a, gradient, true));
     }
-    const F nothing = V::set(0.0F);
-    const F per_sum = V::div(V::set(1.0F), V::max(c.tau, V::set(1e-20F)));
-    for (int i = 0; i < 3; ++i) c.rgb[i] = V::mul(c.rgb[i], per_sum);
-    c.importance = V::select(V::less(nothing, c.tau), V::mul(c.importance, per_sum), V::set(1.0F));
-    c.tau = V::mul(c.tau, V::set(1.0F / kMarchFadeSteps));
-    return c;
   }
 
   /// Takes a part's share of what is left of the pixel.
@@ -344,7 +336,8 @@ class Marcher {
     const M varies = apart(i_a, i_b);
     F whole = mean(i_a, i_b);
     if (V::any(V::both(needed, varies))) {
-      whole = V::select(varies, steps<false>(part, gradient).importance, whole);
+      whole = V::select(varies, steps<false>(part, gradient, V::both(needed, varies)).importance,
+                        whole);
     }
     if constexpr (kFade) {
       if (part.fade.any) whole = V::select(part.fade.varies, c.importance, whole);

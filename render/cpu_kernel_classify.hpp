@@ -146,6 +146,15 @@ struct Fading {
         per_transition(V::load(rays.per_transition + lane)),
         per_overlay(V::set(in.per_overlay)) {}
 
+  /// Of other lanes' rays; V must pack.
+  [[nodiscard]] Fading pick(typename V::I lanes) const {
+    Fading picked = *this;
+    picked.t1 = V::pick(t1, lanes);
+    picked.t2 = V::pick(t2, lanes);
+    picked.per_transition = V::pick(per_transition, lanes);
+    return picked;
+  }
+
   static F clamp01(F x) { return V::max(V::set(0.0F), V::min(V::set(1.0F), x)); }
 
   /// Share of its opacity that a sample of some importance keeps at t, in cells.
