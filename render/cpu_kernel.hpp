@@ -146,10 +146,13 @@ class Marcher {
       if (!parts[i].shows) continue;
       parts[i].active = V::both(parts[i].active, V::less(alpha_, V::set(in_.opaque_at)));
       weigh(parts[i]);
+      if constexpr (kShade == MarchShade::kNone) blend(parts[i]);
     }
-    if constexpr (kShade != MarchShade::kNone) shades_.shade(parts, run, cells_);
-    for (int i = 0; i < run; ++i) {
-      if (parts[i].shows) blend(parts[i]);
+    if constexpr (kShade != MarchShade::kNone) {
+      shades_.shade(parts, run, cells_);
+      for (int i = 0; i < run; ++i) {
+        if (parts[i].shows) blend(parts[i]);
+      }
     }
   }
 
