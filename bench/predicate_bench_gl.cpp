@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
@@ -152,9 +153,11 @@ double median_of(const std::vector<GlPredicateRow>& rows,
   return median(all);
 }
 
-double most_of(const std::vector<GlPredicateRow>& rows, double GlPredicateRow::*value) {
+/// value: a member, or a function of a row.
+template <class Value>
+double most_of(const std::vector<GlPredicateRow>& rows, const Value& value) {
   double most = 0;
-  for (const auto& row : rows) most = std::max(most, row.*value);
+  for (const auto& row : rows) most = std::max(most, std::invoke(value, row));
   return most;
 }
 
@@ -175,9 +178,7 @@ double GlPredicateReport::worst_set_edit_ms() const {
 }
 
 double GlPredicateReport::worst_set_edit_wall_ms() const {
-  double most = 0;
-  for (const auto& row : rows) most = std::max(most, row.edit.first_ms);
-  return most;
+  return most_of(rows, [](const GlPredicateRow& row) { return row.edit.first_ms; });
 }
 
 Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,

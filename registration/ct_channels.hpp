@@ -21,10 +21,6 @@ struct UnsetAllocator : std::allocator<T> {
   UnsetAllocator() = default;
   template <class U>
   explicit UnsetAllocator(const UnsetAllocator<U>& /*other*/) noexcept {}
-  template <class U>
-  struct rebind {
-    using other = UnsetAllocator<U>;
-  };
   template <class U, class... Args>
   void construct(U* at, Args&&... args) {
     if constexpr (sizeof...(Args) == 0) {

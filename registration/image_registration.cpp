@@ -204,8 +204,7 @@ PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
   if (options_.similarity == Similarity::kMutualInformation) return patches;
   // The level before, where it has channels of its own.
-  const Level* before =
-      level.prepared.index == levels_.front().prepared.index ? nullptr : &level - 1;
+  const Level* before = &level != &levels_.front() ? &level - 1 : nullptr;
   const bool smoother = before != nullptr && before->ct.near == nullptr;
   return with_ct_structure(*level.ct.channels, patches, pose, options_.min_ct_contrast_hu,
                            level.ct.near.get(), smoother ? before->ct.channels.get() : nullptr);

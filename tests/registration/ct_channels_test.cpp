@@ -328,11 +328,14 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
   for (std::size_t i = 0; i < count; ++i) all.push_back({i, place(scene.patches, i, pose)});
   near->share(all);
   std::set<const CtChannels*> boxes;
+  double texels = 0;
+  double texels_of_each = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (i == 3 || i == 4) continue;
     PlacedPatch placed = all[i].placed;
     const CtChannels& box = near->around(i, placed);
-    boxes.insert(&box);
+    texels_of_each += near->texels_for(all[i].placed);
+    if (boxes.insert(&box).second) texels += static_cast<double>(box.texels.size());
     EXPECT_EQ(other_texels(box, whole, placed), 0u) << "patch " << i;
     // Wherever it has room to go, up to where it has none.
     for (const Eigen::Vector3d& off : {Eigen::Vector3d(1, -1, 1), Eigen::Vector3d(-2, 2, 2),
@@ -348,6 +351,7 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
     }
   }
   EXPECT_LT(boxes.size(), count / 2);
+  EXPECT_LT(texels, 0.7 * texels_of_each);
   // Nothing is made anew for who lies in his box.
   near->share(all);
   PlacedPatch again = all[0].placed;
