@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 
@@ -26,14 +26,22 @@ Error refuse_mask(const std::string& what, const std::string& expected, double f
   return {ErrorCode::kUsage, text.str()};
 }
 
+/// Pixels [from, to) of a picture, by their index in it.
+struct PixelRun {
+  std::size_t from = 0, to = 0;
+};
+
 /// Scan line and depth bin of each pixel, the same for all pictures with one grid and outline.
 struct ScanGeometry {
   int lines = 0;
   int depths = 0;
   double bin_mm = 1;
-  /// By pixel, row-major: line * depths + depth; lines * depths outside the outline.
+  /// By pixel, row-major: depth * lines + line, as pixels of a row lie at much the same depth;
+  /// lines * depths outside the outline.
   std::vector<int> cell_of;
-  std::vector<int> pixels;  ///< Of each cell.
+  std::vector<PixelRun> inside;  ///< By row: from the first pixel that has a cell to the last.
+  std::vector<float> pixels;     ///< Of each cell, at least 1.
+  std::vector<float> empty;      ///< 1 for a cell without a pixel, else 0.
   [[nodiscard]] std::size_t cells() const {
     return static_cast<std::size_t>(lines) * static_cast<std::size_t>(depths);
   }
@@ -68,12 +76,15 @@ class Bins {
   std::size_t last_ = 0;
 };
 
-/// Calls visit(p) with where each pixel lies in the picture, mm, row by row.
+/// Calls visit(p, i) with where each pixel i lies in the picture, mm, row by row.
 template <class Visit>
 void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
+  const auto& [mm_per_pixel, origin_mm] = frame.grid;
+  std::size_t i = 0;
   for (int row = 0; row < frame.pixels.height(); ++row) {
     for (int column = 0; column < frame.pixels.width(); ++column) {
-      visit(Eigen::Vector2d(frame.grid.at(column, row).mm.head<2>()));
+      // As PixelGrid::at(), without a call for each.
+      visit(Eigen::Vector2d(origin_mm + mm_per_pixel * Eigen::Vector2d(column, row)), i++);
     }
   }
 }
@@ -88,15 +99,14 @@ std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOut
   const double steepest = std::tan(widest);
   const double nearest = outline.radius_min_mm * outline.radius_min_mm;
   const double farthest = outline.radius_max_mm * outline.radius_max_mm;
-  std::vector<BeamCell> cells;
-  cells.reserve(frame.pixels.pixels().size());
-  for_each_pixel(frame, [&](const Eigen::Vector2d& p) {
+  std::vector<BeamCell> cells(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t i) {
     // As SectorOutline::contains(), by tangents and squares.
     const Eigen::Vector2d d = p - outline.apex_mm;
     const double square = d.squaredNorm();
     const bool inside =
         d.y() > 0 && std::abs(d.x()) <= steepest * d.y() && square >= nearest && square <= farthest;
-    cells.push_back(inside ? BeamCell{lines.of(d.x(), d.y()), depths.of(square)} : BeamCell{});
+    if (inside) cells[i] = {lines.of(d.x(), d.y()), depths.of(square)};
   });
   return cells;
 }
@@ -104,12 +114,11 @@ std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOut
 /// Beams run down the picture.
 std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_mm, double bin_mm) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
-  for_each_pixel(frame, [&](const Eigen::Vector2d& p) { low = low.cwiseMin(p); });
-  std::vector<BeamCell> cells;
-  cells.reserve(frame.pixels.pixels().size());
-  for_each_pixel(frame, [&](const Eigen::Vector2d& p) {
-    cells.push_back({static_cast<int>((p.x() - low.x()) / line_mm),
-                     static_cast<int>((p.y() - low.y()) / bin_mm)});
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t) { low = low.cwiseMin(p); });
+  std::vector<BeamCell> cells(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t i) {
+    cells[i] = {static_cast<int>((p.x() - low.x()) / line_mm),
+                static_cast<int>((p.y() - low.y()) / bin_mm)};
   });
   return cells;
 }
@@ -134,12 +143,23 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
   geometry.cell_of.assign(cells.size(), 0);
   if (last == kOutside) return geometry;
   geometry.lines = last - first + 1;
-  geometry.pixels.assign(geometry.cells(), 0);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    geometry.cell_of[i] = geometry.lines * geometry.depths;
-    if (cells[i].line == kOutside) continue;
-    geometry.cell_of[i] = (cells[i].line - first) * geometry.depths + cells[i].depth;
-    ++geometry.pixels[as_size(geometry.cell_of[i])];
+  std::vector<int> pixels(geometry.cells(), 0);
+  const std::size_t width = as_size(frame.pixels.width());
+  for (std::size_t begin = 0; begin < cells.size(); begin += width) {
+    PixelRun run{begin + width, begin};
+    for (std::size_t i = begin; i < begin + width; ++i) {
+      geometry.cell_of[i] = geometry.lines * geometry.depths;
+      if (cells[i].line == kOutside) continue;
+      geometry.cell_of[i] = cells[i].depth * geometry.lines + cells[i].line - first;
+      ++pixels[as_size(geometry.cell_of[i])];
+      run.from = std::min(run.from, i);
+      run.to = i + 1;
+    }
+    if (run.from < run.to) geometry.inside.push_back(run);
+  }
+  for (const int count : pixels) {
+    geometry.pixels.push_back(static_cast<float>(std::max(count, 1)));
+    geometry.empty.push_back(count > 0 ? 0.0f : 1.0f);
   }
   return geometry;
 }
@@ -155,52 +175,73 @@ bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
                         a.outline->half_angle_rad == b.outline->half_angle_rad);
 }
 
-/// Mean grey of each (line, depth) cell; kOutside where the picture has no pixel there. Averaging
-/// over the cell tames speckle and the noise floor, whose single pixels can be bright.
+/// Mean grey of each (line, depth) cell; kOutside, which is −1, where the picture has no pixel
+/// there. Averaging over the cell tames speckle and the noise floor, whose single pixels can be
+/// bright.
 std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
   // Two sums of each: neighbouring pixels, mostly of one cell, need not wait for each other.
-  std::vector<int> sums(2 * (geometry.cells() + 1), 0);
-  const auto pixels = frame.pixels.pixels();
+  const std::size_t cells = geometry.cells();
+  std::vector<int> sums(2 * (cells + 1), 0);
+  int* even = sums.data();
+  int* odd = even + cells + 1;
+  const std::uint8_t* grey = frame.pixels.pixels().data();
   const int* cell_of = geometry.cell_of.data();
-  int* sum = sums.data();
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    sum[2 * static_cast<std::size_t>(cell_of[i]) + i % 2] += pixels[i];
+  for (const PixelRun& run : geometry.inside) {
+    std::size_t i = run.from;
+    for (; i + 1 < run.to; i += 2) {
+      even[cell_of[i]] += grey[i];
+      odd[cell_of[i + 1]] += grey[i + 1];
+    }
+    if (i < run.to) even[cell_of[i]] += grey[i];
   }
-  std::vector<float> means(geometry.cells());
-  for (std::size_t cell = 0; cell < means.size(); ++cell) {
-    const int count = geometry.pixels[cell];
-    means[cell] = count > 0 ? static_cast<float>(sums[2 * cell] + sums[2 * cell + 1]) /
-                                  static_cast<float>(count)
-                            : static_cast<float>(kOutside);
+  std::vector<float> means(cells);
+  const float* pixels = geometry.pixels.data();
+  const float* empty = geometry.empty.data();
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    means[cell] = static_cast<float>(even[cell] + odd[cell]) / pixels[cell] - empty[cell];
   }
   return means;
 }
 
+/// How many cells are of each grey, in two parts: neighbours, mostly of much the same grey, need
+/// not wait for each other. Empty ones come first.
+class GreyHistogram {
+ public:
+  void add(std::span<const float> greys) {
+    int* even = bins_[0].data();
+    int* odd = bins_[1].data();
+    std::size_t i = 0;
+    for (; i + 1 < greys.size(); i += 2) {
+      ++even[bin_of(greys[i])];
+      ++odd[bin_of(greys[i + 1])];
+    }
+    if (i < greys.size()) ++even[bin_of(greys[i])];
+  }
+  /// The least grey that three quarters of the cells do not exceed; 0 without cells.
+  [[nodiscard]] int upper_quartile() const {
+    const auto count = [&](std::size_t bin) { return bins_[0][bin] + bins_[1][bin]; };
+    std::int64_t total = 0;
+    for (std::size_t bin = 1; bin < kBins; ++bin) total += count(bin);
+    std::int64_t seen = 0;
+    std::size_t bin = 1;
+    while (bin + 1 < kBins && 4 * (seen += count(bin)) < 3 * total) ++bin;
+    return static_cast<int>(bin) + kOutside;
+  }
+
+ private:
+  static constexpr std::size_t kBins = 257;
+  static int bin_of(float grey) { return static_cast<int>(std::min(grey, 255.0f)) - kOutside; }
+  std::array<std::array<int, kBins>, 2> bins_{};
+};
+
 /// 75th percentile over all lines and pictures, by depth.
 std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
-  using Histogram = std::array<int, 256>;
-  const auto count = static_cast<std::size_t>(depths);
-  std::vector<Histogram> histograms(count, Histogram{});
-  for (const auto& cells : means) {
-    for (std::size_t line = 0; line < static_cast<std::size_t>(lines); ++line) {
-      for (std::size_t depth = 0; depth < count; ++depth) {
-        const float grey = cells[line * count + depth];
-        if (grey >= 0) ++histograms[depth][static_cast<std::size_t>(std::min(grey, 255.0f))];
-      }
-    }
-  }
-  std::vector<int> usual(count, 0);
-  for (std::size_t depth = 0; depth < count; ++depth) {
-    const Histogram& histogram = histograms[depth];
-    const auto total = std::accumulate(histogram.begin(), histogram.end(), std::int64_t{0});
-    std::int64_t seen = 0;
-    for (std::size_t grey = 0; grey < histogram.size(); ++grey) {
-      seen += histogram[grey];
-      if (4 * seen >= 3 * total) {
-        usual[depth] = static_cast<int>(grey);
-        break;
-      }
-    }
+  const auto count = as_size(lines);
+  std::vector<int> usual;
+  for (std::size_t depth = 0; depth < as_size(depths); ++depth) {
+    GreyHistogram histogram;
+    for (const auto& cells : means) histogram.add(std::span(cells).subspan(depth * count, count));
+    usual.push_back(histogram.upper_quartile());
   }
   return usual;
 }
@@ -209,15 +250,12 @@ std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int li
 std::vector<int> line_ends(const std::vector<float>& means, const std::vector<int>& usual,
                            int lines, int depths, const ShadowMaskOptions& options) {
   std::vector<int> own(static_cast<std::size_t>(lines), 0);
-  for (int line = 0; line < lines; ++line) {
-    for (int depth = depths - 1; depth >= 0; --depth) {
-      const float grey = means[static_cast<std::size_t>(line * depths + depth)];
-      // The limit is at least 1, so that black is never an echo.
-      const int limit = std::max(usual[static_cast<std::size_t>(depth)] - options.drop_grey, 1);
-      if (grey >= static_cast<float>(limit)) {
-        own[static_cast<std::size_t>(line)] = depth + 1;
-        break;
-      }
+  for (int depth = 0; depth < depths; ++depth) {
+    // The limit is at least 1, so that black is never an echo.
+    const auto limit = static_cast<float>(std::max(usual[as_size(depth)] - options.drop_grey, 1));
+    const float* grey = &means[as_size(depth) * own.size()];
+    for (std::size_t line = 0; line < own.size(); ++line) {
+      own[line] = grey[line] >= limit ? depth + 1 : own[line];
     }
   }
   std::vector<int> ends(own.size());
@@ -311,15 +349,16 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
     const std::vector<int> ends =
         line_ends(means[f], usual, geometry.lines, geometry.depths, options);
     std::vector<std::uint8_t> usable(geometry.cells() + 1, 0);
-    for (std::size_t line = 0; line < ends.size(); ++line) {
-      for (int depth = near; depth < ends[line]; ++depth) {
-        usable[line * static_cast<std::size_t>(geometry.depths) + static_cast<std::size_t>(depth)] =
-            1;
+    for (int depth = near; depth < geometry.depths; ++depth) {
+      std::uint8_t* row = &usable[as_size(depth) * ends.size()];
+      for (std::size_t line = 0; line < ends.size(); ++line) row[line] = depth < ends[line] ? 1 : 0;
+    }
+    std::vector<std::uint8_t> mask(geometry.cell_of.size(), 0);
+    for (const PixelRun& run : geometry.inside) {
+      for (std::size_t i = run.from; i < run.to; ++i) {
+        mask[i] = usable[as_size(geometry.cell_of[i])];
       }
     }
-    std::vector<std::uint8_t> mask(geometry.cell_of.size());
-    std::transform(geometry.cell_of.begin(), geometry.cell_of.end(), mask.begin(),
-                   [table = usable.data()](int cell) { return table[cell]; });
     for (std::size_t i = 0; i < outside.size(); ++i) {
       if (outside[i] != 0) mask[i] = 0;
     }
