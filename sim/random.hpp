@@ -7,16 +7,13 @@
 #include <cstdint>
 #include <numbers>
 
+#include "nav/hash_bits.hpp"
+
 namespace nav::sim {
 
-/// Counter-based random bits: the finaliser of splitmix64 (Steele, Lea, Flood 2014). The same key
-/// gives the same bits on any thread.
-constexpr std::uint64_t hash_bits(std::uint64_t key) {
-  key += 0x9e3779b97f4a7c15ULL;
-  key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  key = (key ^ (key >> 27)) * 0x94d049bb133111ebULL;
-  return key ^ (key >> 31);
-}
+using nav::hash_bits;
+
+/// Bits of one stream of a seed, numbered by a counter.
 constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
   return hash_bits(hash_bits(hash_bits(seed) ^ stream) ^ counter);
 }
