@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "nav/check.hpp"
+#include "nav/index.hpp"
 #include "registration/coarse_pictures.hpp"
 #include "registration/lc2_kernel.hpp"
 
@@ -244,9 +245,13 @@ double centre_values(std::vector<float>& values, double* mean = nullptr) {
   return std::sqrt(squares / count);
 }
 
-/// Squares of half their width apart, wherever they lie.
-std::vector<Eigen::Vector2d> square_centres(const UltrasoundFrame& frame,
-                                            const LevelOptions& level) {
+/// Squares of half their width apart, wherever they lie, row by row.
+struct Squares {
+  std::vector<Eigen::Vector2d> centres;
+  std::size_t columns = 0;
+};
+
+Squares squares_of(const UltrasoundFrame& frame, const LevelOptions& level) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = -low;
   for (const auto& corner : corners(frame)) {
@@ -254,11 +259,15 @@ std::vector<Eigen::Vector2d> square_centres(const UltrasoundFrame& frame,
     high = high.cwiseMax(corner.mm.head<2>());
   }
   const double stride_mm = 0.5 * level.patch_side * level.sample_step_mm;
-  std::vector<Eigen::Vector2d> centres;
+  Squares out;
   for (double y = low.y() + stride_mm; y < high.y(); y += stride_mm) {
-    for (double x = low.x() + stride_mm; x < high.x(); x += stride_mm) centres.push_back({x, y});
+    const std::size_t before = out.centres.size();
+    for (double x = low.x() + stride_mm; x < high.x(); x += stride_mm) {
+      out.centres.push_back({x, y});
+    }
+    out.columns = out.centres.size() - before;
   }
-  return centres;
+  return out;
 }
 
 /// All candidates of one picture, by a few samples of each.
@@ -267,7 +276,7 @@ void find_candidates(const LevelPicture& picture, std::size_t order, const Level
   const int half = level.patch_side / 2;
   // Five samples a side, the corners among them where the side allows.
   const int stride = std::max(1, half / 2);
-  const auto centres = square_centres(picture.tracked.frame, level);
+  const auto centres = squares_of(picture.tracked.frame, level).centres;
   if (centres.empty()) return;
   const double top = centres.front().y();
   const double height = centres.back().y() - top + 0.5 * level.patch_side * level.sample_step_mm;
@@ -400,27 +409,83 @@ void order_by_place(PatchSet& set) {
   set = std::move(out);
 }
 
-/// Takes squares in an order that is spread evenly however soon it ends: steps of the golden ratio
-/// through all squares of all pictures (Weyl's sequence). Squares that are not needed are not even
-/// looked at.
+/// The squares of one picture on their way into a set.
+class SquaresLeft {
+ public:
+  SquaresLeft(const UltrasoundFrame& frame, const LevelOptions& level)
+      : squares_(squares_of(frame, level)), states_(squares_.centres.size(), State::kNew) {}
+
+  [[nodiscard]] std::size_t count() const { return states_.size(); }
+  /// At a place between 0 and 1 along the columns and rows. Precondition: count() > 0.
+  [[nodiscard]] std::size_t at(double x, double y) const {
+    const auto part = [](double share, std::size_t of) {
+      return std::min(static_cast<std::size_t>(share * static_cast<double>(of)), of - 1);
+    };
+    return part(y, count() / squares_.columns) * squares_.columns + part(x, squares_.columns);
+  }
+  /// Adds a square once, unless it overlaps half of one that was added before let_overlap().
+  void take(std::size_t square, const LevelPicture& picture, const LevelOptions& level,
+            std::vector<float>& values, PatchSet& out) {
+    if (states_[square] != State::kNew) return;
+    states_[square] = State::kSeen;
+    if (!add_patch(picture, squares_.centres[square], level, values, out)) return;
+    if (overlap_) return;
+    const std::size_t column = square % squares_.columns;
+    if (column > 0) put_off(square - 1);
+    if (column + 1 < squares_.columns) put_off(square + 1);
+    if (square >= squares_.columns) put_off(square - squares_.columns);
+    if (square + squares_.columns < count()) put_off(square + squares_.columns);
+  }
+  void let_overlap() {
+    overlap_ = true;
+    std::replace(states_.begin(), states_.end(), State::kPutOff, State::kNew);
+  }
+
+ private:
+  enum class State : std::uint8_t { kNew, kPutOff, kSeen };
+  void put_off(std::size_t square) {
+    if (states_[square] == State::kNew) states_[square] = State::kPutOff;
+  }
+  Squares squares_;
+  std::vector<State> states_;
+  bool overlap_ = false;
+};
+
+/// Takes squares in an order that is spread evenly over pictures, columns and rows however soon it
+/// ends: steps of the powers of 1/g, g⁴ = g + 1, along the three (the additive recurrence of
+/// Roberts 2018). Steps through all squares one after the other end up in chains of squares that
+/// overlap where the counts of columns and rows so happen. Those that overlap half of one that was
+/// taken come after all others. Squares that are not needed are not even looked at.
 void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
                    PatchSet& out) {
-  std::vector<std::pair<std::size_t, Eigen::Vector2d>> squares;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    for (const auto& centre : square_centres(pictures[i].tracked.frame, level)) {
-      squares.emplace_back(i, centre);
-    }
+  // Steps that find a square that none had found before become few; then the others follow.
+  constexpr std::size_t kStepsPerSquare = 4;
+  constexpr double kRoot = 1.2207440846057596;
+  const Eigen::Array3d step(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
+  std::vector<SquaresLeft> left;
+  std::size_t all = 0;
+  for (const LevelPicture& picture : pictures) {
+    left.emplace_back(picture.tracked.frame, level);
+    all += left.back().count();
   }
-  const std::size_t n = squares.size();
-  if (n == 0) return;
-  constexpr double kGolden = 0.6180339887498949;
-  const auto golden = std::lround(kGolden * static_cast<double>(n));
-  auto step = std::max<std::size_t>(1, static_cast<std::size_t>(golden));
-  while (std::gcd(step, n) != 1) ++step;
   std::vector<float> values;
-  for (std::size_t k = 0, at = 0; k < n; ++k, at = (at + step) % n) {
-    if (out.patches.size() == static_cast<std::size_t>(level.patches)) break;
-    add_patch(pictures[squares[at].first], squares[at].second, level, values, out);
+  const auto enough = [&] { return out.patches.size() == as_size(level.patches); };
+  for (int round = 0; round < 2; ++round) {
+    Eigen::Array3d at = Eigen::Array3d::Constant(0.5);
+    for (std::size_t k = 0; k < kStepsPerSquare * all && !enough(); ++k) {
+      const double share = at[0] * static_cast<double>(pictures.size());
+      const std::size_t i = std::min(static_cast<std::size_t>(share), pictures.size() - 1);
+      if (left[i].count() > 0)
+        left[i].take(left[i].at(at[1], at[2]), pictures[i], level, values, out);
+      at += step;
+      at -= at.floor();
+    }
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      for (std::size_t square = 0; square < left[i].count() && !enough(); ++square) {
+        left[i].take(square, pictures[i], level, values, out);
+      }
+      left[i].let_overlap();
+    }
   }
 }
 

@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
+#include <set>
 
+#include "nav/index.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/coarse_pictures.hpp"
 #include "registration/prepared.hpp"
@@ -203,6 +207,95 @@ TEST(PatchesTest, UprightPixelsAreSampledAsAnyOthersToTheLastBit) {
       EXPECT_EQ(found.samples.empty(), false) << side;
     }
   }
+}
+
+/// Pictures of noise: every square of them has contrast.
+Sweep noisy_sweep(int pictures, int width, int height) {
+  std::vector<TrackedFrame> frames;
+  std::mt19937 random(7);
+  for (int i = 0; i < pictures; ++i) {
+    TrackedFrame tracked{counting_frame(width, height),
+                         {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 10.0 * i)},
+                         Duration{0}};
+    std::vector<std::uint8_t> pixels(as_size(width * height));
+    for (std::uint8_t& pixel : pixels) pixel = static_cast<std::uint8_t>(random() % 256);
+    tracked.frame.pixels = Image2d<std::uint8_t>(width, height, std::move(pixels));
+    tracked.frame.grid = PixelGrid::centred(width, 1.0, 1.0);
+    tracked.frame.acquired = Timestamp(from_seconds(0.1 * i));
+    frames.push_back(tracked);
+  }
+  return *Sweep::create(std::move(frames), "noisy");
+}
+
+std::vector<Image2d<std::uint8_t>> open_masks(const Sweep& sweep) {
+  const auto& first = sweep.frames().front().frame.pixels;
+  const std::vector<std::uint8_t> open(first.pixels().size(), 1);
+  return {sweep.frames().size(), Image2d<std::uint8_t>(first.width(), first.height(), open)};
+}
+
+/// Share of the patches that overlap more than half of another of their picture.
+double overlapping(const PatchSet& set, double half_mm) {
+  const auto& all = set.patches;
+  const auto close = [&](const Patch& a, const Patch& b) {
+    return &a != &b && a.frame == b.frame && (a.centre_mm - b.centre_mm).norm() < 1.01 * half_mm;
+  };
+  const auto count = std::count_if(all.begin(), all.end(), [&](const Patch& a) {
+    return std::any_of(all.begin(), all.end(), [&](const Patch& b) { return close(a, b); });
+  });
+  return static_cast<double>(count) / static_cast<double>(all.size());
+}
+
+/// How far the share of patches in a box from a corner on is from the box's share of all squares,
+/// at most (star discrepancy, by eighths of each axis).
+double unevenness(const PatchSet& some, const PatchSet& all) {
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e300);
+  Eigen::Array3d high = -low;
+  for (const Patch& patch : all.patches) {
+    low = low.min(patch.centre_mm.array());
+    high = high.max(patch.centre_mm.array());
+  }
+  const auto share = [](const PatchSet& set, const Eigen::Array3d& end) {
+    const auto in = std::count_if(set.patches.begin(), set.patches.end(), [&](const Patch& patch) {
+      return (patch.centre_mm.array() < end).all();
+    });
+    return static_cast<double>(in) / static_cast<double>(set.patches.size());
+  };
+  double most = 0;
+  for (int box = 0; box < 512; ++box) {
+    const Eigen::Array3d eighths = Eigen::Array3d(box % 8, box / 8 % 8, box / 64) + 1;
+    const Eigen::Array3d end = low + (high - low) * (eighths / 8) + 1e-6;
+    most = std::max(most, std::abs(share(some, end) - share(all, end)));
+  }
+  return most;
+}
+
+TEST(PatchesTest, AreSpreadEvenlyWhateverTheCountsOfColumnsAndRows) {
+  for (const int width : {70, 97, 128, 174, 200}) {
+    for (const double step_mm : {1.7, 1.8, 1.9, 2.0, 2.1, 2.2}) {
+      const Sweep sweep = noisy_sweep(8, width, 122);
+      const LevelOptions level{step_mm, 7, 160, 1.0, PatchChoice::kEven};
+      LevelOptions every = level;
+      every.patches = 100'000;
+      const PatchSet found = make_patches(sweep, open_masks(sweep), level, 0.6);
+      ASSERT_EQ(found.patches.size(), 160u);
+      const PatchSet all = make_patches(sweep, open_masks(sweep), every, 0.6);
+      EXPECT_LT(unevenness(found, all), 0.07) << width << " at " << step_mm;
+      EXPECT_EQ(overlapping(found, 3.5 * step_mm), 0) << width << " at " << step_mm;
+    }
+  }
+}
+
+TEST(PatchesTest, TakesEverySquareOnceWhereAsManyAreWanted) {
+  const Sweep sweep = noisy_sweep(3, 40, 33);
+  const LevelOptions level{2.0, 7, 100'000, 1.0, PatchChoice::kEven};
+  std::set<std::array<double, 3>> found;
+  const PatchSet set = make_patches(sweep, open_masks(sweep), level, 0.6);
+  for (const Patch& patch : set.patches) {
+    found.insert({patch.centre_mm.x(), patch.centre_mm.y(), patch.centre_mm.z()});
+  }
+  EXPECT_EQ(found.size(), set.patches.size());
+  // Half a side apart from half a side off the border on; those of the rim reach beyond it.
+  EXPECT_EQ(set.patches.size(), 3u * 4 * 3);
 }
 
 }  // namespace
