@@ -43,7 +43,7 @@ constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
 // Of the finest samples, to differentiate gradients by; up to kSharedSteps they differ little yet.
 constexpr double kCurvatureSteps = 0.25;
-constexpr double kSharedSteps = 0.45;
+constexpr double kSharedSteps = 0.5;
 constexpr double kSolveProgress = 0.9;
 // A pose of the finest level is judged by this share of its patches, those of highest contrast:
 // among all of them a right pose costs 0.6 and a wrong one hardly more, among these 0.2 and 0.4.

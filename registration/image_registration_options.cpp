@@ -43,7 +43,7 @@ const char* to_string(Effort effort) { return effort == Effort::kQuick ? "quick"
 ImageRegistrationOptions with_effort(Effort effort) {
   ImageRegistrationOptions options;
   if (effort == Effort::kUsual) return options;
-  options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.0},
+  options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.5},
                     {2.0, 7, 250, 1.0, PatchChoice::kEven}};
   options.least_judging = 40;
   options.most_pictures = 8;
