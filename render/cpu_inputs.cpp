@@ -49,12 +49,6 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
                                              : std::numeric_limits<float>::infinity();
 }
 
-/// Whole runs: parts of one cost as much.
-int runs_per_look(const Quality& quality) {
-  const double runs = std::round(kVoxelsPerLookInRuns / (kMarchRun * quality.step_voxels));
-  return static_cast<int>(std::clamp(runs, 1.0, kMostRunsPerLook));
-}
-
 void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
   if (cache.bricks()) std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
   if (key.adaptive) in.brick_cells = cache.cells().data();
@@ -71,7 +65,7 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
   const bool in_runs = key.classify == MarchClassify::kPreIntegrated && !key.adaptive;
   in.cells_per_look =
-      in_runs ? kMarchRun * runs_per_look(scene.quality) : cells_per_look(scene.quality);
+      in_runs ? cells_per_look_in_runs(scene.quality) : cells_per_look(scene.quality);
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 
@@ -126,6 +120,11 @@ void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out
 int cells_per_look(const Quality& quality) {
   const double cells = std::round(kVoxelsPerLook / quality.step_voxels);
   return static_cast<int>(std::clamp(cells, 1.0, 16.0));
+}
+
+int cells_per_look_in_runs(const Quality& quality) {
+  const double runs = std::round(kVoxelsPerLookInRuns / (kMarchRun * quality.step_voxels));
+  return kMarchRun * static_cast<int>(std::clamp(runs, 1.0, kMostRunsPerLook));
 }
 
 RayInputs ray_inputs(const Scene& scene, double first_sample) {

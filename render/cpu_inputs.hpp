@@ -13,6 +13,8 @@ MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway)
 
 /// MarchInputs::cells_per_look.
 int cells_per_look(const Quality& quality);
+/// The same of cells in runs of kMarchRun: whole runs, since parts of one cost as much.
+int cells_per_look_in_runs(const Quality& quality);
 
 /// How rays start. first_sample: where sample 0 of a ray lies in its cell 0, in cells.
 RayInputs ray_inputs(const Scene& scene, double first_sample);

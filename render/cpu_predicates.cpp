@@ -320,7 +320,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   in.brick_importance = importance_.data();
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
-    base.cells_per_look = cells_per_look(scene.quality);
+    base.cells_per_look = cells_per_look_in_runs(scene.quality);
     // Tests of the volume's own value cost less than looking up whether they are needed.
     const bool costly = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
       return atom.kind != PredicateAtom::kRange || atom.channel[0] != 0;

@@ -10,6 +10,22 @@
 /// here also has the integer logic of predicate_lanes_*.hpp, and for where this may be included.
 namespace nav::render {
 
+/// One sample of the volume in every lane.
+template <class V>
+struct LaneSample {
+  typename V::F cell;
+  typename V::F volume;  ///< Code of channel 0.
+  typename Sampler<V>::Place place;
+
+  void take(const PredicateInputs& in, const Sampler<V>& sampler, typename V::F at) {
+    cell = at;
+    place = sampler.locate(at);
+    typename V::F v[4][2];
+    V::load_cells(in.codes[0], in.base.row_stride, in.base.slice_stride, place.base, v);
+    volume = Sampler<V>::interpolate(v, place);
+  }
+};
+
 /// Leaves of one sample of every lane. What a lane computes never depends on the other lanes.
 template <class V>
 struct LeafTests {
@@ -19,16 +35,12 @@ struct LeafTests {
 
   const PredicateInputs& in;
   const Sampler<V>& sampler;
-  F cell;
-  F volume;  ///< Code of channel 0.
-  typename Sampler<V>::Place place;
+  const F& cell;
+  const F& volume;
+  const typename Sampler<V>::Place& place;
 
-  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, F at)
-      : in(inputs), sampler(s), cell(at), place(s.locate(at)) {
-    F v[4][2];
-    V::load_cells(in.codes[0], in.base.row_stride, in.base.slice_stride, place.base, v);
-    volume = Sampler<V>::interpolate(v, place);
-  }
+  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, const LaneSample<V>& sample)
+      : in(inputs), sampler(s), cell(sample.cell), volume(sample.volume), place(sample.place) {}
 
   /// Code of a channel; defined: lanes where all eight voxels have one.
   F code(int channel, M& defined) const {
@@ -172,17 +184,18 @@ class PredicateMarcher {
     Leaper<V, false, false> leaper(sampler_, rays_, lane_, cell);
     M moved = V::none();
     until_ = V::set(-1e30F);
+    const bool skipping = in_.base.brick_leap != nullptr;
     // As Marcher::march(): what is marched through until the next look shows nothing.
-    for (int until_look = 0; V::any(active); --until_look) {
-      if (in_.base.brick_leap != nullptr && until_look == 0) {
+    for (int until_look = 0; V::any(active);) {
+      if (skipping && until_look == 0) {
         leaper.leap(cell, end_, active, moved);
+        active = V::both(active, V::less(cell, end_));
+        if (!V::any(active)) break;
         until_look = in_.base.cells_per_look;
       }
-      if constexpr (kBlend != PredicateBlend::kOver) cell = leave_out(cell, active);
-      active = V::both(active, V::less(cell, end_));
-      if (!V::any(active)) break;
-      active = V::both(active, V::negate(add_cell(cell, active)));
-      cell = V::add(cell, V::set(1.0F));
+      const int run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+      cell = add_run(cell, run, active);
+      until_look -= run;
       active = V::both(active, V::less(cell, end_));
     }
     V::store(rays_.alpha + lane_, alpha_);
@@ -356,25 +369,58 @@ class PredicateMarcher {
     return V::select(V::less(t_a, fading_.t2), Fading<V>::faded(tau, mean), tau);
   }
 
-  /// Returns the lanes that are finished.
-  M add_cell(F cell, M active) {
+  /// What a sample of every lane looks like.
+  struct Part {
+    M shown;      ///< Lanes in which it may be seen.
+    F intensity;  ///< [0, 1].
+    F look[4];
+    F opacity;  ///< 0 where it is not shown.
+  };
+
+  /// So many cells of each lane, one after the other; returns the next ones, without those that rule
+  /// 1 leaves out, and takes away lanes that are finished. All that does not depend on the light so
+  /// far is found for all of them before the first is blended, so that none waits for the one before
+  /// it. What turns out to be left out was sampled in vain.
+  F add_run(F cell, int run, M& active) {
+    LaneSample<V> samples[kMarchRun];
+    for (int i = 0; i < run; ++i) samples[i].take(in_, sampler_, ahead(cell, i));
+    Part parts[kMarchRun];
+    for (int i = 0; i < run; ++i) classify(samples[i], active, parts[i]);
+    F next = cell;
+    for (int i = 0; i < run; ++i) {
+      const F at = ahead(cell, i);
+      M here = V::both(active, V::both(V::not_less(at, next), V::less(at, end_)));
+      if constexpr (kBlend != PredicateBlend::kOver) {
+        next = V::select(here, leave_out(at, here), next);
+        here = V::both(here, V::not_less(at, next));
+      }
+      const M shown = V::both(here, parts[i].shown);
+      if (!V::any(shown)) continue;
+      blend(parts[i], V::mask(shown, parts[i].opacity));
+      active = V::both(active, V::negate(finished(at, shown)));
+    }
+    return V::max(next, ahead(cell, run));
+  }
+
+  static F ahead(F cell, int cells) { return V::add(cell, V::set(static_cast<float>(cells))); }
+
+  void classify(const LaneSample<V>& sample, M active, Part& part) {
+    const LeafTests<V> tests(in_, sampler_, sample);
+    active = V::both(active, V::less(tests.cell, end_));
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
-    const LeafTests<V> tests(in_, sampler_, cell);
     const F entry =
         V::madd(tests.volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
     const F zero = V::set(0.0F);
-    const M bright = V::both(active, V::less(zero, entry));
-    if (!V::any(bright)) return V::none();
+    part.shown = V::both(active, V::less(zero, entry));
+    if (!V::any(part.shown)) return;
     const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
-    F look[4];
-    find_looks(leaves_at(tests, active, bright), bright, look);
-    const M shown = V::both(bright, V::less(zero, look[3]));
-    if (!V::any(shown)) return V::none();
-    const F t_a = V::max(cell, begin_);
-    const F t_b = V::min(V::add(cell, V::set(1.0F)), end_);
-    const F opacity = opacity_of(x, look[3], t_a, t_b, shown);
-    blend(V::mul(x, V::set(in_.per_entry)), look, opacity);
-    return finished(cell, shown);
+    find_looks(leaves_at(tests, active, part.shown), part.shown, part.look);
+    part.shown = V::both(part.shown, V::less(zero, part.look[3]));
+    if (!V::any(part.shown)) return;
+    const F t_a = V::max(tests.cell, begin_);
+    const F t_b = V::min(ahead(tests.cell, 1), end_);
+    part.opacity = opacity_of(x, part.look[3], t_a, t_b, part.shown);
+    part.intensity = V::mul(x, V::set(in_.per_entry));
   }
 
   /// Of the part from t_a to t_b of a cell; 0 where nothing is shown.
@@ -438,10 +484,11 @@ class PredicateMarcher {
   }
 
   /// spec::composite_over(), composite_weight() or composite_log(); opacity 0 changes nothing.
-  void blend(F x, const F* look, F opacity) {
+  void blend(const Part& part, F opacity) {
     const F one = V::set(1.0F);
     const F zero = V::set(0.0F);
-    const F importance = look[3];
+    const F x = part.intensity;
+    const F importance = part.look[3];
     const M counts = V::less(zero, opacity);
     F a = alpha_;
     F next = importance_;
@@ -461,7 +508,7 @@ class PredicateMarcher {
     const F beta = V::mask(counts, V::div(over, V::max(V::add(a, over), V::set(1e-37F))));
     const F chroma = V::sub(one, V::abs(V::sub(V::add(x, x), one)));
     for (int c = 0; c < 3; ++c) {
-      const F colour = V::madd(chroma, look[c], x);
+      const F colour = V::madd(chroma, part.look[c], x);
       rgb_[c] = V::madd(beta, V::sub(colour, rgb_[c]), rgb_[c]);
     }
     picture_ = V::sub(picture_, V::mul(beta, picture_));
