@@ -252,14 +252,15 @@ class PredicateMarcher {
     return V::mul(more, V::set((1 + most) * (1 + 0.5F * most)));
   }
 
-  /// Rule 2: lanes whose light is final. What rule 1 has begun, it ends.
-  M finished(F cell, M lanes) {
+  /// Rule 2: lanes whose light is final. What rule 1 has begun, it ends. Of all lanes that are on
+  /// their way the rest is looked at together, since one after the other they would walk as often.
+  M finished(F cell, M lanes, M on_their_way) {
     M dense = V::both(lanes, V::not_less(alpha_, V::set(in_.end_at)));
     if (!V::any(dense)) return V::none();
     if constexpr (kBlend == PredicateBlend::kOver) return dense;
     dense = V::both(dense, V::less(left_out_, V::set(kSomething)));
-    const M stale = V::both(dense, V::not_less(cell, greatest_until_));
-    if (V::any(stale)) look_ahead(cell, stale);
+    const M stale = V::not_less(ahead(cell, 1), greatest_until_);
+    if (V::any(V::both(dense, stale))) look_ahead(cell, V::both(on_their_way, stale));
     if constexpr (kBlend == PredicateBlend::kLog) {
       const F more = V::max(V::set(0.0F), V::sub(greatest_, importance_));
       const F kept = V::sub(V::set(1.0F), V::one_minus_exp(more));
@@ -269,8 +270,8 @@ class PredicateMarcher {
     return V::both(dense, V::not_less(kept, V::mul(greatest_, V::set(in_.end_at))));
   }
 
-  /// The greatest importance on the rest of the rays of some lanes, and up to which cell it stays
-  /// the greatest.
+  /// The greatest importance on the rest of the rays of some lanes, and before which cell it lies
+  /// for the last time.
   void look_ahead(F cell, M lanes) {
     greatest_ = V::select(lanes, V::set(0.0F), greatest_);
     greatest_until_ = V::select(lanes, end_, greatest_until_);
@@ -397,7 +398,7 @@ class PredicateMarcher {
       const M shown = V::both(here, parts[i].shown);
       if (!V::any(shown)) continue;
       blend(parts[i], V::mask(shown, parts[i].opacity));
-      active = V::both(active, V::negate(finished(at, shown)));
+      active = V::both(active, V::negate(finished(at, shown, active)));
     }
     return V::max(next, ahead(cell, run));
   }
