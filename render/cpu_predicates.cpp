@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -218,6 +219,7 @@ void CpuPredicates::make_looks() {
   generation_ = ++generations;
   looks_.clear();
   few_looks_.clear();
+  look_numbers_.clear();
   matters_.clear();
   if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
@@ -248,15 +250,29 @@ void CpuPredicates::make_matters() {
 }
 
 void CpuPredicates::make_few_looks() {
-  if (atoms_.size() > static_cast<std::size_t>(kFewLeaves)) return;
-  const std::size_t eights = (looks_.size() + 7) / 8;
+  std::vector<PredicateLook> few = looks_;
+  if (looks_.size() > static_cast<std::size_t>(kFewLooks)) {
+    few.clear();
+    for (const PredicateLook& look : looks_) {
+      const auto same =
+          std::find_if(few.begin(), few.end(), [&](const auto& f) { return same_look(look, f); });
+      look_numbers_.push_back(static_cast<std::int32_t>(same - few.begin()));
+      if (same != few.end()) continue;
+      if (few.size() == static_cast<std::size_t>(kFewLooks)) {
+        look_numbers_.clear();
+        return;
+      }
+      few.push_back(look);
+    }
+  }
+  const std::size_t eights = std::bit_ceil((few.size() + 7) / 8);
   few_looks_.resize(4 * eights);
-  const auto put = [&](std::size_t column, std::size_t bits, float value) {
-    few_looks_[column * eights + bits / 8].of[bits % 8] = value;
+  const auto put = [&](std::size_t column, std::size_t at, float value) {
+    few_looks_[column * eights + at / 8].of[at % 8] = value;
   };
-  for (std::size_t bits = 0; bits < looks_.size(); ++bits) {
-    for (std::size_t c = 0; c < 3; ++c) put(c, bits, looks_[bits].tint[c]);
-    put(3, bits, looks_[bits].importance);
+  for (std::size_t at = 0; at < few.size(); ++at) {
+    for (std::size_t c = 0; c < 3; ++c) put(c, at, few[at].tint[c]);
+    put(3, at, few[at].importance);
   }
 }
 
@@ -392,6 +408,7 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   in.look_finder = this;
   in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;
   in.few_eights = static_cast<int>(few_looks_.size() / 4);
+  in.look_numbers = look_numbers_.empty() ? nullptr : look_numbers_.data();
   return in;
 }
 

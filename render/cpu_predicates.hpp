@@ -79,7 +79,8 @@ class CpuPredicates {
   std::vector<PredicateAtom> atoms_;
   std::vector<PredicateLook> looks_;
   std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
-  std::vector<Eight> few_looks_;        ///< The same by columns, where leaves are few.
+  std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
+  std::vector<std::int32_t> look_numbers_;
   std::vector<float> tau_;
   std::vector<float> opacity_;    ///< As tau_, of a whole cell.
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.

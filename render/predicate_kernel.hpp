@@ -312,7 +312,7 @@ class PredicateMarcher {
     if (in_.matters == nullptr) return true;
     const std::uint64_t where = in_.matters[static_cast<std::uint32_t>(in_.leaf_count) * known +
                                             static_cast<std::uint32_t>(leaf)];
-    return (V::present(bits, shown) & where) != 0;
+    return V::any_among(bits, shown, where);
   }
 
   /// Which leaves are decided in all the bricks that active lanes cross in their next cells.
@@ -456,8 +456,9 @@ class PredicateMarcher {
   void find_looks(I leaves, M asked, F* look) const {
     if (in_.few_looks != nullptr) {
       const int column = 8 * in_.few_eights;
-      for (int c = 0; c < 4; ++c)
-        look[c] = V::pick(in_.few_looks + c * column, in_.few_eights, leaves);
+      const I at =
+          in_.look_numbers == nullptr ? leaves : V::load_int(in_.look_numbers, leaves);
+      for (int c = 0; c < 4; ++c) look[c] = V::pick(in_.few_looks + c * column, in_.few_eights, at);
       return;
     }
     std::uint32_t bits[V::kLanes];

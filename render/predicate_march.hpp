@@ -12,8 +12,8 @@ namespace nav::render {
 /// Channels of a set, at most: the volume, and two for each leaf.
 inline constexpr int kMostChannels = 65;
 
-/// Leaves whose looks are picked from registers.
-inline constexpr int kFewLeaves = 5;
+/// So many looks are picked from registers.
+inline constexpr int kFewLooks = 32;
 /// Leaves of which it is known when one of them does not matter.
 inline constexpr int kWeighedLeaves = 6;
 
@@ -65,9 +65,11 @@ struct PredicateInputs {
   const PredicateLook* looks;
   void (*find_look)(const void* looks, std::uint32_t leaves, PredicateLook* out);
   const void* look_finder;
-  /// The same by columns, importance last, each of 8 · few_eights floats; null above kFewLeaves.
+  /// The different ones by columns, importance last, each of 8 · few_eights floats; null above
+  /// kFewLooks.
   const float* few_looks;
   int few_eights;
+  const std::int32_t* look_numbers;  ///< Where they stand, by leaf bits; null: at the bits.
 
   /// Per brick: leaves true everywhere, and leaves to be tested. Null: test all.
   const std::int32_t* brick_sure;

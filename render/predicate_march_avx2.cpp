@@ -53,18 +53,18 @@ struct PredicateAvx2 : Avx2 {
     half = _mm_max_ps(half, _mm_movehl_ps(half, half));
     return _mm_cvtss_f32(_mm_max_ss(half, _mm_shuffle_ps(half, half, 1)));
   }
-  /// A bit for every value below 64 that some lane of a mask has.
-  static std::uint64_t present(I a, M m) {
+  /// Whether some lane of a mask has a value, below 64, whose bit is set.
+  static bool any_among(I a, M m, std::uint64_t values) {
     const __m256i one = _mm256_and_si256(_mm256_castps_si256(m.v), _mm256_set1_epi32(1));
     // Shifts by 32 and more, or by less than 0, leave nothing.
     const __m256i low = _mm256_sllv_epi32(one, a.v);
     const __m256i high = _mm256_sllv_epi32(one, _mm256_sub_epi32(a.v, _mm256_set1_epi32(32)));
-    const __m256i both =
-        _mm256_or_si256(_mm256_unpacklo_epi32(low, high), _mm256_unpackhi_epi32(low, high));
-    const __m128i half =
-        _mm_or_si128(_mm256_castsi256_si128(both), _mm256_extracti128_si256(both, 1));
-    const __m128i all = _mm_or_si128(half, _mm_unpackhi_epi64(half, half));
-    return static_cast<std::uint64_t>(_mm_cvtsi128_si64(all));
+    const auto word = [&](int shift) {
+      return _mm256_set1_epi32(static_cast<int>(static_cast<std::uint32_t>(values >> shift)));
+    };
+    const __m256i found =
+        _mm256_or_si256(_mm256_and_si256(low, word(0)), _mm256_and_si256(high, word(32)));
+    return _mm256_testz_si256(found, found) == 0;
   }
   /// An entry of a table of eights of floats, aligned.
   static F pick(const float* table, int eights, I at) {

@@ -35,15 +35,16 @@ struct PredicateAvx512 : Avx512 {
   }
   static float least_of(F a) { return _mm512_reduce_min_ps(a); }
   static float greatest_of(F a) { return _mm512_reduce_max_ps(a); }
-  /// A bit for every value below 64 that some lane of a mask has.
-  static std::uint64_t present(I a, M m) {
+  /// Whether some lane of a mask has a value, below 64, whose bit is set.
+  static bool any_among(I a, M m, std::uint64_t values) {
     const __m512i one = _mm512_set1_epi64(1);
+    const __m512i set = _mm512_set1_epi64(static_cast<long long>(values));
     const auto half = [&](__m256i at, unsigned lanes) {
-      return _mm512_maskz_sllv_epi64(static_cast<__mmask8>(lanes), one, _mm512_cvtepu32_epi64(at));
+      const __m512i bit = _mm512_sllv_epi64(one, _mm512_cvtepu32_epi64(at));
+      return _mm512_mask_test_epi64_mask(static_cast<__mmask8>(lanes), bit, set);
     };
-    const __m512i both = _mm512_or_si512(half(_mm512_castsi512_si256(a.v), m.v & 0xFFU),
-                                         half(_mm512_extracti64x4_epi64(a.v, 1), m.v >> 8));
-    return static_cast<std::uint64_t>(_mm512_reduce_or_epi64(both));
+    return (half(_mm512_castsi512_si256(a.v), m.v & 0xFFU) |
+            half(_mm512_extracti64x4_epi64(a.v, 1), m.v >> 8)) != 0;
   }
   /// An entry of a table of eights of floats, aligned to 32 bytes.
   static F pick(const float* table, int eights, I at) {

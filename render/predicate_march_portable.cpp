@@ -25,7 +25,7 @@ struct PredicateScalar : Scalar {
   static void store_int(std::int32_t* p, I a) { *p = a; }
   static M has_bits(I a, I mask) { return (a & mask) != 0; }
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
-  static std::uint64_t present(I a, M m) { return m ? std::uint64_t{1} << a : 0; }
+  static bool any_among(I a, M m, std::uint64_t values) { return m && (values >> a & 1U) != 0; }
   static F pick(const float* table, int /*eights*/, I at) { return table[at]; }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     for (int i = 0; i < 3; ++i) out[i] = looks[0]->tint[i];
