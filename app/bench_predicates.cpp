@@ -66,7 +66,7 @@ Json report_json(const bench::PredicateBenchReport& report) {
           {"gl", report.gl ? gl_json(*report.gl) : Json()},
           {"rays_checked", report.rays_checked},
           {"naive_termination_error", report.naive_error},
-          {"engine_megabytes", report.megabytes},
+          {"engine_megabytes", report.megabytes ? Json(*report.megabytes) : Json()},
           {"ratios",
            {{"predicate_over_standard_fps", report.predicate_over_standard()},
             {"predicate_over_brute_force_fps", report.brute_over_predicate()},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -18,6 +19,8 @@
 
 namespace nav::bench {
 namespace {
+
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 using render::Engine;
 using render::RenderedImage;
@@ -216,7 +219,8 @@ std::string cpu_text(const PredicateBenchReport& report) {
   std::snprintf(line, sizeof line,
                 "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
                 "beside the volumes, the engines and their features: %.0f MB\n",
-                report.predicate_over_standard(), report.brute_over_predicate(), report.megabytes);
+                report.predicate_over_standard(), report.brute_over_predicate(),
+                report.megabytes.value_or(0));
   return out + line;
 }
 
@@ -235,13 +239,13 @@ double PredicateBenchReport::brute_over_predicate() const {
 }
 
 double PredicateBenchReport::worst_set_edit_wall_ms() const {
-  double most = 0;
+  double most = rows.empty() ? kNotMeasured : 0;
   for (const auto& row : rows) most = std::max(most, row.edit.first_ms);
   return most;
 }
 
 double PredicateBenchReport::max_error() const {
-  double most = 0;
+  double most = rows.empty() ? kNotMeasured : 0;
   for (const auto& row : rows) most = std::max(most, row.max_error);
   return most;
 }
@@ -270,7 +274,7 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
       if (!row) return row.error();
       report.rows.push_back(*std::move(row));
       const auto now = static_cast<double>(resident_bytes()) - static_cast<double>(before);
-      report.megabytes = std::max(report.megabytes, now / 1e6);
+      report.megabytes = std::max(report.megabytes.value_or(0), now / 1e6);
       one_done();
     }
   }

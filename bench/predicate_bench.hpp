@@ -53,12 +53,14 @@ struct PredicateBenchReport {
   int bound_violations = 0;  ///< Of them.
   double naive_error = 0;    ///< Worst error of stopping by opacity alone, in a pixel of them.
   std::optional<GlPredicateReport> gl;  ///< Absent: no OpenGL.
-  double megabytes = 0;                 ///< In RAM beyond the volumes, greatest over scenes; MB.
+  /// In RAM beyond the volumes, greatest over scenes; MB. Absent: no CPU engine.
+  std::optional<double> megabytes;
 
   /// Median over scenes of standard_cpu_ms / predicate_cpu_ms.
   [[nodiscard]] double predicate_over_standard() const;
   /// Median over scenes of brute_cpu_ms / predicate_cpu_ms.
   [[nodiscard]] double brute_over_predicate() const;
+  /// The greatest over scenes; NaN, as both medians: the CPU engine was not measured.
   [[nodiscard]] double max_error() const;
   [[nodiscard]] double worst_set_edit_wall_ms() const;
 };

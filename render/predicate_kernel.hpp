@@ -378,10 +378,10 @@ class PredicateMarcher {
     F opacity;  ///< 0 where it is not shown.
   };
 
-  /// So many cells of each lane, one after the other; returns the next ones, without those that rule
-  /// 1 leaves out, and takes away lanes that are finished. All that does not depend on the light so
-  /// far is found for all of them before the first is blended, so that none waits for the one before
-  /// it. What turns out to be left out was sampled in vain.
+  /// So many cells of each lane, one after the other; returns the next ones, without those that
+  /// rule 1 leaves out, and takes away lanes that are finished. All that does not depend on the
+  /// light so far is found for all of them before the first is blended, so that none waits for the
+  /// one before it. What turns out to be left out was sampled in vain.
   F add_run(F cell, int run, M& active) {
     LaneSample<V> samples[kMarchRun];
     for (int i = 0; i < run; ++i) samples[i].take(in_, sampler_, ahead(cell, i));
@@ -456,8 +456,7 @@ class PredicateMarcher {
   void find_looks(I leaves, M asked, F* look) const {
     if (in_.few_looks != nullptr) {
       const int column = 8 * in_.few_eights;
-      const I at =
-          in_.look_numbers == nullptr ? leaves : V::load_int(in_.look_numbers, leaves);
+      const I at = in_.look_numbers == nullptr ? leaves : V::load_int(in_.look_numbers, leaves);
       for (int c = 0; c < 4; ++c) look[c] = V::pick(in_.few_looks + c * column, in_.few_eights, at);
       return;
     }

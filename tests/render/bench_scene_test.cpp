@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <set>
 
+#include "bench/predicate_bench.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
 #include "bench/scene_set.hpp"
@@ -27,6 +29,19 @@ render::Scene everything() {
   scene.lines.push_back({{{0, 0, 0}}, {{20, -30, 20}}});
   scene.cutaway = render::Cutaway{};
   return scene;
+}
+
+TEST(PredicateBenchReportTest, WhatNoSceneMeasuredIsNoNumber) {
+  PredicateBenchReport report;
+  EXPECT_TRUE(std::isnan(report.max_error()));
+  EXPECT_TRUE(std::isnan(report.worst_set_edit_wall_ms()));
+  EXPECT_TRUE(std::isnan(report.predicate_over_standard()));
+  EXPECT_FALSE(report.megabytes.has_value());
+  report.rows.emplace_back();
+  report.rows.back().max_error = 0.25;
+  report.rows.back().edit.first_ms = 7;
+  EXPECT_EQ(report.max_error(), 0.25);
+  EXPECT_EQ(report.worst_set_edit_wall_ms(), 7);
 }
 
 TEST(SceneSetTest, HasEveryLookCameraAndShadingOfAVolumeUnderItsOwnName) {
