@@ -85,10 +85,16 @@ class CpuEngine final : public Engine {
  private:
   /// Of a scene whose picture has to be provisional; else none.
   [[nodiscard]] std::optional<PredicateSet> set_lacking(const Scene& scene) const {
-    if (!scene.quality.provisional || !drawn_by_predicates(scene)) return std::nullopt;
+    if (!scene.quality.provisional) return std::nullopt;
+    if (has_two_volumes(scene)) return set_lacking_of(ultrasound_scene(scene));
+    return drawn_by_predicates(scene) ? set_lacking_of(scene) : std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<PredicateSet> set_lacking_of(const Scene& by_predicates) const {
     // A new volume has to be copied anyway.
-    if (!predicates_.has(scene.ct.get())) return std::nullopt;
-    auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    if (!predicates_.has(by_predicates.ct.get())) return std::nullopt;
+    auto set =
+        *PredicateSet::create(*by_predicates.predicates, by_predicates.ct, place_of(by_predicates));
     if (predicates_.missing_bytes(set) <= kBytesAPicture) return std::nullopt;
     return set;
   }
@@ -102,7 +108,7 @@ class CpuEngine final : public Engine {
     if (!provisional_ || change_between(*provisional_, scene) != SceneChange::kNothing) {
       provisional_.reset();
       if (!half_) half_.emplace();
-      const Scene half = half_->volumes.of(scene, set);
+      const Scene half = half_of(scene, set);
       const double halving_s = seconds_since(start);
       statistics = cast(half, false, half_->predicates);
       statistics.prepare_s += halving_s;
@@ -112,6 +118,16 @@ class CpuEngine final : public Engine {
     }
     statistics.provisional = true;
     return statistics;
+  }
+
+  /// A CT beside the ultrasound stays as it is.
+  Scene half_of(const Scene& scene, const PredicateSet& set) {
+    if (!has_two_volumes(scene)) return half_->volumes.of(scene, set);
+    const Scene half = half_->volumes.of(ultrasound_scene(scene), set);
+    Scene out = scene;
+    out.ultrasound->volume = half.ct;
+    out.ultrasound->predicates = *half.predicates;
+    return out;
   }
 
   void release_half() {
@@ -134,7 +150,7 @@ class CpuEngine final : public Engine {
       return cast_predicates(scene, cutaway, predicates, start);
     }
     cache_.update(scene, fades, options_.threads);
-    if (has_two_volumes(scene)) return cast_both(scene, cutaway, fades, start);
+    if (has_two_volumes(scene)) return cast_both(scene, cutaway, predicates, fades, start);
     if (!keep) picture_.start(scene.width, scene.height, &scene.background_rgb);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
@@ -179,11 +195,11 @@ class CpuEngine final : public Engine {
   }
 
   /// The CT, which cache_ is ready for, and the ultrasound volume in it.
-  RenderStatistics cast_both(const Scene& scene, const CutPlan& ct_cutaway, bool fades,
-                             Clock::time_point start) {
+  RenderStatistics cast_both(const Scene& scene, const CutPlan& ct_cutaway,
+                             CpuPredicates& predicates, bool fades, Clock::time_point start) {
     const UltrasoundVolume& ultrasound = *scene.ultrasound;
     Scene other = ultrasound_scene(scene);
-    predicates_.update(other, options_.threads, ultrasound.ct_importance);
+    predicates.update(other, options_.threads, ultrasound.ct_importance);
     picture_.start(scene.width, scene.height, nullptr);
     const CutawayField* field = field_ ? &*field_ : nullptr;
     if (field != nullptr) {
@@ -196,14 +212,14 @@ class CpuEngine final : public Engine {
     const MarchInputs in = march_inputs(scene, cache_, key);
     const CpuCtBeside ct(scene, in, key, marches_.rays, ct_cutaway, field);
     const double error = std::exchange(other.predicates->termination_error, 0.0);
-    CpuPredicatePainter painter(other, predicates_, marches_, cutaway,
+    CpuPredicatePainter painter(other, predicates, marches_, cutaway,
                                 other_field_ ? &*other_field_ : nullptr, picture_,
                                 {&ct, ultrasound.ct_importance, error});
     const double prepare_s = seconds_since(start);
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
-    statistics.bricks = predicates_.bricks();
-    statistics.bricks_occupied = predicates_.bricks_occupied();
+    statistics.bricks = predicates.bricks();
+    statistics.bricks_occupied = predicates.bricks_occupied();
     if (scene.quality.skip_empty_bricks) {
       statistics.bricks += cache_.bricks()->low.size();
       if (cache_.distances()) statistics.bricks_occupied += cache_.distances()->occupied;

@@ -21,9 +21,13 @@ class CpuProvisionalTest : public ::testing::Test {
   static void SetUpTestSuite() {
     ct_ = test::small_ultrasound(test::centred_grid({250, 136, 132}, {0.2, 0.3, 0.3}), 5);
     features_ = test::random_features(ct_, 4);
+    inside_ = test::make_volume(test::centred_grid({31, 31, 31}, {2, 2, 2}), [](int i, int, int k) {
+      return 100 * std::sin(0.5 * i) * std::cos(0.4 * k);
+    });
   }
   static void TearDownTestSuite() {
     ct_.reset();
+    inside_.reset();
     features_ = {};
   }
   static Scene asking(std::vector<std::pair<E, double>> entries) {
@@ -47,6 +51,13 @@ class CpuProvisionalTest : public ::testing::Test {
   static Scene other_features() {
     return asking({{E::kind("snr", {0.1, 0.5}), 2}, {E::kind("confidence", {0.4, 0.9}), 1}});
   }
+  /// The same volume inside of a CT.
+  static Scene beside_ct(Scene scene) {
+    scene.ultrasound = UltrasoundVolume{ct_, *scene.predicates, 1};
+    scene.predicates.reset();
+    scene.ct = inside_;
+    return scene;
+  }
   RenderedImage draw(const Scene& scene) { return test::draw(*engine_, scene); }
   /// As an engine draws it that may not give anything up.
   static RenderedImage whole(Scene scene) {
@@ -65,11 +76,13 @@ class CpuProvisionalTest : public ::testing::Test {
   }
 
   static std::shared_ptr<const Volume> ct_;
+  static std::shared_ptr<const Volume> inside_;
   static Features features_;
   std::unique_ptr<Engine> engine_ = make_cpu_engine({2});
 };
 
 std::shared_ptr<const Volume> CpuProvisionalTest::ct_;
+std::shared_ptr<const Volume> CpuProvisionalTest::inside_;
 Features CpuProvisionalTest::features_;
 
 TEST_F(CpuProvisionalTest, TheWholePictureFollowsWithTheSameBytes) {
@@ -118,6 +131,26 @@ TEST_F(CpuProvisionalTest, SetsThatChangeWhileTheyArePrepared) {
   EXPECT_EQ(pictures_until_whole(intensity()), 0);
   EXPECT_LT(pictures_until_whole(other_features()), kMostPictures);
   EXPECT_LT(pictures_until_whole(features()), kMostPictures);
+}
+
+TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsOfEverySecondVoxel) {
+  EXPECT_EQ(pictures_until_whole(beside_ct(intensity())), 0) << "a new volume";
+  const Scene alone = features();
+  const Scene scene = beside_ct(alone);
+  const RenderedImage found = draw(scene);
+  EXPECT_TRUE(found.statistics.provisional);
+  const auto set = PredicateSet::create(*alone.predicates, ct_, place_of(alone));
+  ASSERT_TRUE(test::has_value(set));
+  const Scene half = HalfVolumes().of(alone, *set);
+  Scene expected = scene;
+  expected.ultrasound->volume = half.ct;
+  expected.ultrasound->predicates = *half.predicates;
+  EXPECT_TRUE(test::same_bytes(found, whole(expected)));
+  EXPECT_FALSE(test::same_bytes(found, whole(scene)));
+  EXPECT_EQ(draw(scene).statistics.volume_samples, 0U) << "drawn twice";
+  const int pictures = pictures_until_whole(scene);
+  EXPECT_GE(pictures, 1);
+  EXPECT_LT(pictures, 6);
 }
 
 }  // namespace
