@@ -206,6 +206,16 @@ class PredicateMarcher {
   }
 
  private:
+  /// What a sample of every lane looks like.
+  struct Part {
+    LaneSample<V> sample;
+    F entry;   ///< Of the table of extinctions.
+    M shown;   ///< Lanes in which it may be seen.
+    I leaves;  ///< That are true there.
+    F look[4];
+    F opacity;  ///< 0 where it is not shown.
+  };
+
   /// Rule 1 of spec::EarlyEnds, brick by brick, every kAskEvery cells: lanes ask together. Behind a
   /// brick that was left out the next one is asked about at once, unless it showed nothing: leaps
   /// and marching get to the end of those too.
@@ -289,27 +299,32 @@ class PredicateMarcher {
     }
   }
 
-  /// Which leaves are true in each lane, where shown.
-  I leaves_at(const LeafTests<V>& tests, M active, M shown) {
-    if (V::any(V::both(active, V::not_less(tests.cell, until_)))) look_around(tests.cell, active);
-    I bits = V::set_int(static_cast<int>(sure_));
+  /// Which leaves are true at each sample of a run, where it is shown: one leaf after the other, so
+  /// that features are asked for of all samples at once.
+  void find_leaves(F cell, int run, M active, Part* parts) {
+    if (V::any(V::both(active, V::not_less(ahead(cell, run - 1), until_)))) {
+      look_around(cell, active);
+    }
+    for (int i = 0; i < run; ++i) parts[i].leaves = V::set_int(static_cast<int>(sure_));
     std::uint32_t known = in_.all_leaves & ~ask_;
     for (int n = 0; n < in_.leaf_count; ++n) {
-      const int i = in_.order[n];
-      const std::uint32_t bit = 1U << i;
+      const int leaf = in_.order[n];
+      const std::uint32_t bit = 1U << leaf;
       if ((ask_ & bit) == 0) continue;
-      if (n < in_.cheap_leaves || matters(i, known, bits, shown)) {
-        const M is = V::both(shown, tests.test(in_.atoms[i]));
-        bits = V::or_where(is, V::set_int(static_cast<int>(bit)), bits);
+      for (int i = 0; i < run; ++i) {
+        Part& part = parts[i];
+        if (n >= in_.cheap_leaves && !matters(leaf, known, part.leaves, part.shown)) continue;
+        const LeafTests<V> tests(in_, sampler_, part.sample);
+        const M is = V::both(part.shown, tests.test(in_.atoms[leaf]));
+        part.leaves = V::or_where(is, V::set_int(static_cast<int>(bit)), part.leaves);
       }
       known |= bit;  // Also where it is not: either answer is as good.
     }
-    return bits;
   }
 
   /// Whether a leaf may decide how some lane looks.
   [[nodiscard]] bool matters(int leaf, std::uint32_t known, I bits, M shown) const {
-    if (in_.matters == nullptr) return true;
+    if (in_.matters == nullptr) return V::any(shown);
     const std::uint64_t where = in_.matters[static_cast<std::uint32_t>(in_.leaf_count) * known +
                                             static_cast<std::uint32_t>(leaf)];
     return V::any_among(bits, shown, where);
@@ -370,23 +385,15 @@ class PredicateMarcher {
     return V::select(V::less(t_a, fading_.t2), Fading<V>::faded(tau, mean), tau);
   }
 
-  /// What a sample of every lane looks like.
-  struct Part {
-    M shown;      ///< Lanes in which it may be seen.
-    F intensity;  ///< [0, 1].
-    F look[4];
-    F opacity;  ///< 0 where it is not shown.
-  };
-
   /// So many cells of each lane, one after the other; returns the next ones, without those that
   /// rule 1 leaves out, and takes away lanes that are finished. All that does not depend on the
   /// light so far is found for all of them before the first is blended, so that none waits for the
   /// one before it. What turns out to be left out was sampled in vain.
   F add_run(F cell, int run, M& active) {
-    LaneSample<V> samples[kMarchRun];
-    for (int i = 0; i < run; ++i) samples[i].take(in_, sampler_, ahead(cell, i));
     Part parts[kMarchRun];
-    for (int i = 0; i < run; ++i) classify(samples[i], active, parts[i]);
+    for (int i = 0; i < run; ++i) sample(ahead(cell, i), active, parts[i]);
+    find_leaves(cell, run, active, parts);
+    for (int i = 0; i < run; ++i) classify(parts[i]);
     F next = cell;
     for (int i = 0; i < run; ++i) {
       const F at = ahead(cell, i);
@@ -405,23 +412,26 @@ class PredicateMarcher {
 
   static F ahead(F cell, int cells) { return V::add(cell, V::set(static_cast<float>(cells))); }
 
-  void classify(const LaneSample<V>& sample, M active, Part& part) {
-    const LeafTests<V> tests(in_, sampler_, sample);
-    active = V::both(active, V::less(tests.cell, end_));
+  void sample(F cell, M active, Part& part) {
+    part.sample.take(in_, sampler_, cell);
+    active = V::both(active, V::less(cell, end_));
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
     const F entry =
-        V::madd(tests.volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
+        V::madd(part.sample.volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
     const F zero = V::set(0.0F);
     part.shown = V::both(active, V::less(zero, entry));
+    part.entry = V::min(V::max(entry, zero), V::set(in_.last_entry));
+  }
+
+  void classify(Part& part) {
     if (!V::any(part.shown)) return;
-    const F x = V::min(V::max(entry, zero), V::set(in_.last_entry));
-    find_looks(leaves_at(tests, active, part.shown), part.shown, part.look);
-    part.shown = V::both(part.shown, V::less(zero, part.look[3]));
+    find_looks(part.leaves, part.shown, part.look);
+    part.shown = V::both(part.shown, V::less(V::set(0.0F), part.look[3]));
     if (!V::any(part.shown)) return;
-    const F t_a = V::max(tests.cell, begin_);
-    const F t_b = V::min(ahead(tests.cell, 1), end_);
-    part.opacity = opacity_of(x, part.look[3], t_a, t_b, part.shown);
-    part.intensity = V::mul(x, V::set(in_.per_entry));
+    const F cell = part.sample.cell;
+    const F t_a = V::max(cell, begin_);
+    const F t_b = V::min(ahead(cell, 1), end_);
+    part.opacity = opacity_of(part.entry, part.look[3], t_a, t_b, part.shown);
   }
 
   /// Of the part from t_a to t_b of a cell; 0 where nothing is shown.
@@ -488,7 +498,7 @@ class PredicateMarcher {
   void blend(const Part& part, F opacity) {
     const F one = V::set(1.0F);
     const F zero = V::set(0.0F);
-    const F x = part.intensity;
+    const F x = V::mul(part.entry, V::set(in_.per_entry));
     const F importance = part.look[3];
     const M counts = V::less(zero, opacity);
     F a = alpha_;
