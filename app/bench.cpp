@@ -154,16 +154,18 @@ Result<void> add_skipping(bench::NamedScene named, BenchRenderReport& report) {
   return {};
 }
 
+std::vector<render::TransferFunction> motion_looks() {
+  std::vector<render::TransferFunction> all;
+  for (const char* preset : {"ct-bone", "cta-vessels"}) {
+    all.push_back(*render::preset_transfer_function(preset));
+  }
+  all.push_back(bench::vessels_only());
+  return all;
+}
+
 /// The camera moves about a cubic patient; the last scene's volume also sees an edit.
 Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& console) {
-  const auto looks = [] {
-    std::vector<render::TransferFunction> all;
-    for (const char* preset : {"ct-bone", "cta-vessels"}) {
-      all.push_back(*render::preset_transfer_function(preset));
-    }
-    all.push_back(bench::vessels_only());
-    return all;
-  }();
+  const auto looks = motion_looks();
   const std::vector<int> sides = quick ? std::vector<int>{256} : std::vector<int>{256, 384};
   for (const int side : sides) {
     auto ct = bench::cubic_patient(side);
@@ -247,6 +249,38 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   return {};
 }
 
+/// What is skipped in the scenes of the set and about a cubic patient, beside what could be.
+Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderReport& report,
+                                 Console& console) {
+  constexpr int kWidth = 200;
+  constexpr int kHeight = 150;
+  console.begin("skipping");
+  auto scenes = comparison_scenes(options, kWidth, kHeight, console);
+  if (!scenes) return scenes.error();
+  for (const int side : {256, 384}) {
+    auto ct = bench::cubic_patient(side);
+    if (!ct) return ct.error();
+    for (auto& named :
+         bench::bench_scenes({{"patient-" + std::to_string(side), *ct, motion_looks()}}, "shaded",
+                             kWidth, kHeight)) {
+      if (named.name.find("perspective/shaded") != std::string::npos &&
+          named.name.find(options.scene) != std::string::npos) {
+        scenes->push_back(std::move(named));
+      }
+    }
+  }
+  for (const auto& named : *scenes) {
+    auto bound = bench::measure_skip_bound(named, options.quick ? 1 : 5);
+    if (!bound) return bound.error();
+    report.skip_bounds.push_back(std::move(*bound));
+    console.progress(static_cast<double>(report.skip_bounds.size()) /
+                     static_cast<double>(scenes->size()));
+  }
+  console.end();
+  std::cout << skip_text(report.skip_bounds);
+  return {};
+}
+
 /// What a live session asks for; returns the agreement of the engines on its scene.
 Result<Json> measure_live(const BenchRenderOptions& options, int width, int height,
                           BenchRenderReport& report, Console& console) {
@@ -290,6 +324,9 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
     auto rows = measure_live(options, width, height, report, console);
     if (!rows) return rows.error();
     agreements = std::move(*rows);
+  }
+  if (!options.parts.empty() && asks_for(options.parts, "skipping")) {
+    if (auto ok = measure_skip_bounds(options, report, console); !ok) return ok;
   }
   if (!options.json) return {};
   Json json;

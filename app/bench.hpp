@@ -18,7 +18,7 @@ bool asks_for(const std::vector<std::string>& parts, const std::string& part);
 struct BenchRenderOptions {
   std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.
   std::string scene;                 ///< Only scenes whose name contains it; empty: all.
-  std::vector<std::string> parts{};  ///< compare, live; empty: both.
+  std::vector<std::string> parts{};  ///< compare, live, skipping; empty: the first two.
   bool quick = false;  ///< A few scenes, small pictures: about two minutes on two cores.
   bool costs = false;  ///< Also the cost of every element of a picture.
   int width = 832;     ///< Of the timed pictures, pixels, an odd multiple of 64.
@@ -29,7 +29,8 @@ struct BenchRenderOptions {
 /// Run time against error of Sonde's engines beside VTK's volume mappers over the scene set, in one
 /// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
 /// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
-/// Prints tables; JSON keys are in docs/json.md.
+/// Prints tables; JSON keys are in docs/json.md. The part skipping draws no VTK: what is skipped in
+/// every scene, beside what could be.
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console);
 
 struct BenchScalingOptions {

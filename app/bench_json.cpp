@@ -87,6 +87,23 @@ Json json_of(const bench::ImageUpdate& update) {
           {"bit_identical", update.identical}};
 }
 
+Json json_of(const bench::SkipBound& bound) {
+  Json bricks = Json::array();
+  for (const bench::BrickOracle& one : bound.oracle.bricks) {
+    bricks.push_back({{"edge", one.edge}, {"occupied", one.occupied}, {"samples", one.samples}});
+  }
+  return {{"scene", bound.found.scene},
+          {"samples_on", bound.found.on},
+          {"samples_off", bound.found.off},
+          {"samples_brute", bound.found.brute},
+          {"on_ms", bound.on_ms},
+          {"off_ms", bound.off_ms},
+          {"oracle_all", bound.oracle.all},
+          {"oracle_opaque", bound.oracle.opaque},
+          {"oracle_showing", bound.oracle.showing},
+          {"bricks", std::move(bricks)}};
+}
+
 Json ratios_of(const BenchRenderReport& report) {
   const bench::RenderBenchReport& comparison = report.comparison;
   Json json;
@@ -235,6 +252,7 @@ Json json_of(const BenchRenderReport& report) {
   json["default_quality"] = default_quality(report.comparison);
   json["interaction"] = Json::array();
   for (const auto& one : report.interaction) json["interaction"].push_back(json_of(one));
+  for (const auto& one : report.skip_bounds) json["skip_bounds"].push_back(json_of(one));
   if (report.edit) {
     json["transfer_function_edit"] = {{"side", report.edit->side},
                                       {"prepare_ms", report.edit->prepare_ms},
@@ -294,6 +312,30 @@ std::string live_text(const BenchRenderReport& report) {
         << ": " << 1e3 / one.wall_ms << " fps (" << one.cpu_ms << " process ms), progressive "
         << 1e3 / one.progressive_wall_ms << " fps, whole " << one.refined_ms
         << " ms after the last movement.\n";
+  }
+  return out.str();
+}
+
+std::string skip_text(const std::vector<bench::SkipBound>& bounds) {
+  std::ostringstream out;
+  out << std::fixed
+      << "\nVolume samples without skipping over: with it | bricks of 8^3 | 4^3 | 2^3 | "
+         "cells | cells that show | behind opaque, % | occupied, %, of 8^3 | 4^3 | 2^3 | ms on | "
+         "off\n";
+  const auto over = [](std::uint64_t a, std::uint64_t b) {
+    return static_cast<double>(a) / static_cast<double>(b > 0 ? b : 1);
+  };
+  for (const bench::SkipBound& one : bounds) {
+    const bench::SkipOracle& oracle = one.oracle;
+    const std::uint64_t off = oracle.all - oracle.opaque;
+    out << std::setw(50) << std::left << one.found.scene << std::right << std::setprecision(2)
+        << std::setw(7) << one.found.ratio();
+    for (const auto& bricks : oracle.bricks) out << std::setw(7) << over(off, bricks.samples);
+    out << std::setw(7) << over(off, oracle.showing) << std::setprecision(1) << std::setw(7)
+        << 100 * over(oracle.opaque, oracle.all);
+    for (const auto& bricks : oracle.bricks) out << std::setw(7) << 100 * bricks.occupied;
+    out << std::setw(7) << one.on_ms << std::setw(7) << one.off_ms
+        << (one.found.identical ? "\n" : " NOT the same bytes\n");
   }
   return out.str();
 }

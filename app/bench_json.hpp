@@ -19,6 +19,7 @@ namespace nav::app {
 struct BenchRenderReport {
   bench::RenderBenchReport comparison;
   std::vector<bench::SkipRatio> skipping;
+  std::vector<bench::SkipBound> skip_bounds;  ///< Of the part skipping.
   double full_volume_overhead = std::numeric_limits<double>::quiet_NaN();
   std::optional<bench::CutawayCost> cutaway;
   std::optional<bench::ImageUpdate> update;
@@ -35,5 +36,8 @@ Json json_of(const std::vector<bench::ScalingPoint>& points);
 /// The numbers beside the comparison as text: skipping, cutaway, update, interaction, edit.
 /// Precondition: they were measured.
 std::string live_text(const BenchRenderReport& report);
+
+/// What is skipped in every scene, beside what could be.
+std::string skip_text(const std::vector<bench::SkipBound>& bounds);
 
 }  // namespace nav::app

@@ -513,8 +513,8 @@ void CommandLine::add_bench() {
       "render", "Sonde's engines beside VTK's volume mappers, and their agreement");
   render->add_option("--ct", bench_.ct, "CT to draw instead of the scene set");
   render->add_option("--scene", bench_.scene, "only scenes whose name contains this");
-  render->add_option("--part", bench_.parts, "compare, live; default both")
-      ->check(CLI::IsMember({"compare", "live"}))
+  render->add_option("--part", bench_.parts, "compare, live, skipping; default the first two")
+      ->check(CLI::IsMember({"compare", "live", "skipping"}))
       ->delimiter(',');
   render->add_flag("--quick", bench_.quick, "few scenes, small pictures: about two minutes");
   render->add_flag("--costs", bench_.costs, "also the cost of every element of a picture");

@@ -8,6 +8,7 @@
 
 #include "bench/measure.hpp"
 #include "bench/scene_set.hpp"
+#include "bench/skip_oracle.hpp"
 #include "nav/result.hpp"
 #include "render/scene.hpp"
 
@@ -59,6 +60,16 @@ struct SkipRatio {
   }
 };
 Result<SkipRatio> measure_skipping(const NamedScene& named);
+
+/// Beside that, what could be skipped at best, and the time.
+struct SkipBound {
+  SkipRatio found;
+  SkipOracle oracle;
+  double on_ms = 0;  ///< Process time of a picture, least of all repeats.
+  double off_ms = 0;
+};
+/// Precondition of the scene: that of skip_oracle().
+Result<SkipBound> measure_skip_bound(const NamedScene& named, int repeats);
 
 /// Time of a picture where nothing is empty: with skipping over without, less 1.
 Result<double> full_volume_overhead(const render::Scene& scene, const Repeats& repeats);

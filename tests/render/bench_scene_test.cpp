@@ -115,5 +115,70 @@ TEST(RenderLiveTest, SkippingAndUpdatesAreIdentical) {
   EXPECT_EQ(update->samples, 0U);
 }
 
+/// Rays along x through so many voxels a side, of which those in [from, to) along x show a little.
+render::Scene slab(int side, int from, int to) {
+  VoxelGrid grid;
+  grid.size = {side, side, side};
+  const auto ct = test::make_volume(
+      grid, [&](int i, int, int) { return i >= from && i < to ? 1000.0 : -1000.0; });
+  const auto haze =
+      render::TransferFunction::create("haze", {{0, {1, 1, 1}, 0, 1}, {900, {1, 1, 1}, 1e-3, 1}});
+  render::Camera camera;
+  const double middle = 0.5 * side;
+  camera.eye_ct = {{-10, middle, middle}};
+  camera.look_at_ct = {{0, middle, middle}};
+  camera.up_ct = {Eigen::Vector3d::UnitZ()};
+  camera.orthographic = true;
+  camera.orthographic_height_mm = middle;
+  render::Scene scene = test::plain_scene(ct, *haze, camera);
+  scene.shading.enabled = false;
+  scene.quality.step_voxels = 1;
+  scene.width = scene.height = 4;
+  return scene;
+}
+
+TEST(SkipOracleTest, CountsWhatBricksAndCellsLeaveOfARay) {
+  constexpr std::uint64_t kRays = 16;
+  const SkipOracle found = skip_oracle(slab(17, 8, 17));
+  EXPECT_EQ(found.all, kRays * 17);
+  EXPECT_EQ(found.opaque, 0U);
+  EXPECT_EQ(found.showing, kRays * 10) << "from the sample at 7 on, which bounds a cell that shows";
+  // The brick in front of voxel 8 reaches it, and the cell that runs into that brick is taken.
+  EXPECT_EQ(found.bricks[0].samples, kRays * 17);
+  EXPECT_EQ(found.bricks[1].samples, kRays * 14);
+  EXPECT_EQ(found.bricks[2].samples, kRays * 12);
+  EXPECT_EQ(found.bricks[3].samples, kRays * 11);
+  EXPECT_DOUBLE_EQ(found.bricks[1].occupied, 4.0 / 5);
+  EXPECT_DOUBLE_EQ(found.bricks[3].occupied, 10.0 / 17);
+}
+
+TEST(SkipOracleTest, CountsTheCellThatLeavesABrick) {
+  constexpr std::uint64_t kRays = 16;
+  const SkipOracle found = skip_oracle(slab(25, 8, 11));
+  EXPECT_EQ(found.all, kRays * 25);
+  EXPECT_EQ(found.showing, kRays * 5);
+  EXPECT_EQ(found.bricks[0].samples, kRays * 17);
+  EXPECT_EQ(found.bricks[1].samples, kRays * 10);
+  EXPECT_EQ(found.bricks[2].samples, kRays * 8);
+  EXPECT_EQ(found.bricks[3].samples, kRays * 6);
+}
+
+TEST(SkipOracleTest, KnowsWhereARayIsOpaque) {
+  render::Scene scene = slab(17, 8, 17);
+  scene.quality.opaque_at = 0.0025;  // Passed in the fourth cell: 1e-3 each, the first a quarter.
+  const SkipOracle found = skip_oracle(scene);
+  EXPECT_EQ(found.all - found.opaque, 16U * 12);
+  EXPECT_EQ(found.showing, 16U * 5);
+}
+
+TEST(SkipOracleTest, TheEngineTakesNoFewerSamplesThanItCould) {
+  const auto bound = measure_skip_bound({"half", slab(41, 30, 41)}, 1);
+  ASSERT_TRUE(test::has_value(bound));
+  EXPECT_TRUE(bound->found.identical);
+  EXPECT_GE(bound->found.on, bound->oracle.showing);
+  EXPECT_LT(bound->found.on, bound->found.off);
+  EXPECT_LE(bound->on_ms, 1e3);
+}
+
 }  // namespace
 }  // namespace nav::bench
