@@ -154,15 +154,19 @@ struct Leaper {
       : bricks(sampler), hiding(rays, lane), known(first) {}
 
   /// The first sample beyond those that show nothing; sample itself where it may show something.
-  F beyond(F sample, F& leave) const {
+  /// Anything in lanes that are not open. Behind the outer surface the cutaway is not asked.
+  F beyond(F sample, M open, F& leave) const {
     const MarchInputs& in = bricks.sampler.in;
     const auto brick = bricks.find(sample);
     const F range = V::to_float(V::load_signed_byte(in.brick_leap, brick.at));
     M empty = V::less(V::set(0.0F), range);
     F reach = V::max(V::sub(range, V::set(1.0F)), V::sub(V::set(0.0F), range));
     // What the cutaway hides is looked for brick by brick.
+    bool hides = false;
     if constexpr (kFade) {
-      reach = V::select(V::either(empty, V::not_less(sample, hiding.t2)), reach, V::set(0.0F));
+      const M behind = V::not_less(sample, hiding.t2);
+      hides = V::any(V::both(open, V::negate(behind)));
+      if (hides) reach = V::select(V::either(empty, behind), reach, V::set(0.0F));
     }
     if (in.brick_parts != nullptr) {
       const I parts = V::load_byte(in.brick_parts, brick.at);
@@ -172,7 +176,7 @@ struct Leaper {
     } else {
       leave = bricks.leave(brick, reach, sample);
     }
-    if constexpr (!kFade) return V::select(empty, leave, sample);
+    if (!hides) return V::select(empty, leave, sample);
     const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
     // Samples up to here end cells that are hidden; the next cell is as well.
     const F hidden = V::floor(hiding.up_to(importance, in.overlay_cells));
@@ -187,7 +191,7 @@ struct Leaper {
     F sample = cell;
     while (V::any(open)) {
       F leave;
-      const F next = beyond(sample, leave);
+      const F next = beyond(sample, open, leave);
       const M free = V::less(sample, next);
       known = V::select(V::both(open, V::negate(free)), leave, known);
       sample = V::select(V::both(open, free), next, sample);

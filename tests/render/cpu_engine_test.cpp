@@ -196,6 +196,24 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
   EXPECT_LT(with, without * 3 / 4) << "nothing was skipped";
 }
 
+TEST_P(SkippingTest, TakesNoSampleOfWhatTheCutawayHides) {
+  const auto ct = test::make_volume(test::centred_grid({48, 48, 48}, {1, 1, 1}),
+                                    [](int, int, int) { return 100; });
+  const auto haze =
+      TransferFunction::create("unimportant", {{0, {1, 1, 1}, 1e-3, 0}, {300, {1, 1, 1}, 1e-3, 0}});
+  Scene scene = test::plain_scene(ct, *haze, test::frontal(120, 40, true));
+  // It fills the view, so that half of the volume lies in front of it and nothing is empty.
+  scene.plane = test::upright_plane(test::grey_picture(60, 60, 120), 1, {0, 0, 30});
+  scene.cutaway = Cutaway{};
+  const auto engine = make_cpu_engine({1, GetParam()});
+  const RenderedImage skipped = test::draw(*engine, scene);
+  scene.quality.skip_empty_bricks = false;
+  const RenderedImage full = test::draw(*engine, scene);
+  EXPECT_TRUE(test::same_bytes(skipped, full));
+  EXPECT_GT(full.statistics.volume_samples, 0U);
+  EXPECT_LT(skipped.statistics.volume_samples, full.statistics.volume_samples / 4);
+}
+
 /// What a scene is made of, for messages.
 std::string description(const Scene& s) {
   std::ostringstream out;
