@@ -451,7 +451,9 @@ void CommandLine::add_simulate() {
                          ->excludes(family)
                          ->excludes(contrast);
   verb->add_option("--look-at", o.look_at_mm, "point of that CT, LPS mm")->needs(patient_ct);
-  verb->add_option("--seed", o.seed, "which patient, room, hand and breath")->capture_default_str();
+  verb->add_option("--seed", o.seed, "which patient, room, hand and breath")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
   verb->add_option("--length-mm", o.length_mm, "of the slide; 0: 60 convex, 40 linear, 16 sector")
       ->capture_default_str();

@@ -3,6 +3,8 @@
 #include "app/landmark_outcome.hpp"
 
 #include <algorithm>
+#include <numbers>
+#include <utility>
 
 #include "app/landmark_file.hpp"
 #include "registration/robust_landmarks.hpp"
@@ -22,6 +24,22 @@ Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
       kept.push_back(one);
   }
   return registration::register_anisotropic_landmarks(kept);
+}
+
+/// Pairs whose CT points may be swapped without a residual that anybody would see.
+std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pairs) {
+  std::vector<SwappedLandmarks> out;
+  if (pairs.size() > kMostSwapped) return out;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::swap(pairs[i].ct, pairs[j].ct);
+      const auto fit = registration::register_landmarks(pairs);
+      std::swap(pairs[i].ct, pairs[j].ct);
+      if (!fit || fit->fre_rms_mm > registration::LandmarkLimits{}.max_fre_rms_mm) continue;
+      out.push_back({pairs[j].name, pairs[i].name, fit->fre_rms_mm, fit->ct_from_reference});
+    }
+  }
+  return out;
 }
 
 Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
@@ -44,6 +62,11 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
     const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
     outcome.rejected.push_back({pair.name, off});
   }
+  std::vector<registration::LandmarkPair> kept = list.pairs;
+  std::erase_if(kept, [&](const registration::LandmarkPair& pair) {
+    return std::find(rejected.begin(), rejected.end(), pair.name) != rejected.end();
+  });
+  outcome.swapped = swapped(std::move(kept));
   return outcome;
 }
 
@@ -75,6 +98,28 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
   auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
   if (!outcome.no_majority.empty()) {
     decision.refuse(outcome.no_majority);
+  }
+  if (!decision.accepted) return decision;
+  constexpr std::size_t kNoneToSpare = 3;
+  if (outcome.fit.residuals.size() <= kNoneToSpare) {
+    decision.warnings.push_back(
+        "landmarks used: expected at least 4, so that a wrong one is seen, found 3");
+  }
+  constexpr double kSameTurnDeg = 5;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const auto here = outcome.fit.ct_from_reference;
+  for (const SwappedLandmarks& pair : outcome.swapped) {
+    const auto& there = pair.ct_from_reference;
+    const double moved_mm = (there * (here.inverse() * target) - target).v.norm();
+    const double turned_deg = kDegrees * there.rotation().angularDistance(here.rotation());
+    if (moved_mm <= registration::LandmarkLimits{}.max_tre_rms_mm && turned_deg <= kSameTurnDeg) {
+      continue;
+    }
+    decision.warnings.push_back("landmarks '" + pair.one + "' and '" + pair.other +
+                                "' may be swapped: then they fit within " +
+                                quantity(pair.fre_rms_mm, 2, "mm") + ", turned by " +
+                                quantity(turned_deg, 0, "degrees") + ", the target " +
+                                quantity(moved_mm, 1, "mm") + " away");
   }
   return decision;
 }

@@ -8,6 +8,7 @@
 
 #include "app/console.hpp"
 #include "app/report.hpp"
+#include "nav/transform.hpp"
 #include "registration/landmarks.hpp"
 
 namespace nav::app {
@@ -18,6 +19,13 @@ struct RejectedLandmark {
   double distance_mm;  ///< From the fit of the others.
 };
 
+/// Two pairs whose points may have been taken for each other: swapped, they fit as well.
+struct SwappedLandmarks {
+  std::string one, other;
+  double fre_rms_mm;  ///< Of all pairs when these are swapped, within the limit of the residual.
+  Transform<frames::Ct, frames::Reference> ct_from_reference;  ///< Then.
+};
+
 /// What 'sonde register --landmarks' found.
 struct LandmarkOutcome {
   registration::LandmarkRegistration fit;  ///< Of the pairs that agree.
@@ -26,7 +34,11 @@ struct LandmarkOutcome {
   bool shaped;              ///< The errors' axes were given and used.
   std::string no_majority;  ///< Why no pairs were singled out although they disagree; else empty:
                             ///< the fit is then that of all pairs and never accepted.
+  std::vector<SwappedLandmarks> swapped = {};  ///< Of lists of up to kMostSwapped pairs.
 };
+
+/// Longer lists have too many others to fit when two are swapped.
+inline constexpr std::size_t kMostSwapped = 60;
 
 /// Fits the pairs of a file that agree with each other (robust_landmarks.hpp), refined with the
 /// axes of their errors where the file has them; warns of every rejected pair. Without sigmas in
@@ -34,7 +46,9 @@ struct LandmarkOutcome {
 Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
                                                Diagnostics& diagnostics);
 
-/// Whether the outcome may be used at a target.
+/// Whether the outcome may be used at a target. Warns where three pairs alone are used, which fit
+/// any wrong point somehow, and where two that are swapped move the target beyond the limit of its
+/// error.
 registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target);
 
 /// docs/json.md, registration by landmarks. ct: adds the error over it; null: there is none.

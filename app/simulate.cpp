@@ -3,7 +3,9 @@
 #include "app/simulate.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "app/simulated_truth.hpp"
 #include "io/ct.hpp"
@@ -136,6 +138,31 @@ Result<sim::Patient> patient_of(const SimulateOptions& options, Console& console
   return sim::make_patient_of_ct(*ct, made);
 }
 
+std::filesystem::path truth_file(const SimulateOptions& options) {
+  if (!options.truth.empty()) return options.truth;
+  return std::filesystem::path(options.out).replace_extension(".truth.json");
+}
+
+/// Nothing that is written may be written over by what follows.
+Result<void> check_files(const SimulateOptions& options) {
+  namespace fs = std::filesystem;
+  const auto place = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  const auto apart = [&](const std::string& what, const fs::path& path, const std::string& from,
+                         const fs::path& other) -> Result<void> {
+    if (place(path) != place(other)) return {};
+    return Error{ErrorCode::kUsage, what + ": expected another file than that of " + from +
+                                        ", found " + path.string() + " for both"};
+  };
+  if (auto ok = apart("--truth", truth_file(options), "--out", options.out); !ok) return ok;
+  if (options.ct.empty()) return {};
+  if (fs::path(options.ct).extension() != ".mha") {
+    return Error{ErrorCode::kUsage,
+                 "--ct: expected a name that ends in .mha, found " + options.ct.string()};
+  }
+  if (auto ok = apart("--ct", options.ct, "--out", options.out); !ok) return ok;
+  return apart("--ct", options.ct, "--truth", truth_file(options));
+}
+
 Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOptions& options) {
   sim::CtOptions ct;
   ct.seed = options.seed;
@@ -148,6 +175,7 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
 }  // namespace
 
 Result<void> run_simulate(const SimulateOptions& options, Console& console) {
+  if (auto ok = check_files(options); !ok) return ok;
   console.begin("simulated patient");
   const auto patient = patient_of(options, console);
   if (!patient) return patient.error();
@@ -160,8 +188,7 @@ Result<void> run_simulate(const SimulateOptions& options, Console& console) {
       record(*session, options.out, options.compress, [&](double f) { console.progress(f); });
   if (!recording) return recording.error();
   console.end(std::to_string(recording->frames.size()) + " pictures");
-  std::filesystem::path truth = options.truth;
-  if (truth.empty()) truth = std::filesystem::path(options.out).replace_extension(".truth.json");
+  const std::filesystem::path truth = truth_file(options);
   if (auto written = write_json(truth_of(*session, *recording), truth.string()); !written) {
     return written;
   }

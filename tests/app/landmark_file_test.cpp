@@ -5,7 +5,9 @@
 #include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <sstream>
 
+#include "app/landmark_outcome.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -67,6 +69,49 @@ TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
   EXPECT_TRUE(test::refuses(read(header), Code::kMalformedData, {"found none"}));
   EXPECT_TRUE(
       test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
+}
+
+/// The lines of pairs that lie in the CT where they lie in the reference, but for an offset.
+std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
+                     const std::vector<Eigen::Vector3d>& ct) {
+  std::ostringstream text;
+  text << kHeader << ",sigma_mm\n";
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    text << 'p' << i;
+    for (const Eigen::Vector3d& p : {reference[i], ct[i]}) {
+      for (const double x : p) text << ',' << x;
+    }
+    text << ",0.3\n";
+  }
+  return text.str();
+}
+
+TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
+  const Point<frames::Ct> target{{10, 10, 10}};
+  CollectingDiagnostics diagnostics;
+  const auto warnings_of = [&](const std::vector<Eigen::Vector3d>& reference,
+                               const std::vector<Eigen::Vector3d>& ct) {
+    const auto path = folder_ / "points.csv";
+    std::ofstream(path) << lines_of(reference, ct);
+    const auto outcome = register_landmark_file(path, diagnostics);
+    EXPECT_TRUE(test::has_value(outcome));
+    const auto decision = decide(*outcome, target);
+    EXPECT_TRUE(decision.accepted);
+    return decision.warnings;
+  };
+  // A triangle of two equal sides: the same points the other way round fit as well.
+  const std::vector<Eigen::Vector3d> equal{{0, 150, 0}, {-30, 0, 0}, {30, 0, 0}};
+  for (const auto& warnings :
+       {warnings_of(equal, equal), warnings_of(equal, {equal[0], equal[2], equal[1]})}) {
+    ASSERT_EQ(warnings.size(), 2u) << warnings.back();
+    EXPECT_NE(warnings[0].find("expected at least 4"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[1].find("'p1' and 'p2' may be swapped"), std::string::npos) << warnings[1];
+    EXPECT_NE(warnings[1].find("180 degrees"), std::string::npos) << warnings[1];
+  }
+  const std::vector<Eigen::Vector3d> unlike{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}};
+  EXPECT_EQ(warnings_of(unlike, unlike).size(), 1u);
+  const std::vector<Eigen::Vector3d> four{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}, {0, 10, 90}};
+  EXPECT_TRUE(warnings_of(four, four).empty());
 }
 
 }  // namespace

@@ -353,6 +353,29 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   EXPECT_FALSE(run_simulate(options, console));
 }
 
+TEST(SimulateTest, NothingIsWrittenOverByWhatFollows) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  const auto refuses = [&](SimulateOptions options, const std::string& option) {
+    const auto refused = run_simulate(options, console);
+    ASSERT_FALSE(refused) << option;
+    EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+    EXPECT_NE(refused.error().message.find(option), std::string::npos) << refused.error().message;
+    EXPECT_FALSE(std::filesystem::exists(options.out));
+  };
+  SimulateOptions options = small(folder);
+  options.truth = folder / "." / std::filesystem::path(options.out).filename();
+  refuses(options, "--truth");
+  options = small(folder);
+  options.ct = options.out;
+  refuses(options, "--ct");
+  options.ct = folder / "ct.nii";
+  refuses(options, "ct.nii");
+  options.ct = folder / "both.mha";
+  options.truth = folder / "both.mha";
+  refuses(options, "both.mha");
+}
+
 /// A short recording with its CT.
 SimulateOptions with_ct(const test::TemporaryFolder& folder, double spacing_mm) {
   SimulateOptions options = small(folder);
