@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/benchmarks/registration.svg from what 'sonde bench registration --json FILE' measured.
+"""Draws docs/benchmarks/registration-success.svg from what 'sonde bench registration --json FILE'
+measured: the share of right results (< 2 mm) against the start's error, ours and elastix side by
+side. tools/make_figures.py does so too.
 
-    tools/registration_figure.py FILE... [--out docs/benchmarks/registration.svg]
+    tools/registration_figure.py FILE... [--out docs/benchmarks/registration-success.svg]
 
-Left: share of right results (< 2 mm) against the start's error, ours and elastix. Right: processor
-time against error for each knob. Several files: each adds what the ones before lack, so that parts
-may be measured apart.
+Several files: each adds what the ones before lack, so that parts may be measured apart.
 """
 import argparse
 import json
@@ -60,7 +60,8 @@ class Panel:
 
 def success(report: dict) -> Panel:
     rows = report["summary"].get("distances", [])
-    peers = [r for r in report.get("peer", []) if r["name"].startswith("elastix")]
+    peers = [r for r in report.get("peer", [])
+             if r["name"].startswith("elastix") or r["name"] == "sonde quick"]
     farthest = max([r["start_mm"] for r in rows + peers], default=60)
     panel = Panel("Right results (target error below 2 mm)", "target error of the start, mm",
                   "share", farthest, 1)
@@ -74,33 +75,24 @@ def success(report: dict) -> Panel:
     return panel
 
 
-def effort(report: dict) -> Panel:
-    curve = [p for p in report.get("curve", []) if p["error_median_mm"] is not None]
-    panel = Panel("Run time against error, local from 5 mm", "processor time, s",
-                  "median target error, mm", max([p["cpu_s"] for p in curve], default=1) * 1.05,
-                  min(max([p["error_median_mm"] for p in curve], default=1) * 1.05, 2))
-    for axis in dict.fromkeys(p["axis"] for p in curve):
-        panel.line(axis, [(p["cpu_s"], p["error_median_mm"]) for p in curve if p["axis"] == axis])
-    return panel
+def drawing(report: dict) -> str:
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" '
+            f'font-family="sans-serif" font-size="11"><rect width="100%" height="100%" '
+            f'fill="white"/>\n{success(report).svg(0)}\n</svg>\n')
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("reports", nargs="+", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path,
-                        default=pathlib.Path("docs/benchmarks/registration.svg"))
+                        default=pathlib.Path("docs/benchmarks/registration-success.svg"))
     options = parser.parse_args()
     merged: dict = {}
     for path in options.reports:
         for key, value in json.loads(path.read_text()).items():
             if not merged.get(key) or (key == "summary" and "distances" not in merged[key]):
                 merged[key] = value
-    panels = [success(merged), effort(merged)]
-    body = "\n".join(panel.svg(i * WIDTH) for i, panel in enumerate(panels))
-    options.out.write_text(
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{2 * WIDTH}" height="{HEIGHT}" '
-        f'font-family="sans-serif" font-size="11"><rect width="100%" height="100%" fill="white"/>\n'
-        f'{body}\n</svg>\n')
+    options.out.write_text(drawing(merged))
 
 
 if __name__ == "__main__":
