@@ -409,48 +409,83 @@ void order_by_place(PatchSet& set) {
   set = std::move(out);
 }
 
+/// The squares of one picture on their way into a set.
+class SquaresLeft {
+ public:
+  SquaresLeft(const UltrasoundFrame& frame, const LevelOptions& level)
+      : squares_(squares_of(frame, level)), states_(squares_.centres.size(), State::kNew) {}
+
+  [[nodiscard]] std::size_t count() const { return states_.size(); }
+  /// At a place between 0 and 1 along the columns and rows. Precondition: count() > 0.
+  [[nodiscard]] std::size_t at(double x, double y) const {
+    const auto part = [](double share, std::size_t of) {
+      return std::min(static_cast<std::size_t>(share * static_cast<double>(of)), of - 1);
+    };
+    return part(y, count() / squares_.columns) * squares_.columns + part(x, squares_.columns);
+  }
+  /// Adds a square once, unless it overlaps half of one that was added before let_overlap().
+  void take(std::size_t square, const LevelPicture& picture, const LevelOptions& level,
+            std::vector<float>& values, PatchSet& out) {
+    if (states_[square] != State::kNew) return;
+    states_[square] = State::kSeen;
+    if (!add_patch(picture, squares_.centres[square], level, values, out)) return;
+    if (overlap_) return;
+    const std::size_t column = square % squares_.columns;
+    if (column > 0) put_off(square - 1);
+    if (column + 1 < squares_.columns) put_off(square + 1);
+    if (square >= squares_.columns) put_off(square - squares_.columns);
+    if (square + squares_.columns < count()) put_off(square + squares_.columns);
+  }
+  void let_overlap() {
+    overlap_ = true;
+    std::replace(states_.begin(), states_.end(), State::kPutOff, State::kNew);
+  }
+
+ private:
+  enum class State : std::uint8_t { kNew, kPutOff, kSeen };
+  void put_off(std::size_t square) {
+    if (states_[square] == State::kNew) states_[square] = State::kPutOff;
+  }
+  Squares squares_;
+  std::vector<State> states_;
+  bool overlap_ = false;
+};
+
 /// Takes squares in an order that is spread evenly over pictures, columns and rows however soon it
 /// ends: steps of the powers of 1/g, g⁴ = g + 1, along the three (the additive recurrence of
 /// Roberts 2018). Steps through all squares one after the other end up in chains of squares that
-/// overlap where the counts of columns and rows so happen. Squares that are not needed are not even
-/// looked at.
+/// overlap where the counts of columns and rows so happen. Those that overlap half of one that was
+/// taken come after all others. Squares that are not needed are not even looked at.
 void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
                    PatchSet& out) {
   // Steps that find a square that none had found before become few; then the others follow.
   constexpr std::size_t kStepsPerSquare = 4;
   constexpr double kRoot = 1.2207440846057596;
   const Eigen::Array3d step(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
-  std::vector<Squares> squares;
-  std::vector<std::vector<bool>> seen;
-  std::size_t n = 0;
+  std::vector<SquaresLeft> left;
+  std::size_t all = 0;
   for (const LevelPicture& picture : pictures) {
-    squares.push_back(squares_of(picture.tracked.frame, level));
-    seen.emplace_back(squares.back().centres.size(), false);
-    n += squares.back().centres.size();
+    left.emplace_back(picture.tracked.frame, level);
+    all += left.back().count();
   }
   std::vector<float> values;
   const auto enough = [&] { return out.patches.size() == as_size(level.patches); };
-  const auto look_at = [&](std::size_t picture, std::size_t square) {
-    if (seen[picture][square]) return;
-    seen[picture][square] = true;
-    add_patch(pictures[picture], squares[picture].centres[square], level, values, out);
-  };
-  const auto part = [](double share, std::size_t count) {
-    return std::min(static_cast<std::size_t>(share * static_cast<double>(count)), count - 1);
-  };
-  Eigen::Array3d at = Eigen::Array3d::Constant(0.5);
-  for (std::size_t k = 0; k < kStepsPerSquare * n && !enough(); ++k) {
-    const std::size_t picture = part(at[0], pictures.size());
-    const Squares& own = squares[picture];
-    if (!own.centres.empty()) {
-      const std::size_t rows = own.centres.size() / own.columns;
-      look_at(picture, part(at[2], rows) * own.columns + part(at[1], own.columns));
+  for (int round = 0; round < 2; ++round) {
+    Eigen::Array3d at = Eigen::Array3d::Constant(0.5);
+    for (std::size_t k = 0; k < kStepsPerSquare * all && !enough(); ++k) {
+      const double share = at[0] * static_cast<double>(pictures.size());
+      const std::size_t i = std::min(static_cast<std::size_t>(share), pictures.size() - 1);
+      if (left[i].count() > 0)
+        left[i].take(left[i].at(at[1], at[2]), pictures[i], level, values, out);
+      at += step;
+      at -= at.floor();
     }
-    at += step;
-    at -= at.floor();
-  }
-  for (std::size_t picture = 0; picture < pictures.size(); ++picture) {
-    for (std::size_t i = 0; i < seen[picture].size() && !enough(); ++i) look_at(picture, i);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      for (std::size_t square = 0; square < left[i].count() && !enough(); ++square) {
+        left[i].take(square, pictures[i], level, values, out);
+      }
+      left[i].let_overlap();
+    }
   }
 }
 
