@@ -57,16 +57,16 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
                           options.inlier_sigmas,
                           !list.shaped.empty(),
                           robust ? "" : robust.error().message};
+  std::vector<registration::LandmarkPair> kept;
   for (const auto& pair : list.pairs) {
-    if (std::find(rejected.begin(), rejected.end(), pair.name) == rejected.end()) continue;
+    if (std::find(rejected.begin(), rejected.end(), pair.name) == rejected.end()) {
+      kept.push_back(pair);
+      continue;
+    }
     const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
     outcome.rejected.push_back({pair.name, off});
   }
-  std::vector<registration::LandmarkPair> kept = list.pairs;
-  std::erase_if(kept, [&](const registration::LandmarkPair& pair) {
-    return std::find(rejected.begin(), rejected.end(), pair.name) != rejected.end();
-  });
-  outcome.swapped = swapped(std::move(kept));
+  if (robust) outcome.swapped = swapped(std::move(kept));  // Else it is refused anyway.
   return outcome;
 }
 

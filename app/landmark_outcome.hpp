@@ -34,7 +34,7 @@ struct LandmarkOutcome {
   bool shaped;              ///< The errors' axes were given and used.
   std::string no_majority;  ///< Why no pairs were singled out although they disagree; else empty:
                             ///< the fit is then that of all pairs and never accepted.
-  std::vector<SwappedLandmarks> swapped = {};  ///< Of lists of up to kMostSwapped pairs.
+  std::vector<SwappedLandmarks> swapped = {};  ///< Of up to kMostSwapped pairs with a majority.
 };
 
 /// Longer lists have too many others to fit when two are swapped.
