@@ -82,6 +82,21 @@ Json json_of(const registration::Decision& decision) {
 }
 
 namespace {
+Json json_of(const std::vector<registration::Misfit>& misfits) {
+  Json list = Json::array();
+  for (const registration::Misfit& misfit : misfits) {
+    Json values = Json::array();
+    for (const double value : misfit.values) values.push_back(json_number(value));
+    list.push_back({{"cause", registration::to_string(misfit.cause)},
+                    {"excess_mm", json_number(misfit.excess_mm())},
+                    {"found_mm", json_number(misfit.found_mm)},
+                    {"noise_mm", json_number(misfit.noise_mm)},
+                    {"gain", json_number(misfit.gain)},
+                    {"values", values}});
+  }
+  return list;
+}
+
 Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
                     const Point<frames::Ct>& target) {
   constexpr double kMost = 0.95;
@@ -123,6 +138,7 @@ Json json_of(const registration::ImageRegistrationResult& result,
                                {"pull_mm", json_number(region.pull_mm)},
                                {"centre_ct_mm", {c.x(), c.y(), c.z()}}});
   }
+  json["misfits"] = json_of(result.misfits);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
   json["clustered_target_error_rms_mm"] =
       result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : Json(nullptr);

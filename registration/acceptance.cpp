@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "nav/check.hpp"
+#include "registration/misfit.hpp"
 
 namespace nav::registration {
 namespace {
@@ -17,6 +18,38 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
   text.precision(3);
   text << what << ": expected " << relation << ' ' << limit << unit << ", found " << found << unit;
   return text.str();
+}
+
+/// The misfit beyond its limit that says what is wrong: the one of fewest numbers that explains two
+/// fifths of what any of them does. A delay looks like a motion too, and wrong pixels like a bend.
+/// Null where none is beyond its limit.
+const Misfit* likeliest(const std::vector<Misfit>& misfits, const AcceptanceLimits& limits) {
+  constexpr double kShare = 0.4;
+  std::vector<const Misfit*> beyond;
+  double most = 0;
+  for (const Misfit& misfit : misfits) {
+    const double limit_mm = limits.max_misfit_mm[static_cast<std::size_t>(misfit.cause)];
+    if (misfit.excess_mm() <= limit_mm) continue;
+    beyond.push_back(&misfit);
+    most = std::max(most, misfit.gain);
+  }
+  // They come with the simplest first.
+  const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
+    return misfit->gain >= kShare * most;
+  });
+  if (found != beyond.end()) return *found;
+  return beyond.empty() ? nullptr : beyond.back();
+}
+
+/// One sentence at most.
+void judge_misfits(const std::vector<Misfit>& misfits, const AcceptanceLimits& limits,
+                   const AcceptanceLimits& warnings, Judge& judge) {
+  const Misfit* worst = likeliest(misfits, limits);
+  if (worst == nullptr) worst = likeliest(misfits, warnings);
+  if (worst == nullptr) return;
+  const auto cause = static_cast<std::size_t>(worst->cause);
+  judge.at_most("misfit of pictures and CT as from " + in_words(*worst), worst->excess_mm(),
+                limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
 }
 
 }  // namespace
@@ -55,6 +88,9 @@ Result<void> validate(const AcceptanceLimits& limits) {
   }
   if (!(limits.max_stretch > 0)) {
     return refuse("max_stretch", "a positive number", limits.max_stretch);
+  }
+  for (const double limit : limits.max_misfit_mm) {
+    if (!(limit > 0)) return refuse("max_misfit_mm", "positive numbers", limit);
   }
   return {};
 }
@@ -166,6 +202,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge.at_most("stretch of the pictures, which are shown without it",
                 std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
                 limits.max_stretch, warnings.max_stretch, "");
+  judge_misfits(result.misfits, limits, warnings, judge);
   return std::move(judge).decision();
 }
 

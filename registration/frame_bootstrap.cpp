@@ -12,6 +12,7 @@
 #include "nav/index.hpp"
 #include "nav/matrices.hpp"
 #include "registration/counter_random.hpp"
+#include "registration/of_values.hpp"
 #include "registration/sandwich.hpp"
 
 namespace nav::registration {
@@ -46,20 +47,11 @@ std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block
   return sums;
 }
 
-/// V f(λ) Vᵀ of a symmetric matrix.
-template <class Function>
-Matrix6d of_values(const Matrix6d& symmetric, const Function& f) {
-  const auto pairs = eigenpairs(symmetric);
-  return pairs.vectors * pairs.values.unaryExpr(f).asDiagonal() * pairs.vectors.transpose();
-}
-constexpr auto root = [](double v) { return std::sqrt(std::max(v, 0.0)); };
-constexpr auto inverse_root = [](double v) { return 1 / root(v); };
-
 /// The least symmetric matrix that is nowhere less than a and b in a's own measure; their sum,
 /// which is not less either, where a is not positive.
 Matrix6d larger_of(const Matrix6d& a, const Matrix6d& b) {
-  const Matrix6d whiten = of_values(a, inverse_root);
-  const Matrix6d colour = of_values(a, root);
+  const Matrix6d whiten = of_values(a, inverse_square_root);
+  const Matrix6d colour = of_values(a, square_root);
   const Matrix6d white = of_values(whiten * b * whiten, [](double v) { return std::max(v, 1.0); });
   const Matrix6d larger = colour * white * colour;
   return larger.allFinite() ? larger : a + b;
@@ -88,7 +80,7 @@ Drawables drawables_of(const LocalShape& shape) {
   if (out.fault.empty()) out.fault = curvature_fault(all.hessian);
   if (!out.fault.empty()) return out;
   // Gauss–Newton's are too stiff, as each patch also fits its noise.
-  const Matrix6d softer = of_values(shape.hessian, root) * of_values(all.hessian, inverse_root);
+  const Matrix6d softer = turning_into(shape.hessian, all.hessian);
   for (Drawable& one : out.pictures) one.hessian = softer * one.hessian * softer.transpose();
   return out;
 }

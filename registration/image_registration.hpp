@@ -16,6 +16,7 @@
 #include "nav/transform.hpp"
 #include "nav/volume.hpp"
 #include "registration/frame_bootstrap.hpp"
+#include "registration/misfit.hpp"
 #include "registration/patch_loss.hpp"
 #include "registration/pose_uncertainty.hpp"
 #include "registration/shadow_mask.hpp"
@@ -181,7 +182,8 @@ struct ImageRegistrationResult {
   double overlap;  ///< Fraction of the usable ultrasound inside the CT, [0, 1].
   int patches;     ///< On the finest level.
 
-  PoseUncertainty uncertainty;   ///< About the sweep's centroid; meaningless unless valid.
+  /// About the sweep's centroid, the largest misfit included; meaningless unless valid.
+  PoseUncertainty uncertainty;
   bool covariance_valid;         ///< False: a direction is not determined by the sweep.
   std::string covariance_fault;  ///< Which and why; empty when valid.
 
@@ -205,6 +207,7 @@ struct ImageRegistrationResult {
   int used_patches = 0;  ///< Of patches, those where the CT has structure.
   BasinCheck basin = {};
   std::vector<RegionAgreement> regions = {};  ///< Along the sweep and deep (regions.hpp).
+  std::vector<Misfit> misfits = {};           ///< What else may be wrong (misfit.hpp).
 
   /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

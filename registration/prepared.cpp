@@ -62,6 +62,7 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
   if (!masks) return masks.error();
   PreparedSweep prepared;
   prepared.points_ = sweep_points(sweep, *masks);
+  prepared.motions_ = picture_motions(sweep, as_recorded);
   prepared.steps_ = steps_of(options);
   for (std::size_t i = 0; i < options.levels.size(); ++i) {
     if (keep_going && !keep_going()) {

@@ -11,6 +11,7 @@
 #include "registration/ct_channels.hpp"
 #include "registration/image_registration.hpp"
 #include "registration/patches.hpp"
+#include "registration/picture_motion.hpp"
 #include "registration/sweep_points.hpp"
 
 namespace nav::registration {
@@ -63,9 +64,12 @@ class PreparedSweep {
   /// Coarse to fine; levels whose patches do not fit into the pictures are missing.
   [[nodiscard]] const std::vector<PreparedLevel>& levels() const { return levels_; }
   [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
+  /// Of the pictures that patches' frames count.
+  [[nodiscard]] const std::vector<PictureMotion>& motions() const { return motions_; }
 
  private:
   SweepPoints points_;
+  std::vector<PictureMotion> motions_;
   std::vector<PreparedLevel> levels_;
   std::vector<double> steps_;
 };

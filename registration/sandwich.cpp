@@ -126,6 +126,7 @@ LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frame
   shape.pictures = shapes_of_pictures(cost.patches().patches, terms);
   shape.patch_gradients = std::move(terms.patch_gradients);
   for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
+  shape.patch_hessians = std::move(terms.patch_hessians);
   return shape;
 }
 

@@ -30,6 +30,8 @@ struct LocalShape {
   Matrix6d hessian;  ///< Of E/2, true: symmetric differences of the exact gradient.
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch, of E/2.
   std::vector<PictureShape> pictures;     ///< Those with patches, in the order of the sweep.
+  /// wᵢ Hᵢ of each patch by a twist [rad | mm], Gauss–Newton; empty of mutual information.
+  std::vector<Matrix6d> patch_hessians = {};
 };
 
 /// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by

@@ -68,6 +68,14 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
       {"time limit", [](auto& r) { r.termination = Termination::kTimeLimit; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 2; }},
       {"lower cost", [&](auto& r) { r.basin.shift_mm = nan; }},
+      {"a patient who moved",
+       [](auto& r) {
+         r.misfits = {{MisfitCause::kMotion, 1.3, 0.1, 0.01}};
+       }},
+      {"otherwise than in the CT",
+       [&](auto& r) {
+         r.misfits = {{MisfitCause::kBend, nan, 0, 0.01}};
+       }},
   };
   for (const auto& [name, spoil] : cases) {
     ImageRegistrationResult result = good();
@@ -94,6 +102,10 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
       {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
       {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
+      {"(pictures about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
+       [](auto& r) {
+         r.misfits = {{MisfitCause::kDelay, 0.5, 0, 0.01, {0.068}}};
+       }},
   };
   for (const auto& [name, spoil] : cases) {
     ImageRegistrationResult result = good();
@@ -107,6 +119,27 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
     EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kRefuse) << name;
     EXPECT_TRUE(decide(result, {}, kTarget).warnings.empty()) << name;
   }
+}
+
+TEST(AcceptanceTest, OfMisfitsTheSimplestThatExplainsMuchIsNamed) {
+  ImageRegistrationResult result = good();
+  // A delay looks like a motion too.
+  result.misfits = {{MisfitCause::kDelay, 1.0, 0.1, 0.02, {-0.1}},
+                    {MisfitCause::kMotion, 2.0, 0.1, 0.03},
+                    {MisfitCause::kBend, 1.0, 0.1, 0.2}};  // Only worth a warning.
+  Decision decision = decide(result, {}, kTarget);
+  ASSERT_EQ(decision.reasons.size(), 1U);
+  EXPECT_NE(decision.reasons[0].find("about 100 ms earlier"), std::string::npos)
+      << decision.reasons[0];
+  // But not where that explains little of it.
+  result.misfits[1].gain = 0.05;
+  decision = decide(result, {}, kTarget);
+  ASSERT_EQ(decision.reasons.size(), 1U);
+  EXPECT_NE(decision.reasons[0].find("who moved"), std::string::npos) << decision.reasons[0];
+  result.misfits.erase(result.misfits.begin(), result.misfits.begin() + 2);
+  decision = decide(result, {}, kTarget);
+  EXPECT_EQ(decision.verdict(), Verdict::kWarn);
+  EXPECT_NE(decision.warnings.at(0).find("--deformable"), std::string::npos);
 }
 
 TEST(AcceptanceTest, AWarningBeyondItsLimitNeverComes) {

@@ -117,10 +117,9 @@ TEST(SweepStressTest, GainGammaNoiseAndTimeGainOfTheScanner) {
       {"gain that grows with depth",
        with_pixels([](int, int row, double g) { return g * (0.6 + 0.008 * row); })}};
   for (const auto& [name, sweep] : sweeps) {
+    SCOPED_TRACE(name);
     const StressOutcome outcome = run(test::blob_scene().ct, sweep);
     expect_right_or_refused(outcome, 1.0);
-    std::printf("XX %s %f %d %s\n", name, outcome.error_mm, outcome.accepted,
-                outcome.reasons.c_str());
   }
 }
 
@@ -137,26 +136,26 @@ TEST(SweepStressTest, BlackAndWhitePicturesAmongOthersDoNoHarm) {
 }
 
 TEST(SweepStressTest, AHundredMillisecondsBetweenPicturesAndPoses) {
-  // 24 pictures of 4 mm: at 20 pictures a second 100 ms are two of them, 8 mm.
+  // 24 pictures of 4 mm: at 20 pictures a second 100 ms are two of them, 8 mm. The hand tilts a
+  // little on its way, which is all that tells a delay from a shift.
   for (const double pictures : {-2.0, 2.0}) {
     const StressOutcome outcome = run(test::blob_scene().ct, late_by(pictures));
-    // Along a straight way a delay is a shift, which nothing in the pictures can tell from a pose:
-    // it must at least be no more than that.
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
-    if (!outcome.accepted) {
-      EXPECT_FALSE(outcome.reasons.empty());
-    }
+    EXPECT_FALSE(outcome.accepted);
+    EXPECT_NE(outcome.reasons.find("misfit of pictures and CT"), std::string::npos)
+        << outcome.reasons;
   }
 }
 
-TEST(SweepStressTest, ThreePercentOfScaleAreRightOrRefused) {
+TEST(SweepStressTest, ThreePercentOfScaleAreRefused) {
   for (const double scale : {0.97, 1.03}) {
     const Sweep sweep = with_frames([&](std::size_t, TrackedFrame& tracked) {
       tracked.frame.grid.mm_per_pixel *= scale;
       tracked.frame.grid.origin_mm *= scale;
     });
-    // 3 % of the 87 mm to the corners that the error is measured at.
-    expect_right_or_refused(run(test::blob_scene().ct, sweep), 0.03 * 87);
+    const StressOutcome outcome = run(test::blob_scene().ct, sweep);
+    EXPECT_FALSE(outcome.accepted);
+    EXPECT_NE(outcome.reasons.find("pixels of another size"), std::string::npos) << outcome.reasons;
   }
 }
 

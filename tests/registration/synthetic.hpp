@@ -177,19 +177,17 @@ struct MovedPictures {
   std::vector<Eigen::Vector3d> places_ct_mm;  ///< Now; spread over the pictures.
 };
 
-/// Pictures of 90 mm, 100 ms and step_mm apart, each turned a little. rest: (picture, point of the
-/// CT now, beam) -> AtRest.
-template <class Rest>
-MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_mm,
+/// Pictures of 90 mm, 100 ms apart. pose_of: picture -> where it lies in the CT; rest: (picture,
+/// point of the CT now, beam) -> AtRest.
+template <class PoseOf, class Rest>
+MovedPictures pictures_along(const BlobPatient& patient, int count, const PoseOf& pose_of,
                              const Rest& rest) {
   constexpr int kSide = 90;
   std::vector<TrackedFrame> frames;
   std::vector<Eigen::Vector3d> places;
   std::mt19937 random(5);
   for (int f = 0; f < count; ++f) {
-    const Transform<frames::Ct, frames::Image> pose(
-        Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Eigen::Vector3d::UnitX())),
-        Eigen::Vector3d(0, -45, step_mm * (f - 0.5 * (count - 1))));
+    const Transform<frames::Ct, frames::Image> pose = pose_of(f);
     UltrasoundFrame frame;
     frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
     frame.grid = PixelGrid::centred(kSide, 1, 1);
@@ -210,6 +208,18 @@ MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_
     frames.push_back({std::move(frame), true_pose().inverse() * pose, Duration{0}});
   }
   return {*Sweep::create(std::move(frames), "synthetic"), std::move(places)};
+}
+
+/// The same step_mm apart, each turned a little.
+template <class Rest>
+MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_mm,
+                             const Rest& rest) {
+  const auto pose_of = [&](int f) {
+    return Transform<frames::Ct, frames::Image>(
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Eigen::Vector3d::UnitX())),
+        Eigen::Vector3d(0, -45, step_mm * (f - 0.5 * (count - 1))));
+  };
+  return pictures_along(patient, count, pose_of, rest);
 }
 
 /// RMS distance of the corners of a 100 mm cube about the CT's patient between two maps.
