@@ -54,62 +54,228 @@ struct Witnesses {
   Matrix6d hessian;  ///< Of all.
 };
 
-/// How L numbers of a cause move a patch: columns of twists about its middle, Reference,
-/// [rad | mm], for one of each number; which numbers of all.
-template <int L>
-struct Chain {
-  Eigen::Matrix<double, 6, L> twists = Eigen::Matrix<double, 6, L>::Zero();
-  Index first = 0;
-};
-
-/// The linear system of one cause.
-struct System {
-  Eigen::MatrixXd hessian, cross;  ///< n × n; 6 × n with the pose.
-  Eigen::VectorXd gradient;
-  Eigen::MatrixXd moves, moves_pose;  ///< Mean DᵀD of displacements, n × n; and with the pose's.
-  Matrix6d pose_moves = Matrix6d::Zero();
-};
-
-/// Displacement of a patch's middle by scaled parameters of the pose.
-Eigen::Matrix<double, 3, 6> by_pose(const Witness& witness) {
-  Eigen::Matrix<double, 3, 6> out;
-  out.leftCols<3>() = -cross_matrix(witness.from_centre) / kRotationScaleMm;
+using ByPose = Eigen::Matrix<double, 3, 6>;
+/// Displacement of a point by scaled parameters of the pose.
+ByPose displacement_by_pose(const Eigen::Vector3d& from_centre) {
+  ByPose out;
+  out.leftCols<3>() = -cross_matrix(from_centre) / kRotationScaleMm;
   out.rightCols<3>().setIdentity();
   return out;
 }
 
-/// A chain in Ct as scaled parameters about the common centre.
-template <int L>
-Eigen::Matrix<double, 6, L> about_centre(const Chain<L>& chain, const Witnesses& witnesses,
-                                         const Witness& witness) {
-  Eigen::Matrix<double, 6, L> out;
-  const Eigen::Matrix<double, 3, L> turns = witnesses.rotation * chain.twists.template topRows<3>();
-  out.template topRows<3>() = kRotationScaleMm * turns;
-  out.template bottomRows<3>() = witnesses.rotation * chain.twists.template bottomRows<3>() +
-                                 cross_matrix(witness.from_centre) * turns;
-  return out;
-}
+/// The linear system of a cause of n numbers, of sums over the patches.
+struct System {
+  explicit System(Index n)
+      : hessian(Eigen::MatrixXd::Zero(n, n)),
+        cross(Eigen::MatrixXd::Zero(6, n)),
+        gradient(Eigen::VectorXd::Zero(n)),
+        moves(Eigen::MatrixXd::Zero(n, n)),
+        moves_pose(Eigen::MatrixXd::Zero(n, 6)) {}
+  Eigen::MatrixXd hessian, cross;  ///< n × n; 6 × n with the pose.
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd moves, moves_pose;  ///< DᵀD of displacements, n × n; and with the pose's.
+};
 
-template <int L, class ChainOf>
-System system_of(const Witnesses& witnesses, Index count, const ChainOf& chain_of) {
-  System out{Eigen::MatrixXd::Zero(count, count), Eigen::MatrixXd::Zero(6, count),
-             Eigen::VectorXd::Zero(count), Eigen::MatrixXd::Zero(count, count),
-             Eigen::MatrixXd::Zero(count, 6)};
-  const double share = 1 / static_cast<double>(witnesses.all.size());
-  for (const Witness& witness : witnesses.all) {
-    const Chain<L> chain = chain_of(witness);
-    const Eigen::Matrix<double, 6, L> c = about_centre(chain, witnesses, witness);
-    const Eigen::Matrix<double, 6, L> hc = witness.hessian * c;
-    const Eigen::Matrix<double, 3, L> d =
-        witnesses.rotation * chain.twists.template bottomRows<3>();
-    const Eigen::Matrix<double, 3, 6> j = by_pose(witness);
-    out.hessian.template block<L, L>(chain.first, chain.first) += c.transpose() * hc;
-    out.cross.template middleCols<L>(chain.first) += hc;
-    out.gradient.template segment<L>(chain.first) += c.transpose() * witness.gradient;
-    out.moves.template block<L, L>(chain.first, chain.first) += share * d.transpose() * d;
-    out.moves_pose.template middleRows<L>(chain.first) += share * d.transpose() * j;
-    out.pose_moves += share * j.transpose() * j;
+/// Causes that move every picture as a whole: L twists of it, scaled, about the shape's centre.
+template <int L>
+class PictureCause {
+ public:
+  using Twists = Eigen::Matrix<double, 6, L>;
+  /// twists_of: of a picture, columns [rad | mm] about its middle, Reference.
+  template <class TwistsOf>
+  PictureCause(const Witnesses& witnesses, const TwistsOf& twists_of) {
+    for (const Witness& witness : witnesses.all) {
+      const auto [at, fresh] = twists_.try_emplace(witness.motion);
+      if (!fresh) continue;
+      const Twists twists = twists_of(*witness.motion);
+      const Eigen::Vector3d r =
+          witnesses.rotation * (witness.motion->middle_mm - witnesses.centre_reference_mm);
+      const Eigen::Matrix<double, 3, L> turns = witnesses.rotation * twists.template topRows<3>();
+      at->second.template topRows<3>() = kRotationScaleMm * turns;
+      at->second.template bottomRows<3>() =
+          witnesses.rotation * twists.template bottomRows<3>() + cross_matrix(r) * turns;
+    }
   }
+  [[nodiscard]] Index count() const { return L; }
+  [[nodiscard]] Index raw_count() const { return L; }
+  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
+    return numbers;
+  }
+  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
+  [[nodiscard]] System system(const Witnesses& witnesses) const {
+    struct Sums {
+      Vector6d gradient = Vector6d::Zero();
+      Matrix6d hessian = Matrix6d::Zero(), moves = Matrix6d::Zero();
+    };
+    std::map<const PictureMotion*, Sums> pictures;
+    for (const Witness& witness : witnesses.all) {
+      Sums& sums = pictures[witness.motion];
+      sums.gradient += witness.gradient;
+      sums.hessian += witness.hessian;
+      const ByPose d = displacement_by_pose(witness.from_centre);
+      sums.moves += d.transpose() * d;
+    }
+    System out(L);
+    for (const auto& [picture, sums] : pictures) {
+      const Twists& c = twists_.at(picture);
+      const Twists hc = sums.hessian * c;
+      const Twists mc = sums.moves * c;
+      out.hessian += c.transpose().lazyProduct(hc);
+      out.cross += hc;
+      out.gradient += c.transpose().lazyProduct(sums.gradient);
+      out.moves += c.transpose().lazyProduct(mc);
+      out.moves_pose += mc.transpose();
+    }
+    return out;
+  }
+  /// Scaled twist of a patch by numbers.
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& numbers) const {
+    return twists_.at(witness.motion) * numbers;
+  }
+  /// What a scaled gradient is by the numbers, added to a sum.
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    sum += twists_.at(witness.motion).transpose().lazyProduct(gradient);
+  }
+
+ private:
+  std::map<const PictureMotion*, Twists> twists_;
+};
+
+/// Causes that shift patches by Σ bᵢ(patch) nᵢ with raw numbers n in threes, along the axes of Ct.
+/// Of raw numbers only those count that are fold · m for fewer numbers m, where there is a fold.
+template <class BasisOf>
+class ShiftCause {
+ public:
+  /// basis_of: of a patch, those bᵢ that are not 0, in a row, and the i of the first.
+  ShiftCause(Index functions, BasisOf basis_of, Eigen::MatrixXd fold = {})
+      : functions_(functions), basis_of_(std::move(basis_of)), fold_(std::move(fold)) {}
+  [[nodiscard]] Index count() const { return fold_.size() > 0 ? fold_.cols() : raw_count(); }
+  [[nodiscard]] Index raw_count() const { return 3 * functions_; }
+  [[nodiscard]] Eigen::VectorXd raw(const Eigen::VectorXd& numbers) const {
+    return fold_.size() > 0 ? Eigen::VectorXd(fold_ * numbers) : numbers;
+  }
+  [[nodiscard]] Eigen::VectorXd folded(const Eigen::VectorXd& sum) const {
+    return fold_.size() > 0 ? Eigen::VectorXd(fold_.transpose() * sum) : sum;
+  }
+  [[nodiscard]] System system(const Witnesses& witnesses) const {
+    System out(raw_count());
+    for (const Witness& witness : witnesses.all) add_to(witness, out);
+    // So far the lower halves, and the moves of one axis.
+    for (Index i = 0; i < functions_; ++i) {
+      for (Index k = 0; k <= i; ++k) {
+        const double moves = out.moves(3 * i, 3 * k);
+        for (Index axis = 0; axis < 3; ++axis) out.moves(3 * i + axis, 3 * k + axis) = moves;
+      }
+    }
+    out.hessian = Eigen::MatrixXd(out.hessian.selfadjointView<Eigen::Lower>());
+    out.moves = Eigen::MatrixXd(out.moves.selfadjointView<Eigen::Lower>());
+    if (fold_.size() == 0) return out;
+    System fewer(fold_.cols());
+    fewer.hessian = fold_.transpose() * out.hessian * fold_;
+    fewer.cross = out.cross * fold_;
+    fewer.gradient = fold_.transpose() * out.gradient;
+    fewer.moves = fold_.transpose() * out.moves * fold_;
+    fewer.moves_pose = fold_.transpose() * out.moves_pose;
+    return fewer;
+  }
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& raw) const {
+    const auto [basis, first] = basis_of_(witness);
+    Vector6d out = Vector6d::Zero();
+    for (Index i = 0; i < basis.size(); ++i) {
+      out.tail<3>() += basis[i] * raw.segment<3>(3 * (first + i));
+    }
+    return out;
+  }
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    const auto [basis, first] = basis_of_(witness);
+    for (Index i = 0; i < basis.size(); ++i) {
+      sum.segment<3>(3 * (first + i)) += basis[i] * gradient.tail<3>();
+    }
+  }
+
+ private:
+  void add_to(const Witness& witness, System& out) const {
+    const auto [basis, first] = basis_of_(witness);
+    const Eigen::Matrix3d shifts = witness.hessian.template bottomRightCorner<3, 3>();
+    const Eigen::Matrix<double, 6, 3> with_pose = witness.hessian.template rightCols<3>();
+    const ByPose by_pose = displacement_by_pose(witness.from_centre);
+    for (Index i = 0; i < basis.size(); ++i) {
+      const Index row = 3 * (first + i);
+      out.cross.middleCols<3>(row) += basis[i] * with_pose;
+      out.gradient.segment<3>(row) += basis[i] * witness.gradient.template tail<3>();
+      out.moves_pose.middleRows<3>(row) += basis[i] * by_pose;
+      for (Index k = 0; k <= i; ++k) {
+        const Index column = 3 * (first + k);
+        out.hessian.block<3, 3>(row, column) += basis[i] * basis[k] * shifts;
+        out.moves(row, column) += basis[i] * basis[k];
+      }
+    }
+  }
+  Index functions_;
+  BasisOf basis_of_;
+  Eigen::MatrixXd fold_;
+};
+
+/// Two factors of pixels: shifts along the beam and across, by how far a patch lies from where
+/// either begins.
+class PixelCause {
+ public:
+  explicit PixelCause(const Witnesses& witnesses) : rotation_(witnesses.rotation) {}
+  [[nodiscard]] static Index count() { return 2; }
+  [[nodiscard]] static Index raw_count() { return 2; }
+  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
+    return numbers;
+  }
+  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
+  [[nodiscard]] System system(const Witnesses& witnesses) const {
+    System out(2);
+    for (const Witness& witness : witnesses.all) {
+      const Shifts c = shifts_of(witness);
+      const Eigen::Matrix<double, 6, 2> hc = witness.hessian.rightCols<3>() * c;
+      out.hessian += c.transpose() * hc.bottomRows<3>();
+      out.cross += hc;
+      out.gradient += c.transpose() * witness.gradient.tail<3>();
+      out.moves += c.transpose() * c;
+      out.moves_pose += c.transpose() * displacement_by_pose(witness.from_centre);
+    }
+    return out;
+  }
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& numbers) const {
+    Vector6d out = Vector6d::Zero();
+    out.tail<3>() = shifts_of(witness) * numbers;
+    return out;
+  }
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    sum += shifts_of(witness).transpose() * gradient.tail<3>();
+  }
+
+ private:
+  using Shifts = Eigen::Matrix<double, 3, 2>;
+  [[nodiscard]] Shifts shifts_of(const Witness& witness) const {
+    const Patch& patch = *witness.patch;
+    const Eigen::Vector3d across = witness.motion->axes.col(0);
+    Shifts out;
+    out.col(0) = rotation_ * (patch.depth_mm * patch.beam);
+    out.col(1) = rotation_ * (across.dot(patch.centre_mm - witness.motion->middle_mm) * across);
+    return out;
+  }
+  Eigen::Matrix3d rotation_;
+};
+
+/// Mean DᵀD of displacements by scaled parameters of the pose, times the number of patches.
+Matrix6d moves_of_pose(const Witnesses& witnesses) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (const Witness& witness : witnesses.all) {
+    sum += witness.from_centre;
+    squares += witness.from_centre * witness.from_centre.transpose();
+  }
+  Matrix6d out = Matrix6d::Zero();
+  out.topLeftCorner<3, 3>() = (squares.trace() * Eigen::Matrix3d::Identity() - squares) /
+                              (kRotationScaleMm * kRotationScaleMm);
+  out.topRightCorner<3, 3>() = cross_matrix(sum) / kRotationScaleMm;
+  out.bottomLeftCorner<3, 3>() = -cross_matrix(sum) / kRotationScaleMm;
+  out.bottomRightCorner<3, 3>().diagonal().setConstant(static_cast<double>(witnesses.all.size()));
   return out;
 }
 
@@ -127,121 +293,142 @@ std::pair<Eigen::MatrixXd, Index> inverse_above(const Eigen::MatrixXd& m, double
   return {pairs.vectors * inverse.asDiagonal() * pairs.vectors.transpose(), kept};
 }
 
-/// Joint step and its noise of a cause with count numbers, L of which move any one patch.
-template <int L, class ChainOf>
-Misfit fit(MisfitCause cause, const Witnesses& witnesses, Index count, const ChainOf& chain_of,
-           bool with_values) {
-  Misfit out{cause};
-  const System system = system_of<L>(witnesses, count, chain_of);
-  // With the pose found anew for each: P of its scaled parameters are given up for one number.
+/// A cause by numbers that each move the patches by 1 mm RMS, the pose found anew for each.
+struct Reduced {
+  Eigen::VectorXd scale;     ///< Numbers for a millimetre; 0 where a pose takes it all up.
+  Eigen::MatrixXd given_up;  ///< Scaled parameters of the pose for one number.
+  Eigen::MatrixXd curvature, moves;
+  Eigen::VectorXd score;
+};
+
+Reduced reduced(const System& system, const Witnesses& witnesses) {
+  const double share = 1 / static_cast<double>(witnesses.all.size());
   const Eigen::LLT<Matrix6d> pose(witnesses.hessian);
-  const Eigen::MatrixXd given_up = pose.solve(system.cross);
-  const Eigen::MatrixXd crossed = system.moves_pose * given_up;
-  Eigen::MatrixXd moves = system.moves - crossed - crossed.transpose() +
-                          given_up.transpose() * system.pose_moves * given_up;
-  Eigen::VectorXd scale(count);  // Numbers for a millimetre.
+  Reduced out;
+  out.given_up = pose.solve(system.cross);
+  const Eigen::MatrixXd crossed = system.moves_pose * out.given_up;
+  out.moves = share * (system.moves - crossed - crossed.transpose() +
+                       out.given_up.transpose() * moves_of_pose(witnesses) * out.given_up);
+  const Index count = system.gradient.size();
+  out.scale.resize(count);
   for (Index i = 0; i < count; ++i) {
-    const bool net = moves(i, i) > kLeastNet * system.moves(i, i);
-    scale[i] = net ? 1 / std::sqrt(moves(i, i)) : 0;
+    const bool net = out.moves(i, i) > kLeastNet * share * system.moves(i, i);
+    out.scale[i] = net ? 1 / std::sqrt(out.moves(i, i)) : 0;
   }
-  const Eigen::MatrixXd curvature = scale.asDiagonal() *
-                                    (system.hessian - system.cross.transpose() * given_up) *
-                                    scale.asDiagonal();
-  moves = scale.asDiagonal() * moves * scale.asDiagonal();
-  const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
-  const auto [inverse, kept] = inverse_above(curvature, kLeastCurvature * by_shift);
-  if (kept == 0) return out;
+  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return out.scale.asDiagonal() * m * out.scale.asDiagonal();
+  };
+  out.moves = scaled(out.moves);
+  out.curvature = scaled(system.hessian - system.cross.transpose() * out.given_up);
   Vector6d pull = Vector6d::Zero();
   for (const Witness& witness : witnesses.all) pull += witness.gradient;
-  const Eigen::VectorXd score = scale.cwiseProduct(system.gradient - given_up.transpose() * pull);
-  const Eigen::VectorXd step = -(inverse * score);
-  const Eigen::VectorXd numbers = scale.cwiseProduct(step);
-  const Vector6d pose_step = given_up * numbers;
-  // What of the gradients is left after the step, by clusters.
+  out.score = out.scale.cwiseProduct(system.gradient - out.given_up.transpose() * pull);
+  return out;
+}
+
+/// Sums of what a step leaves of the gradients, squared over cubes; how many these are.
+template <class Cause>
+std::pair<Eigen::MatrixXd, std::size_t> scatter_after(const Cause& cause,
+                                                      const Eigen::VectorXd& numbers,
+                                                      const Reduced& by,
+                                                      const Witnesses& witnesses) {
   struct Cluster {
     Eigen::VectorXd numbers;
-    Vector6d pose;
+    Vector6d pose = Vector6d::Zero();
   };
   std::map<std::array<int, 3>, Cluster> clusters;
+  const Eigen::VectorXd raw = cause.raw(numbers);
+  const Vector6d pose_step = by.given_up * numbers;
   for (const Witness& witness : witnesses.all) {
-    const Chain<L> chain = chain_of(witness);
-    const Eigen::Matrix<double, 6, L> c = about_centre(chain, witnesses, witness);
-    const Vector6d moved = c * numbers.template segment<L>(chain.first) - pose_step;
-    const Vector6d left = witness.gradient + witness.hessian * moved;
-    const auto [at, fresh] =
-        clusters.try_emplace(witness.cube, Cluster{Eigen::VectorXd::Zero(count), Vector6d::Zero()});
-    at->second.numbers.template segment<L>(chain.first) += c.transpose() * left;
-    at->second.pose += left;
+    const auto [at, fresh] = clusters.try_emplace(witness.cube);
+    Cluster& cluster = at->second;
+    if (fresh) cluster.numbers.setZero(cause.raw_count());
+    const Vector6d left =
+        witness.gradient + witness.hessian * (cause.moved(witness, raw) - pose_step);
+    cause.add(witness, left, cluster.numbers);
+    cluster.pose += left;
   }
-  if (clusters.size() < kLeastClusters) return out;
-  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(count, count);
-  for (const auto& [key, cluster] : clusters) {
-    const Eigen::VectorXd left =
-        scale.cwiseProduct(cluster.numbers - given_up.transpose() * cluster.pose);
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(cause.count(), cause.count());
+  for (const auto& [cube, cluster] : clusters) {
+    const Eigen::VectorXd left = by.scale.cwiseProduct(cause.folded(cluster.numbers) -
+                                                       by.given_up.transpose() * cluster.pose);
     scatter += left * left.transpose();
   }
-  const auto n = static_cast<double>(clusters.size());
+  return {std::move(scatter), clusters.size()};
+}
+
+/// Joint step and its noise.
+template <class Cause>
+Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses, bool with_values) {
+  Misfit out{kind};
+  const Reduced by = reduced(cause.system(witnesses), witnesses);
+  const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
+  const auto [inverse, kept] = inverse_above(by.curvature, kLeastCurvature * by_shift);
+  if (kept == 0) return out;
+  const Eigen::VectorXd step = -(inverse * by.score);
+  const Eigen::VectorXd numbers = by.scale.cwiseProduct(step);
+  auto [scatter, clusters] = scatter_after(cause, numbers, by, witnesses);
+  if (clusters < kLeastClusters) return out;
+  const auto n = static_cast<double>(clusters);
   scatter *= n / (n - std::min(static_cast<double>(kept) + 6, n / 2));
-  const Eigen::MatrixXd covariance = inverse * scatter * inverse;
-  out.found_mm = square_root(step.dot(moves * step));
-  out.noise_mm = square_root((moves * covariance).trace());
-  out.gain = -score.dot(step);
+  out.found_mm = square_root(step.dot(by.moves * step));
+  out.noise_mm = square_root((by.moves * inverse * scatter * inverse).trace());
+  out.gain = -by.score.dot(step);
   if (with_values) out.values.assign(numbers.begin(), numbers.end());
   return out;
 }
 
-Chain<1> delay_of(const Witness& witness) {
-  const PictureMotion& motion = *witness.motion;
-  Chain<1> chain;
-  const Eigen::Vector3d from_middle = witness.patch->centre_mm - motion.middle_mm;
-  chain.twists << motion.turn_rad_s, motion.velocity_mm_s + motion.turn_rad_s.cross(from_middle);
-  return chain;
+Misfit fit_delay(const Witnesses& witnesses) {
+  const PictureCause<1> cause(witnesses, [](const PictureMotion& motion) {
+    Vector6d twist;
+    twist << motion.turn_rad_s, motion.velocity_mm_s;
+    return twist;
+  });
+  return fit(MisfitCause::kDelay, cause, witnesses, true);
 }
 
-Chain<2> pixel_size_of(const Witness& witness) {
-  const Patch& patch = *witness.patch;
-  const Eigen::Vector3d across = witness.motion->axes.col(0);
-  Chain<2> chain;
-  chain.twists.col(0).tail<3>() = patch.depth_mm * patch.beam;
-  chain.twists.col(1).tail<3>() = across.dot(patch.centre_mm - witness.motion->middle_mm) * across;
-  return chain;
+Misfit fit_calibration(const Witnesses& witnesses) {
+  const PictureCause<6> cause(witnesses, [](const PictureMotion& motion) {
+    Matrix6d twists = Matrix6d::Zero();
+    twists.topLeftCorner<3, 3>() = motion.axes;
+    twists.bottomRightCorner<3, 3>() = motion.axes;
+    return twists;
+  });
+  return fit(MisfitCause::kCalibration, cause, witnesses, true);
 }
 
-Chain<6> calibration_of(const Witness& witness) {
-  const PictureMotion& motion = *witness.motion;
-  Chain<6> chain;
-  chain.twists.topLeftCorner<3, 3>() = motion.axes;
-  chain.twists.bottomRightCorner<3, 3>() = motion.axes;
-  chain.twists.bottomLeftCorner<3, 3>() =
-      -cross_matrix(witness.patch->centre_mm - motion.middle_mm) * motion.axes;
-  return chain;
+/// Shifts at moments evenly over the sweep, linear between them.
+Misfit fit_motion(const Witnesses& witnesses, double first_s, double last_s, int moments) {
+  const auto basis_of = [&](const Witness& witness) {
+    const double at = (witness.motion->time_s - first_s) / (last_s - first_s) * (moments - 1);
+    const int before = std::clamp(static_cast<int>(at), 0, moments - 2);
+    return std::pair{Eigen::Vector2d(1 - (at - before), at - before), Index{before}};
+  };
+  return fit(MisfitCause::kMotion, ShiftCause(moments, basis_of), witnesses, false);
 }
 
-/// Shifts at moments evenly over the sweep.
-Chain<6> motion_of(const Witness& witness, double first_s, double last_s, int moments) {
-  const double at = (witness.motion->time_s - first_s) / (last_s - first_s) * (moments - 1);
-  Chain<6> chain;
-  const int before = std::clamp(static_cast<int>(at), 0, moments - 2);
-  chain.first = 3 * before;
-  const double share = at - before;
-  chain.twists.bottomLeftCorner<3, 3>().diagonal().setConstant(1 - share);
-  chain.twists.bottomRightCorner<3, 3>().diagonal().setConstant(share);
-  return chain;
-}
-
-/// Six strains and a shift for each of six products of coordinates.
-Chain<24> bend_of(const Witness& witness, const Eigen::Vector3d& centre_mm) {
-  const Eigen::Vector3d r = (witness.patch->centre_mm - centre_mm) / kPolynomialMm;
-  const std::array<double, 6> products{r.x() * r.x(), r.y() * r.y(), r.z() * r.z(),
-                                       r.x() * r.y(), r.y() * r.z(), r.z() * r.x()};
-  Chain<24> chain;
-  chain.twists.bottomLeftCorner<3, 6>() << r.x(), 0, 0, r.y(), r.z(), 0,  //
-      0, r.y(), 0, r.x(), 0, r.z(),                                       //
-      0, 0, r.z(), 0, r.x(), r.y();
-  for (int i = 0; i < 6; ++i) {
-    chain.twists.block<3, 3>(3, 6 + 3 * i).diagonal().setConstant(products[as_size(i)]);
+/// Six strains, and a shift for each of six products of coordinates.
+Misfit fit_bend(const Witnesses& witnesses) {
+  using Basis = Eigen::Matrix<double, 9, 1>;
+  const auto basis_of = [](const Witness& witness) {
+    const Eigen::Vector3d r = witness.from_centre / kPolynomialMm;
+    Basis basis;
+    basis << r, r.cwiseProduct(r), r.x() * r.y(), r.y() * r.z(), r.z() * r.x();
+    return std::pair{basis, Index{0}};
+  };
+  constexpr Index kStrains = 6;
+  constexpr Index kProducts = 18;
+  Eigen::MatrixXd fold = Eigen::MatrixXd::Zero(9 + kProducts, kStrains + kProducts);
+  // Shift along one axis by the coordinate along another, as much as the other way round.
+  const auto raw = [](Index coordinate, Index axis) { return 3 * coordinate + axis; };
+  for (Index i = 0; i < 3; ++i) {
+    const Index next = (i + 1) % 3;
+    fold(raw(i, i), i) = 1;
+    fold(raw(i, next), 3 + i) = 1;
+    fold(raw(next, i), 3 + i) = 1;
   }
-  return chain;
+  fold.bottomRightCorner<kProducts, kProducts>().setIdentity();
+  return fit(MisfitCause::kBend, ShiftCause(9, basis_of, fold), witnesses, false);
 }
 
 /// Moments that the pictures with patches tell apart; 0 where those are too few.
@@ -310,22 +497,15 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
                                  std::span<const PictureMotion> motions) {
   if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) return {};
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
-  std::vector<Misfit> out;
-  out.push_back(fit<1>(MisfitCause::kDelay, witnesses, 1, delay_of, true));
-  out.push_back(fit<2>(MisfitCause::kPixelSize, witnesses, 2, pixel_size_of, true));
-  out.push_back(fit<6>(MisfitCause::kCalibration, witnesses, 6, calibration_of, true));
+  std::vector<Misfit> out{fit_delay(witnesses),
+                          fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, true),
+                          fit_calibration(witnesses)};
   const double first_s = motions.front().time_s;
   const double last_s = motions.back().time_s;
   if (const int moments = moments_of(witnesses, last_s - first_s); moments > 0) {
-    const auto motion = [&](const Witness& witness) {
-      return motion_of(witness, first_s, last_s, moments);
-    };
-    out.push_back(fit<6>(MisfitCause::kMotion, witnesses, 3 * moments, motion, false));
+    out.push_back(fit_motion(witnesses, first_s, last_s, moments));
   }
-  const auto bend = [&](const Witness& witness) {
-    return bend_of(witness, witnesses.centre_reference_mm);
-  };
-  out.push_back(fit<24>(MisfitCause::kBend, witnesses, 24, bend, false));
+  out.push_back(fit_bend(witnesses));
   return out;
 }
 
