@@ -58,7 +58,7 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_halves_disagreement_mm = 1.25,
                                                  .max_basin_shift_mm = 0.5,
                                                  .max_stretch = 0.008,
-                                                 .max_misfit_mm = {0.4, 0.45, 0.55, 0.85, 0.95}};
+                                                 .max_misfit_mm = kTellingMm};
 
 enum class Verdict { kAccept, kWarn, kRefuse };
 /// "accept", "warn", "refuse".

@@ -372,7 +372,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0};
   result.clusters = covariance.uncertainty;
   result.misfits = find_misfits(shape, patches, pose, sweep_.motions());
-  const double misfit_mm = largest_excess_mm(result.misfits);
+  const double misfit_mm = telling_excess_mm(result.misfits);
   result.uncertainty.covariance.bottomRightCorner<3, 3>().diagonal().array() +=
       misfit_mm * misfit_mm / 3;
   result.bootstrap = std::move(bootstrap);

@@ -182,7 +182,8 @@ struct ImageRegistrationResult {
   double overlap;  ///< Fraction of the usable ultrasound inside the CT, [0, 1].
   int patches;     ///< On the finest level.
 
-  /// About the sweep's centroid, the largest misfit included; meaningless unless valid.
+  /// About the sweep's centroid, the largest misfit that is no chance included; meaningless unless
+  /// valid.
   PoseUncertainty uncertainty;
   bool covariance_valid;         ///< False: a direction is not determined by the sweep.
   std::string covariance_fault;  ///< Which and why; empty when valid.

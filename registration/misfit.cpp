@@ -318,9 +318,14 @@ std::string in_words(const Misfit& misfit) {
   return text.str();
 }
 
-double largest_excess_mm(const std::vector<Misfit>& misfits) {
+double telling_excess_mm(const std::vector<Misfit>& misfits) {
   double largest = 0;
-  for (const Misfit& misfit : misfits) largest = std::max(largest, misfit.excess_mm());
+  for (const Misfit& misfit : misfits) {
+    const double excess_mm = misfit.excess_mm();
+    if (std::isnan(excess_mm)) return excess_mm;
+    const bool telling = excess_mm > kTellingMm[static_cast<std::size_t>(misfit.cause)];
+    if (telling) largest = std::max(largest, excess_mm);
+  }
   return largest;
 }
 

@@ -56,8 +56,11 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
                                  const Transform<frames::Ct, frames::Reference>& pose,
                                  std::span<const PictureMotion> motions);
 
-/// The largest excess, mm; 0 without misfits.
-double largest_excess_mm(const std::vector<Misfit>& misfits);
+/// From where on an excess is no chance, by MisfitCause, mm.
+inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.55, 0.85, 0.95};
+
+/// The largest excess that is no chance, mm; 0 where there is none. NaN where one is NaN.
+double telling_excess_mm(const std::vector<Misfit>& misfits);
 
 /// For the user: what a misfit would mean, with its numbers, and what to do about it.
 std::string in_words(const Misfit& misfit);

@@ -216,8 +216,16 @@ TEST(MisfitTest, ExcessIsWhatIsBeyondNoise) {
   EXPECT_DOUBLE_EQ(misfit.excess_mm(), 1);
   misfit.noise_mm = 1.2;
   EXPECT_EQ(misfit.excess_mm(), 0);
-  EXPECT_DOUBLE_EQ(largest_excess_mm({misfit, {MisfitCause::kMotion, 0.5, 0, 1}}), 0.5);
-  EXPECT_EQ(largest_excess_mm({}), 0);
+}
+
+TEST(MisfitTest, OnlyWhatIsNoChanceIsPartOfThePredictedError) {
+  const Misfit delay{MisfitCause::kDelay, 0.5, 0, 1};
+  const Misfit bend{MisfitCause::kBend, 0.9, 0, 1};  // May be chance.
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bend}), 0.5);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({bend}), 0);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, {MisfitCause::kBend, 1.0, 0, 1}}), 1.0);
+  EXPECT_EQ(telling_excess_mm({}), 0);
+  EXPECT_TRUE(std::isnan(telling_excess_mm({delay, {MisfitCause::kMotion, NAN, 0, 1}})));
 }
 
 TEST(PictureMotionTest, IsThatOfTheHand) {
