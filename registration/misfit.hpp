@@ -57,7 +57,7 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
                                  std::span<const PictureMotion> motions);
 
 /// From where on an excess is no chance, by MisfitCause, mm.
-inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.55, 0.85, 0.95};
+inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.5, 0.85, 0.95};
 
 /// The largest excess that is no chance, mm; 0 where there is none. NaN where one is NaN.
 double telling_excess_mm(const std::vector<Misfit>& misfits);
