@@ -206,6 +206,11 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   return std::move(judge).decision();
 }
 
+const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
+                               const AcceptanceLimits& limits) {
+  return likeliest(result.misfits, limits);
+}
+
 double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target) {
   return std::max(fit.sigma_scale, 1.0) * fit.tre_rms_mm(target);
 }

@@ -109,6 +109,11 @@ class Judge {
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target, const AcceptanceLimits& warnings = kWarningLimits);
 
+/// The misfit beyond its limit that decide() names: what is most likely wrong. One of the result's;
+/// null where none is beyond its limit.
+const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
+                               const AcceptanceLimits& limits);
+
 /// What a registration by landmarks must show. Inclusive. A fit of swapped or misplaced pairs has
 /// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres.
 struct LandmarkLimits {

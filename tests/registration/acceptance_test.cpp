@@ -131,15 +131,19 @@ TEST(AcceptanceTest, OfMisfitsTheSimplestThatExplainsMuchIsNamed) {
   ASSERT_EQ(decision.reasons.size(), 1U);
   EXPECT_NE(decision.reasons[0].find("about 100 ms earlier"), std::string::npos)
       << decision.reasons[0];
+  EXPECT_EQ(likeliest_misfit(result, {}), &result.misfits[0]);
   // But not where that explains little of it.
   result.misfits[1].gain = 0.05;
   decision = decide(result, {}, kTarget);
   ASSERT_EQ(decision.reasons.size(), 1U);
   EXPECT_NE(decision.reasons[0].find("who moved"), std::string::npos) << decision.reasons[0];
+  EXPECT_EQ(likeliest_misfit(result, {}), &result.misfits[1]);
   result.misfits.erase(result.misfits.begin(), result.misfits.begin() + 2);
   decision = decide(result, {}, kTarget);
   EXPECT_EQ(decision.verdict(), Verdict::kWarn);
   EXPECT_NE(decision.warnings.at(0).find("--deformable"), std::string::npos);
+  EXPECT_EQ(likeliest_misfit(result, {}), nullptr);
+  EXPECT_EQ(likeliest_misfit(result, kWarningLimits), &result.misfits[0]);
 }
 
 TEST(AcceptanceTest, AWarningBeyondItsLimitNeverComes) {
