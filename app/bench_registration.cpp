@@ -36,6 +36,8 @@ class RegistrationBench {
   [[nodiscard]] bool wants(const std::string& part) const { return asks_for(options_.parts, part); }
   [[nodiscard]] bench::CohortOptions cohort(std::uint64_t first_seed) const;
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
+  Result<void> measure_faults(const std::string& seeds, std::uint64_t first_seed,
+                              std::vector<bench::FaultPoint>& kept);
   void measure_effort();
   void measure_bootstrap();
   Result<void> compare();
@@ -62,6 +64,7 @@ class RegistrationBench {
   bench::CaseStore store_;
   std::ofstream trials_;
   std::optional<bench::CohortSummary> development_, evaluation_;
+  std::vector<bench::FaultPoint> development_faults_, evaluation_faults_;
   std::vector<bench::EffortPoint> curve_;
   bench::BootstrapCurve bootstrap_;
   std::vector<bench::SkinCurvePoint> skin_;
@@ -96,6 +99,29 @@ bench::CohortSummary RegistrationBench::judge(const std::string& title, std::uin
   const auto summary = bench::summarise(result);
   std::cout << bench::to_text(summary, title) << std::flush;
   return summary;
+}
+
+Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::uint64_t first_seed,
+                                               std::vector<bench::FaultPoint>& kept) {
+  console_.begin("faults, " + seeds + " seeds");
+  bench::FaultCurveOptions faults;
+  faults.first_seed = first_seed;
+  faults.model = options_.model;
+  faults.effort = options_.effort;
+  if (options_.quick) {
+    faults.patients = 1;
+    faults.paths = {bench::SweepPath::kSlide};
+    faults.hands = {sim::HandPathKind::kSweep};
+    faults.duration_s = 4;
+    faults.keep = first_seed == kDevelopmentSeed;  // The other parts use it.
+  }
+  if (options_.patients > 0) faults.patients = options_.patients;
+  const auto trials = bench::run_faults(faults, store_, progress());
+  if (!trials) return trials.error();
+  console_.end();
+  kept = bench::count_faults(*trials);
+  std::cout << bench::to_text(kept, seeds + " seeds") << std::flush;
+  return {};
 }
 
 void RegistrationBench::measure_effort() {
@@ -235,8 +261,12 @@ Json RegistrationBench::json() const {
   summary["peer_theirs"] = ratios ? Json(ratios->theirs) : Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";
   summary["cpu_ratio_elastix_reason"] = ratios ? Json(nullptr) : Json(reason);
-  json["summary_seeds"] = evaluation_ ? "evaluation" : "development";
+  add_totals(evaluation_faults_.empty() ? development_faults_ : evaluation_faults_, summary);
+  const bool evaluated = evaluation_ || !evaluation_faults_.empty();
+  json["summary_seeds"] = evaluated ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
+  json["faults"] = json_of(development_faults_, "development");
+  for (const Json& row : json_of(evaluation_faults_, "evaluation")) json["faults"].push_back(row);
   json["curve"] = json_of(curve_);
   json["bootstrap"] = json_of(bootstrap_);
   json["skin"] = json_of(skin_);
@@ -255,6 +285,16 @@ Result<void> RegistrationBench::run() {
   if (wants("cohort")) {
     development_ = judge("development seeds", kDevelopmentSeed);
     if (options_.evaluate) evaluation_ = judge("evaluation seeds", kEvaluationSeed);
+  }
+  if (wants("faults")) {
+    if (auto ok = measure_faults("development", kDevelopmentSeed, development_faults_); !ok) {
+      return ok;
+    }
+    if (options_.evaluate) {
+      if (auto ok = measure_faults("evaluation", kEvaluationSeed, evaluation_faults_); !ok) {
+        return ok;
+      }
+    }
   }
   if (wants("curve")) measure_effort();
   if (wants("bootstrap")) measure_bootstrap();

@@ -166,4 +166,38 @@ Json json_of(const bench::LiveCurve& curve) {
   return json;
 }
 
+Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds) {
+  Json rows = Json::array();
+  for (const auto& p : points) {
+    rows.push_back({{"seeds", seeds},
+                    {"fault", bench::to_string(p.fault.kind)},
+                    {"size", p.fault.size},
+                    {"unit", bench::unit_of(p.fault.kind)},
+                    {"runs", p.runs},
+                    {"solved", p.solved},
+                    {"clear", p.clear},
+                    {"warned", p.warned},
+                    {"refused", p.refused},
+                    {"false_accepts", p.false_accepts},
+                    {"error_mean_mm", json_number(p.error_mean_mm)},
+                    {"error_max_mm", json_number(p.error_max_mm)},
+                    {"actual_over_predicted", json_number(p.actual_over_predicted)},
+                    {"named", p.named},
+                    {"named_right", p.named_right},
+                    {"misfits_cpu_ms", json_number(p.misfits_cpu_ms)}});
+  }
+  return rows;
+}
+
+void add_totals(const std::vector<bench::FaultPoint>& points, Json& summary) {
+  int runs = 0;
+  int false_accepts = 0;
+  for (const auto& p : points) {
+    runs += p.runs;
+    false_accepts += p.false_accepts;
+  }
+  summary["fault_runs"] = points.empty() ? Json(nullptr) : Json(runs);
+  summary["fault_false_accepts"] = points.empty() ? Json(nullptr) : Json(false_accepts);
+}
+
 }  // namespace nav::app

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "app/report.hpp"
 #include "bench/registration/bootstrap_curve.hpp"
 #include "bench/registration/effort_curve.hpp"
+#include "bench/registration/fault_curve.hpp"
 #include "bench/registration/live_curve.hpp"
 #include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
@@ -24,5 +26,9 @@ Json json_of(const std::vector<bench::MotionPoint>& points);
 /// Null when nothing was measured.
 Json json_of(const bench::BootstrapCurve& curve);
 Json json_of(const bench::LiveCurve& curve);
+/// seeds: "development" or "evaluation".
+Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds);
+/// Adds "fault_runs" and "fault_false_accepts" of all of them; null without points.
+void add_totals(const std::vector<bench::FaultPoint>& points, Json& summary);
 
 }  // namespace nav::app

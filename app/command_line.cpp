@@ -560,14 +560,15 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
                    "how echoes are computed: rays, scatterers")
       ->transform(CLI::CheckedTransformer(std::map<std::string, sim::AcousticModel>{
           {"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}}));
-  verb->add_option("--effort", bench_registration_.effort, "of the cohort: quick or usual")
+  verb->add_option("--effort", bench_registration_.effort, "of cohort and faults: quick or usual")
       ->transform(CLI::CheckedTransformer(std::map<std::string, registration::Effort>{
           {"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}}));
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
       ->check(CLI::Range(1, 100));
   verb->add_option("--part", bench_registration_.parts,
-                   "cohort, curve, bootstrap, skin, motion, live, peer; default all")
-      ->check(CLI::IsMember({"cohort", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
+                   "cohort, faults, curve, bootstrap, skin, motion, live, peer; default all")
+      ->check(CLI::IsMember(
+          {"cohort", "faults", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);

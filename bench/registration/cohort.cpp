@@ -10,7 +10,6 @@
 #include "nav/check.hpp"
 #include "sim/ct_scanner.hpp"
 #include "sim/motion/skin_track.hpp"
-#include "sim/random.hpp"
 #include "sim/ultrasound.hpp"
 
 namespace nav::bench {
@@ -86,7 +85,14 @@ std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request
   return all;
 }
 
-/// The tracker's error of one pose.
+}  // namespace
+
+const char* to_string(SweepPath path) {
+  constexpr std::array<const char*, kSweepPaths> kNames{"subcostal", "fan", "slide", "sagittal",
+                                                        "cross"};
+  return kNames[static_cast<std::size_t>(path)];
+}
+
 Transform<frames::Reference, frames::Image> measured(
     const Transform<frames::Reference, frames::Image>& exact, sim::Random& random) {
   const Vec turn = random.offset(std::sqrt(3.0) * kTrackerRad);
@@ -96,20 +102,11 @@ Transform<frames::Reference, frames::Image> measured(
 }
 
 bool seen(const Point<frames::Ct>& p, const std::vector<ImagePose>& poses,
-          const sim::UltrasoundSimulator& probe) {
-  const auto outline = probe.outline();
-  return std::any_of(poses.begin(), poses.end(), [&](const ImagePose& pose) {
+          const SectorOutline& outline) {
+  return std::ranges::any_of(poses, [&](const ImagePose& pose) {
     const Vec q = (pose.inverse() * p).mm;
-    return std::abs(q.z()) < kSeenMm && outline && outline->contains(q.head<2>());
+    return std::abs(q.z()) < kSeenMm && outline.contains(q.head<2>());
   });
-}
-
-}  // namespace
-
-const char* to_string(SweepPath path) {
-  constexpr std::array<const char*, kSweepPaths> kNames{"subcostal", "fan", "slide", "sagittal",
-                                                        "cross"};
-  return kNames[static_cast<std::size_t>(path)];
 }
 
 Patient make_patient(std::uint64_t seed) {
@@ -142,8 +139,10 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
   auto sweep = Sweep::create(std::move(frames), "simulated");
   NAV_CHECK(sweep.has_value());
   RecordedSweep recorded{request.path, std::move(*sweep), {}};
+  const auto outline = probe.outline();
+  NAV_CHECK(outline.has_value());
   for (const auto& target : patient.phantom.targets()) {
-    if (seen(target, poses, probe)) recorded.targets.push_back(target);
+    if (seen(target, poses, *outline)) recorded.targets.push_back(target);
   }
   NAV_CHECK(!recorded.targets.empty(), request.seed);
   return recorded;
@@ -151,10 +150,18 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
 
 double target_error_mm(const CtPose& found, const CtPose& truth,
                        const std::vector<Point<frames::Ct>>& targets) {
-  NAV_CHECK(!targets.empty());
+  return target_error_mm(found, truth, targets, targets);
+}
+
+double target_error_mm(const CtPose& found, const CtPose& truth,
+                       const std::vector<Point<frames::Ct>>& targets,
+                       const std::vector<Point<frames::Ct>>& lying) {
+  NAV_CHECK(!targets.empty() && targets.size() == lying.size(), targets.size(), lying.size());
   const auto back = truth.inverse();
   double sum = 0;
-  for (const auto& target : targets) sum += (found * (back * target) - target).v.squaredNorm();
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    sum += (found * (back * lying[i]) - targets[i]).v.squaredNorm();
+  }
   return std::sqrt(sum / static_cast<double>(targets.size()));
 }
 

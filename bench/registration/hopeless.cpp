@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 
+#include "bench/registration/altered_sweep.hpp"
 #include "nav/check.hpp"
 #include "sim/random.hpp"
 
@@ -20,20 +20,6 @@ constexpr double kOverlap = 0.125;
 
 using Pixels = std::vector<std::uint8_t>;
 
-/// The sweep with every picture's pixels changed.
-Sweep with_pixels(const Sweep& sweep,
-                  const std::function<void(Pixels&, const UltrasoundFrame&)>& change) {
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
-    const auto old = tracked.frame.pixels.pixels();
-    Pixels pixels(old.begin(), old.end());
-    change(pixels, tracked.frame);
-    tracked.frame.pixels = Image2d<std::uint8_t>(tracked.frame.pixels.width(),
-                                                 tracked.frame.pixels.height(), std::move(pixels));
-  }
-  return std::move(Sweep::create(std::move(frames), sweep.calibration_id())).value();
-}
-
 Sweep mirrored(const Sweep& sweep) {
   return with_pixels(sweep, [](Pixels& pixels, const UltrasoundFrame& frame) {
     const auto width = static_cast<std::ptrdiff_t>(frame.pixels.width());
@@ -41,19 +27,6 @@ Sweep mirrored(const Sweep& sweep) {
       std::reverse(row, row + width);
     }
   });
-}
-
-Sweep enlarged(const Sweep& sweep) {
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
-    tracked.frame.grid.mm_per_pixel *= kScale;
-    tracked.frame.grid.origin_mm *= kScale;
-    if (!tracked.frame.outline) continue;
-    tracked.frame.outline->apex_mm *= kScale;
-    tracked.frame.outline->radius_min_mm *= kScale;
-    tracked.frame.outline->radius_max_mm *= kScale;
-  }
-  return std::move(Sweep::create(std::move(frames), sweep.calibration_id())).value();
 }
 
 Sweep shadowed(const Sweep& sweep, std::uint64_t seed) {
@@ -122,7 +95,7 @@ HopelessCase make_hopeless(Hopeless kind, const Patient& patient, const Patient&
     case Hopeless::kMirrored:
       return {patient.ct, mirrored(recorded.sweep), near, false};
     case Hopeless::kWrongScale:
-      return {patient.ct, enlarged(recorded.sweep), near, true};
+      return {patient.ct, enlarged(recorded.sweep, kScale), near, true};
     case Hopeless::kAllShadow:
       return {patient.ct, shadowed(recorded.sweep, seed), near, true};
     case Hopeless::kSaturated:

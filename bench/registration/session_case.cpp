@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/registration/session_case.hpp"
 
-#include <cmath>
-
+#include "bench/registration/cohort.hpp"
 #include "sim/ct_scanner.hpp"
 
 namespace nav::bench {
@@ -35,16 +34,17 @@ Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
   }
   auto sweep = Sweep::create(std::move(frames), "simulated");
   if (!sweep) return sweep.error();
-  return SessionCase{std::move(*ct), std::move(*sweep), truth, session->patient().targets(),
-                     std::move(following_truth)};
+  const std::vector<Point<frames::Ct>> targets = session->patient().targets();
+  std::vector<Point<frames::Ct>> lying = targets;
+  if (const auto deformation = session->deformation()) {
+    for (auto& target : lying) target.mm = deformation->apply(target.mm);
+  }
+  return SessionCase{std::move(*ct), std::move(*sweep), truth,
+                     targets,        std::move(lying),  std::move(following_truth)};
 }
 
 double error_mm(const SessionCase& one, const registration::Pose& found) {
-  double sum = 0;
-  for (const auto& target : one.targets) {
-    sum += (found * (one.truth.inverse() * target) - target).v.squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(one.targets.size()));
+  return target_error_mm(found, one.truth, one.targets, one.lying);
 }
 
 }  // namespace nav::bench

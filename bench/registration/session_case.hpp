@@ -18,6 +18,8 @@ struct SessionCase {
   Sweep sweep;  ///< Poses without tracker errors.
   registration::Pose truth;
   std::vector<Point<frames::Ct>> targets;
+  /// Where these lie at the end of expiration: elsewhere where the tissue is deformed.
+  std::vector<Point<frames::Ct>> lying;
   /// Where each picture shows the CT as it lies at that moment, the nearest rigid motion.
   std::vector<registration::Pose> following_truth;
 };

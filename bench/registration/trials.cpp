@@ -35,13 +35,6 @@ double covered(const registration::PoseUncertainty& uncertainty, const CtPose& f
   return inside / static_cast<double>(targets.size());
 }
 
-double predicted(const ImageRegistrationResult& result,
-                 const std::vector<Point<frames::Ct>>& targets) {
-  double sum = 0;
-  for (const auto& target : targets) sum += std::pow(result.tre_rms_mm(target), 2);
-  return std::sqrt(sum / static_cast<double>(targets.size()));
-}
-
 /// All trials of one sweep.
 class SweepTrials {
  public:
@@ -121,7 +114,7 @@ class SweepTrials {
     trial.warned = decision.verdict() == registration::Verdict::kWarn;
     for (const auto& reason : decision.reasons) trial.reason += reason + "; ";
     trial.error_mm = target_error_mm(found.ct_from_reference, patient_->truth, targets);
-    trial.predicted_mm = predicted(found, targets);
+    trial.predicted_mm = predicted_error_mm(found, targets);
     const auto share = [&](bool valid, const registration::PoseUncertainty& uncertainty) {
       return valid ? covered(uncertainty, found.ct_from_reference, patient_->truth, targets) : 0;
     };
@@ -195,6 +188,13 @@ Sweep every(int stride, const Sweep& sweep) {
     kept.push_back(sweep.frames()[i]);
   }
   return std::move(Sweep::create(std::move(kept), sweep.calibration_id())).value();
+}
+
+double predicted_error_mm(const ImageRegistrationResult& result,
+                          const std::vector<Point<frames::Ct>>& targets) {
+  double sum = 0;
+  for (const auto& target : targets) sum += std::pow(result.tre_rms_mm(target), 2);
+  return std::sqrt(sum / static_cast<double>(targets.size()));
 }
 
 std::string csv_header() {

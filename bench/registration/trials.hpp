@@ -90,6 +90,10 @@ CohortResult run_cohort(const CohortOptions& options, CaseStore& store,
 /// Every stride-th picture of a sweep; stride >= 1.
 Sweep every(int stride, const Sweep& sweep);
 
+/// What a result predicts of its target error, RMS over the targets, mm; infinite without.
+double predicted_error_mm(const registration::ImageRegistrationResult& result,
+                          const std::vector<Point<frames::Ct>>& targets);
+
 /// Names of the columns of to_csv(), with the end of the line.
 std::string csv_header();
 /// One line for each trial with everything that is known of it.
