@@ -412,8 +412,45 @@ def success_lines(peer: list[dict]) -> str:
                             for c in (cell[name, s] for s in starts)] for name in names])
 
 
+def fault_table(faults: list) -> str:
+    """Sweeps with faults, those of the evaluation seeds beside those of the development seeds."""
+    rows = {}
+    for f in faults:
+        none = f["fault"] == "none"
+        size = f"× {f['size']:g}" if f["unit"] == "x" else f"{f['size']:g} {f['unit']}"
+        right = f"{f['named']} named" if none else f"{f['named_right']}/{f['named']}"
+        verdicts = f"{f['clear']}, {f['warned']}, {f['refused']} ({f['false_accepts']})"
+        errors = f"{number(f['error_mean_mm'], 2)}, {number(f['error_max_mm'], 2)}"
+        rows.setdefault((f["fault"].replace("_", " "), "" if none else size), {})[f["seeds"]] = [
+            verdicts, errors, number(f["actual_over_predicted"], 2), right]
+    seeds = [s for s in ["development", "evaluation"] if any(s in r for r in rows.values())]
+    header = ["fault", "size"]
+    for s in seeds:
+        header += [f"{s}: clear, warned, refused (false)", "error mean, max", "actual / predicted",
+                   "cause right"]
+    return table(header, [[*key] + [c for s in seeds for c in row.get(s, ["–"] * 4)]
+                          for key, row in rows.items()])
+
+
+def fault_section(report: dict) -> str:
+    """Empty where faults were not measured."""
+    faults = report.get("faults")
+    if not faults:
+        return ""
+    times = [f["misfits_cpu_ms"] for f in faults if f["misfits_cpu_ms"] is not None]
+    return f"""
+Faults: sweeps with something wrong that no pose makes up for. Accepted without and with warnings,
+refused, in brackets accepted with a target error above 3 mm; mean and largest target error of the
+accepted, mm, and the median of it over the predicted one; how often the named cause is the true one, of
+the runs where one is named. Looking for causes takes
+{number(statistics.median(times), 1) if times else "–"} processor ms.
+
+{fault_table(faults)}
+"""
+
+
 def registration_section(kept: dict, docs: pathlib.Path) -> str:
-    """Cohort, curve and peer; draws the curve."""
+    """Cohort, curve, peer and faults; draws the curve."""
     report = kept["result"]
     panels = []
     for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
@@ -465,7 +502,7 @@ In brackets median mm, and processor s from images in memory, solving alone, and
 files where it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
 
 {success_lines(report["peer"])}
-"""
+{fault_section(report)}"""
 
 
 PARTS = ["demo", "registration", "render", "live", "scaling", "poses"]
