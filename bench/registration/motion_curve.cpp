@@ -16,7 +16,7 @@
 namespace nav::bench {
 namespace {
 
-constexpr double kStartMm = 5;
+constexpr double kMotionStartMm = 5;
 constexpr double kStartRad = 0.07;
 
 /// A patient who breathes under the probe.
@@ -73,7 +73,7 @@ Result<MotionTrial> run(const MotionCase& one, int stride, int harmonics, int th
   fit.harmonics = harmonics;
   const Eigen::Vector3d centre = (one.session.truth * sweep->centroid()).mm;
   registration::Vector6d off;
-  off << kStartRad, 0, 0, 0, kStartMm, 0;
+  off << kStartRad, 0, 0, 0, kMotionStartMm, 0;
   CollectingDiagnostics diagnostics;
   const auto common = registration::register_sweep(
       one.session.ct, *sweep, registration::moved(one.session.truth, centre, off), solver,
