@@ -3,7 +3,9 @@
 #include "app/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -29,6 +31,18 @@ namespace nav::app {
 namespace {
 
 using Verb = std::function<Result<void>(Console&)>;
+
+/// Of a seed: CLI11's own refusal is a page of digits.
+CLI::Validator whole_number() {
+  const auto refuse = [](const std::string& text) -> std::string {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    std::uint64_t number = 0;
+    const auto end = text.data() + text.size();
+    if (digits && std::from_chars(text.data(), end, number).ec == std::errc()) return "";
+    return "expected a whole number of 0 to 18446744073709551615, found " + text;
+  };
+  return {refuse, "", "whole number"};
+}
 
 /// Options that several verbs share, bound to one configuration.
 void add_output_options(CLI::App& verb, SessionConfig& config) {
@@ -213,7 +227,7 @@ void CommandLine::add_demo() {
   add_output_options(*demo, config);
   add_look_options(*demo, config.look);
   demo->add_option("--seed", demo_.seed, "which simulated patient")
-      ->check(CLI::NonNegativeNumber)
+      ->check(whole_number())
       ->capture_default_str();
   demo->add_option("--frames", config.output.frames,
                    "pictures of the needle approach; 0: the default of 30")
@@ -452,7 +466,7 @@ void CommandLine::add_simulate() {
                          ->excludes(contrast);
   verb->add_option("--look-at", o.look_at_mm, "point of that CT, LPS mm")->needs(patient_ct);
   verb->add_option("--seed", o.seed, "which patient, room, hand and breath")
-      ->check(CLI::NonNegativeNumber)
+      ->check(whole_number())
       ->capture_default_str();
   verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
   verb->add_option("--length-mm", o.length_mm, "of the slide; 0: 60 convex, 40 linear, 16 sector")
@@ -468,9 +482,10 @@ void CommandLine::add_simulate() {
       ->capture_default_str();
   verb->add_option("--breathing", o.breathing, "none, rigid, affine or smooth")
       ->capture_default_str();
-  verb->add_option("--breathing-mm", o.breathing_mm, "mean way towards the feet")
-      ->capture_default_str();
-  verb->add_option("--breathing-period-s", o.breathing_period_s)->capture_default_str();
+  verb->add_option("--breathing-mm", o.breathing_mm,
+                   "mean way towards the feet; none: 12, of a patient who breathes");
+  verb->add_option("--breathing-period-s", o.breathing_period_s,
+                   "mean time of a breath; none: 4, of a patient who breathes");
   verb->add_option("--deform-mm", o.deform_mm,
                    "largest displacement of a target against the CT, smooth; 0: none")
       ->capture_default_str();

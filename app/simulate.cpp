@@ -17,6 +17,7 @@ namespace nav::app {
 namespace {
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
+constexpr double kUsualBreathMm = 12;
 
 Result<sim::ProbeModel> probe_of(const SimulateOptions& options, const sim::Patient& patient) {
   Result<sim::ProbeModel> probe = options.probe == "standard"
@@ -66,9 +67,10 @@ Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
   const auto kind = sim::breathing_kind_from(options.breathing);
   if (!kind) return kind.error();
   breathing.kind = *kind;
-  breathing.period_s = options.breathing_period_s;
+  breathing.period_s = options.breathing_period_s.value_or(breathing.period_s);
   breathing.lag_s = std::min(breathing.lag_s, 0.5 * breathing.period_s);
-  breathing.amplitude_mm *= options.breathing_mm / -breathing.amplitude_mm.z();
+  breathing.amplitude_mm *=
+      options.breathing_mm.value_or(kUsualBreathMm) / -breathing.amplitude_mm.z();
   return breathing;
 }
 
@@ -110,9 +112,6 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.tracker = *tracker;
   out.breathing = *breathing;
   out.deformation.largest_mm = options.deform_mm;
-  if (const auto ok = sim::validate(out.deformation); !ok) {
-    return Error{ok.error().code, "--deform-mm: " + ok.error().message};
-  }
   const auto needle = needle_of(options);
   if (!needle) return needle.error();
   out.needle = *needle;
@@ -168,13 +167,14 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
   ct.seed = options.seed;
   ct.spacing_mm = Eigen::Vector3d::Constant(options.ct_spacing_mm);
   const auto volume = sim::scan_ct(session.patient(), ct);
-  if (!volume) return volume.error();
+  if (!volume) return Error{volume.error().code, "--ct-spacing-mm: " + volume.error().message};
   return io::write_ct_mha(*volume, options.ct);
 }
 
 }  // namespace
 
 Result<void> run_simulate(const SimulateOptions& options, Console& console) {
+  if (auto ok = validate(options); !ok) return ok;
   if (auto ok = check_files(options); !ok) return ok;
   console.begin("simulated patient");
   const auto patient = patient_of(options, console);

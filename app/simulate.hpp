@@ -30,8 +30,9 @@ struct SimulateOptions {
   std::string model = "rays";       ///< How echoes are computed: rays or scatterers.
   std::string tracker = "optical";  ///< ideal, optical, electromagnetic or arm.
   std::string breathing = "none";   ///< none, rigid, affine or smooth.
-  double breathing_mm = 12;         ///< Towards the feet, mean.
-  double breathing_period_s = 4;
+  /// Of a patient who breathes: mean way towards the feet, and mean time of a breath.
+  std::optional<double> breathing_mm;        ///< Absent: 12.
+  std::optional<double> breathing_period_s;  ///< Absent: 4.
   double deform_mm = 0;  ///< Largest displacement of a target against the CT; 0: none.
   /// Chance of each fault at each sample: one for all, or "drop=0.02,nan=0.001".
   std::string faults = "0";
@@ -55,6 +56,9 @@ struct SimulateOptions {
   double ct_spacing_mm = 1.5;
   bool compress = false;
 };
+
+/// A refusal that names the first number out of its range, or one of what was not asked for.
+Result<void> validate(const SimulateOptions& options);
 
 /// Writes a simulated recording with its truth and, if asked for, the CT of the same patient at the
 /// end of expiration. Errors name the option.

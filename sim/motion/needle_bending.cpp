@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 #include "nav/check.hpp"
 #include "sim/named_kind.hpp"
@@ -64,9 +65,10 @@ Result<NeedleBending> bending_aside(const NeedleBending& bending, double path_mm
                                         std::to_string(path_mm)};
   }
   if (!(aside_mm >= 0 && aside_mm <= kMostAsideShare * path_mm)) {
-    return Error{ErrorCode::kUsage,
-                 "needle bending: expected 0 to " + std::to_string(kMostAsideShare * path_mm) +
-                     " mm (a fifth of the path), found " + std::to_string(aside_mm)};
+    std::ostringstream text;
+    text << "needle bending: expected 0 to " << kMostAsideShare * path_mm
+         << " mm (a fifth of the path), found " << aside_mm << " mm";
+    return Error{ErrorCode::kUsage, text.str()};
   }
   NeedleBending out = bending;
   // The tip of an arc lies on a chord that leaves the axis by half the turn; sideways way

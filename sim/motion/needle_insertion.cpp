@@ -17,12 +17,14 @@ constexpr int kShaftPoints = 17;
 constexpr double kLongestMm = 1000;
 
 std::string text(double mm) {
+  if (!std::isfinite(mm)) return std::to_string(mm);
   std::string s = std::to_string(mm);
   return s.substr(0, s.find('.') + 3);
 }
 
-Error refusal(const std::string& expected, double found) {
-  return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found)};
+/// unit: with its space.
+Error refusal(const std::string& expected, double found, const std::string& unit = " mm") {
+  return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found) + unit};
 }
 
 }  // namespace
@@ -30,7 +32,8 @@ Error refusal(const std::string& expected, double found) {
 Result<void> validate(const NeedleInsertionOptions& o) {
   if (const auto ok = validate(o.bending); !ok) return ok.error();
   if (!(o.speed_mm_s >= 0 && o.speed_mm_s <= 1000)) {
-    return refusal("a speed of 0 to 1000 mm/s (0: the target is reached at the end)", o.speed_mm_s);
+    return refusal("a speed of 0 to 1000 mm/s (0: the target is reached at the end)", o.speed_mm_s,
+                   " mm/s");
   }
   if (!(o.length_mm > 0 && o.length_mm <= kLongestMm)) {
     return refusal("a length of 0 to 1000 mm", o.length_mm);
@@ -40,7 +43,7 @@ Result<void> validate(const NeedleInsertionOptions& o) {
     return refusal("a bending >= 0 mm", *o.aside_at_target_mm);
   }
   if (o.bending.kind == BendingKind::kStraight && *o.aside_at_target_mm > 0) {
-    return refusal("no bending of a straight needle (mm)", *o.aside_at_target_mm);
+    return refusal("no bending of a straight needle", *o.aside_at_target_mm);
   }
   return {};
 }

@@ -155,6 +155,19 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
+TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
+  const std::string out = (folder_ / "sweep.mha").string();
+  const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
+  expect_refusal(simulate + "--frame-rate-hz 0", 2,
+                 {"--frame-rate-hz: expected more than 0 and at most 1000 Hz, found 0"});
+  expect_refusal(simulate + "--breathing-mm 5", 2, {"--breathing-mm: expected --breathing"});
+  expect_refusal(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
+  expect_refusal(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
+  expect_refusal(simulate + "--needle bevel --needle-bending-mm 100", 2,
+                 {"needle bending: expected 0 to ", " mm (a fifth of the path), found 100 mm"});
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
 TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   VoxelGrid grid;
   grid.size = {20, 16, 12};

@@ -515,7 +515,7 @@ Registered register_breathing(const std::string& breathing) {
   options.ct = folder / "ct.mha";
   options.seed = 502;
   options.breathing = breathing;
-  options.breathing_mm = 8;
+  if (breathing != "none") options.breathing_mm = 8;
   options.duration_s = 12;
   options.frame_rate_hz = 5;
   EXPECT_TRUE(run_simulate(options, console));

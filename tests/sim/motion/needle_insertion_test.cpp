@@ -90,12 +90,13 @@ TEST(NeedleInsertionTest, RefusesByName) {
   NeedleInsertionOptions o = with(BendingKind::kBevelArc);
   o.speed_mm_s = -3;
   EXPECT_THAT(refusal(o), HasSubstr("speed"));
-  EXPECT_THAT(refusal(o), HasSubstr("-3.00"));
+  EXPECT_THAT(refusal(o), HasSubstr("found -3.00 mm/s"));
   o.speed_mm_s = std::nan("");
-  EXPECT_THAT(refusal(o), HasSubstr("speed"));
+  EXPECT_THAT(refusal(o), HasSubstr("found nan mm/s"));
   o = with(BendingKind::kStraight);
   o.length_mm = 59;
-  EXPECT_THAT(refusal(o), HasSubstr("at least the path from the skin to the target, 60.00 mm"));
+  EXPECT_THAT(refusal(o),
+              HasSubstr("at least the path from the skin to the target, 60.00 mm, found 59.00 mm"));
   o.length_mm = 1e5;
   EXPECT_THAT(refusal(o), HasSubstr("a length of 0 to 1000 mm"));
   o = with(BendingKind::kStraight);
@@ -105,7 +106,7 @@ TEST(NeedleInsertionTest, RefusesByName) {
   o.aside_at_target_mm = -2;
   EXPECT_THAT(refusal(o), HasSubstr("bending"));
   o.aside_at_target_mm = 20;
-  EXPECT_THAT(refusal(o), HasSubstr("a fifth of the path"));
+  EXPECT_THAT(refusal(o), HasSubstr("0 to 12 mm (a fifth of the path), found 20 mm"));
   o.aside_at_target_mm.reset();
   o.bending.tip_force_n = 5;
   EXPECT_THAT(refusal(o), HasSubstr("a fifth of the path"));
