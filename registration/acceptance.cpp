@@ -16,7 +16,12 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
                      const std::string& unit, double found) {
   std::ostringstream text;
   text.precision(3);
-  text << what << ": expected " << relation << ' ' << limit << unit << ", found " << found << unit;
+  text << what << ": expected " << relation << ' ' << limit << unit << ", found ";
+  if (std::isfinite(found)) {
+    text << found << unit;
+  } else {
+    text << "no finite value";
+  }
   return text.str();
 }
 
@@ -50,6 +55,31 @@ void judge_misfits(const std::vector<Misfit>& misfits, const AcceptanceLimits& l
   const auto cause = static_cast<std::size_t>(worst->cause);
   judge.at_most("misfit of pictures and CT as from " + in_words(*worst), worst->excess_mm(),
                 limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
+}
+
+/// Where halves could not be compared, that is said once, and not again where the uncertainty has
+/// failed for the same reason.
+void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
+                  const AcceptanceLimits& warnings, Judge& judge) {
+  const auto judge_one = [&](const std::string& what, const std::string& fault, double found_mm,
+                             double limit_mm, double warning_mm) {
+    if (fault.empty()) {
+      judge.at_most("disagreement of " + what, found_mm, limit_mm, warning_mm, " mm");
+    } else if (result.covariance_valid || fault != result.covariance_fault) {
+      judge.refuse("disagreement of " + what + ": " + fault);
+    }
+  };
+  const double limit_mm = limits.max_split_disagreement_mm;
+  const double warning_mm = warnings.max_split_disagreement_mm;
+  if (!result.split_fault.empty() && result.split_fault == result.halves_fault) {
+    judge_one("halves of the pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
+              warning_mm);
+    return;
+  }
+  judge_one("odd and even pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
+            warning_mm);
+  judge_one("first and second half", result.halves_fault, result.halves_disagreement_mm,
+            limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm);
 }
 
 }  // namespace
@@ -193,10 +223,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   } else {
     judge.refuse("uncertainty: " + result.covariance_fault);
   }
-  judge.at_most("disagreement of odd and even pictures", result.split_disagreement_mm,
-                limits.max_split_disagreement_mm, warnings.max_split_disagreement_mm, " mm");
-  judge.at_most("disagreement of first and second half", result.halves_disagreement_mm,
-                limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm, " mm");
+  judge_halves(result, limits, warnings, judge);
   judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
                 limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
   judge.at_most("stretch of the pictures, which are shown without it",

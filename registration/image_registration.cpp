@@ -380,9 +380,12 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.used_patches = static_cast<int>(patches.patches.size());
   result.basin = check_basin(around, solved, points_);
   result.regions = region_agreement(around, solved);
-  result.split_disagreement_mm = disagreement_mm(shape, patches, points_, pose, Halves::kOddEven);
-  result.halves_disagreement_mm =
-      disagreement_mm(shape, patches, points_, pose, Halves::kFirstSecond);
+  const Disagreement split = disagreement(shape, patches, points_, pose, Halves::kOddEven);
+  const Disagreement halves = disagreement(shape, patches, points_, pose, Halves::kFirstSecond);
+  result.split_disagreement_mm = split.rms_mm;
+  result.split_fault = split.fault;
+  result.halves_disagreement_mm = halves.rms_mm;
+  result.halves_fault = halves.fault;
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const Level& level = levels_[i];
     const LevelSolve& solve = best.history[i];

@@ -194,7 +194,7 @@ struct ImageRegistrationResult {
   /// Absent when no start ended in another minimum.
   std::optional<double> margin;
   /// RMS over the sweep between the poses that odd and even pictures would each move to, one Newton
-  /// step from the result, mm; infinite when there are too few pictures to split.
+  /// step from the result, mm; infinite where split_fault says why it is not known.
   double split_disagreement_mm;
   double halves_disagreement_mm;  ///< The same between the first and the second half.
 
@@ -209,6 +209,9 @@ struct ImageRegistrationResult {
   BasinCheck basin = {};
   std::vector<RegionAgreement> regions = {};  ///< Along the sweep and deep (regions.hpp).
   std::vector<Misfit> misfits = {};           ///< What else may be wrong (misfit.hpp).
+  /// Why the disagreements are not known: what was expected and what was found; empty where they
+  /// are.
+  std::string split_fault = {}, halves_fault = {};
 
   /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

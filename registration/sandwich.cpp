@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "nav/index.hpp"
 #include "nav/matrices.hpp"
@@ -145,9 +146,13 @@ std::string curvature_fault(const Matrix6d& hessian) {
   const double strongest = eigen.values[5];
   if (weakest > kMinCurvatureRatio * strongest && strongest > 0) return "";
   std::ostringstream fault;
-  fault << "the sweep does not determine the " << describe(eigen.vectors.col(0))
-        << ": expected a curvature ratio above " << kMinCurvatureRatio << ", found "
-        << (strongest > 0 ? weakest / strongest : weakest);
+  fault << "the sweep does not determine the " << describe(eigen.vectors.col(0)) << ": ";
+  if (weakest < 0) {
+    fault << "the pose is no minimum of the cost along it";
+  } else {
+    fault << "expected a curvature ratio above " << kMinCurvatureRatio << ", found "
+          << (strongest > 0 ? weakest / strongest : weakest);
+  }
   return fault.str();
 }
 
@@ -171,12 +176,18 @@ LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
   return shape;
 }
 
-double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const SweepPoints& sweep,
-                       const Pose& pose, Halves halves) {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+Disagreement disagreement(const LocalShape& shape, const PatchSet& patches,
+                          const SweepPoints& sweep, const Pose& pose, Halves halves) {
+  const auto unknown = [](std::string fault) {
+    return Disagreement{std::numeric_limits<double>::infinity(), std::move(fault)};
+  };
   std::set<int> frames;
   for (const Patch& patch : patches.patches) frames.insert(patch.frame);
   const std::vector<int> order(frames.begin(), frames.end());
+  // Pictures are thinned by the way between them.
+  if (order.size() == 1) {
+    return unknown("expected pictures with patches at two places or more, found one place");
+  }
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
   std::array<double, 2> weight{0, 0};
   std::array<std::size_t, 2> count{0, 0};
@@ -189,9 +200,13 @@ double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const S
     weight[half] += patches.patches[i].weight;
     ++count[half];
   }
-  if (std::min(count[0], count[1]) < kMinPatches) return kNone;
+  const std::size_t fewest = std::min(count[0], count[1]);
+  if (fewest < kMinPatches) {
+    return unknown("expected at least " + std::to_string(kMinPatches) +
+                   " patches in each half, found " + std::to_string(fewest));
+  }
   const Eigen::LLT<Matrix6d> llt(shape.hessian);
-  if (llt.info() != Eigen::Success) return kNone;
+  if (llt.info() != Eigen::Success) return unknown(curvature_fault(shape.hessian));
   const Vector6d apart =
       twist_from_scaled() * llt.solve(gradient[0] / weight[0] - gradient[1] / weight[1]);
   const Eigen::Matrix3d turn = cross_matrix(apart.head<3>());
@@ -199,7 +214,9 @@ double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const S
       turn * ((pose * sweep.centroid) - shape.centre_ct).v + apart.tail<3>();
   const double rms =
       std::sqrt(shift.squaredNorm() + spread_mm2(sweep, turn * pose.rotation().toRotationMatrix()));
-  return std::isfinite(rms) ? rms : kNone;
+  if (!std::isfinite(rms))
+    return unknown("expected finite gradients of the cost, found NaN or Inf");
+  return {rms, ""};
 }
 
 SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& patches,

@@ -43,8 +43,8 @@ LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames
 LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
                        const CostsAround& around);
 
-/// Why a Hessian in scaled parameters determines no pose: not finite, or which direction; empty
-/// where it does.
+/// Why a Hessian in scaled parameters determines no pose: not finite, the direction along which it
+/// falls, or the one along which it hardly rises; empty where it does.
 std::string curvature_fault(const Matrix6d& hessian);
 
 /// Covariance of an image registration, or why there is none.
@@ -64,10 +64,17 @@ SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& 
 /// How to halve the pictures of a sweep.
 enum class Halves { kOddEven, kFirstSecond };
 
-/// RMS distance over the sweep of the poses that two halves of the pictures would move to, each by
-/// one Newton step −H⁻¹ g_half from the pose of all, mm; infinite when a half has fewer than
-/// kMinPatches patches or H is not positive definite.
-double disagreement_mm(const LocalShape& shape, const PatchSet& patches, const SweepPoints& sweep,
-                       const Pose& pose, Halves halves);
+/// How far apart halves of the pictures put the sweep.
+struct Disagreement {
+  double rms_mm;      ///< Over the sweep; infinite where it is not known.
+  std::string fault;  ///< Why not: what was expected and what was found; empty where it is known.
+};
+
+/// Between the poses that two halves of the pictures would move to, each by one Newton step
+/// −H⁻¹ g_half from the pose of all. Not known where only one picture has patches, where a half has
+/// fewer than kMinPatches, or where H is not positive definite (then the fault is
+/// curvature_fault()).
+Disagreement disagreement(const LocalShape& shape, const PatchSet& patches,
+                          const SweepPoints& sweep, const Pose& pose, Halves halves);
 
 }  // namespace nav::registration

@@ -87,6 +87,36 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
   }
 }
 
+TEST(AcceptanceTest, HalvesThatCannotBeComparedAreOneReasonInWords) {
+  ImageRegistrationResult result = good();
+  result.split_disagreement_mm = result.halves_disagreement_mm = INFINITY;
+  result.split_fault = result.halves_fault = "expected two places, found one";
+  EXPECT_EQ(decide(result, {}, kTarget).reasons,
+            std::vector<std::string>{
+                "disagreement of halves of the pictures: expected two places, found one"});
+  result.halves_fault = "expected many, found few";
+  EXPECT_EQ(decide(result, {}, kTarget).reasons.size(), 2U);
+  // Said already.
+  result.covariance_valid = false;
+  result.covariance_fault = result.split_fault = result.halves_fault = "the pose is no minimum";
+  EXPECT_EQ(decide(result, {}, kTarget).reasons,
+            std::vector<std::string>{"uncertainty: the pose is no minimum"});
+}
+
+TEST(AcceptanceTest, NoReasonShowsANumberThatIsNone) {
+  ImageRegistrationResult result = good();
+  result.overlap = result.z_score = result.final_cost = std::nan("");
+  result.margin = std::nan("");
+  result.split_disagreement_mm = result.halves_disagreement_mm = INFINITY;
+  result.basin.shift_mm = INFINITY;
+  result.uncertainty.covariance(0, 0) = std::nan("");
+  const Decision decision = decide(result, {}, kTarget);
+  EXPECT_EQ(decision.reasons.size(), 8U);
+  for (const std::string& reason : decision.reasons) {
+    EXPECT_TRUE(reason.ends_with(", found no finite value")) << reason;
+  }
+}
+
 TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
   EXPECT_EQ(decide(good(), {}, kTarget).verdict(), Verdict::kAccept);
   using Spoil = std::function<void(ImageRegistrationResult&)>;

@@ -227,6 +227,7 @@ TEST(ImageRegistrationTest, OnePictureIsNeverAccepted) {
       register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_TRUE(std::isinf(result->split_disagreement_mm));
+  EXPECT_NE(result->split_fault.find("found one place"), std::string::npos) << result->split_fault;
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 

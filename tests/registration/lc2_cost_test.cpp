@@ -208,6 +208,62 @@ TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
   EXPECT_NE(result.fault.find("does not determine"), std::string::npos) << result.fault;
 }
 
+TEST(SandwichTest, TellsADirectionThatFallsFromOneThatIsFlat) {
+  Matrix6d hessian = Matrix6d::Identity();
+  EXPECT_EQ(curvature_fault(hessian), "");
+  hessian(5, 5) = 0;
+  EXPECT_EQ(curvature_fault(hessian),
+            "the sweep does not determine the translation along Ct (0.00, 0.00, 1.00): expected a "
+            "curvature ratio above 0.001, found 0");
+  hessian(5, 5) = -0.01;
+  EXPECT_EQ(curvature_fault(hessian),
+            "the sweep does not determine the translation along Ct (0.00, 0.00, 1.00): the pose is "
+            "no minimum of the cost along it");
+}
+
+/// Patches of so many pictures, whose gradients pull along x by turns.
+struct Pulls {
+  LocalShape shape{{{0, 0, 0}}, Matrix6d::Identity(), {}, {}};
+  PatchSet patches;
+  SweepPoints sweep;
+  Pulls(int pictures, int each) {
+    for (int i = 0; i < pictures * each; ++i) {
+      Patch patch{};
+      patch.frame = i / each;
+      patch.weight = 1.0 / (pictures * each);
+      patches.patches.push_back(patch);
+      Vector6d pull = Vector6d::Zero();
+      pull[3] = (patch.frame % 2 == 0 ? 3 : -3) * patch.weight;
+      shape.patch_gradients.push_back(pull);
+    }
+  }
+  [[nodiscard]] Disagreement of(Halves halves) const {
+    const Pose pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
+    return disagreement(shape, patches, sweep, pose, halves);
+  }
+};
+
+TEST(DisagreementTest, IsTheWayBetweenWhereHalvesPull) {
+  const Pulls pulls(4, 10);
+  EXPECT_EQ(pulls.of(Halves::kOddEven).fault, "");
+  EXPECT_NEAR(pulls.of(Halves::kOddEven).rms_mm, 6, 1e-9);
+  EXPECT_NEAR(pulls.of(Halves::kFirstSecond).rms_mm, 0, 1e-9);
+}
+
+TEST(DisagreementTest, SaysWhyHalvesCannotBeCompared) {
+  EXPECT_TRUE(std::isinf(Pulls(1, 100).of(Halves::kOddEven).rms_mm));
+  EXPECT_EQ(Pulls(1, 100).of(Halves::kOddEven).fault,
+            "expected pictures with patches at two places or more, found one place");
+  EXPECT_EQ(Pulls(3, 12).of(Halves::kFirstSecond).fault,
+            "expected at least 20 patches in each half, found 12");
+  Pulls falling(4, 10);
+  falling.shape.hessian(3, 3) = -1;
+  EXPECT_EQ(falling.of(Halves::kOddEven).fault, curvature_fault(falling.shape.hessian));
+  Pulls unknown(4, 10);
+  unknown.shape.patch_gradients[0][3] = std::nan("");
+  EXPECT_NE(unknown.of(Halves::kOddEven).fault.find("finite gradients"), std::string::npos);
+}
+
 TEST(SandwichTest, RespectsTheBiasFloor) {
   const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
   const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, {});
