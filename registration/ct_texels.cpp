@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iomanip>
 #include <limits>
 #include <memory>
+#include <sstream>
 
 #include "nav/check.hpp"
 #include "nav/index.hpp"
@@ -427,10 +429,12 @@ Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sig
     const auto a = static_cast<std::size_t>(axis);
     const int last = grid.size[a] - 1;
     if (!(low[axis] <= last && high[axis] >= 0)) {
-      return Error{ErrorCode::kRefused, ct.name() +
-                                            ": expected the sweep to overlap the CT, found "
-                                            "it wholly outside along axis " +
-                                            std::to_string(axis)};
+      const double gap = std::max(low[axis] - last, -high[axis]) * grid.spacing_mm[axis];
+      std::ostringstream text;
+      text << std::fixed << std::setprecision(1) << ct.name()
+           << ": expected the sweep to overlap the CT, found it wholly outside along "
+           << "axis " << axis << ", " << gap << " mm beyond what a search about its pose reaches";
+      return Error{ErrorCode::kRefused, text.str()};
     }
     const int from = static_cast<int>(std::floor(std::max(low[axis], 0.0)));
     const int to = static_cast<int>(std::ceil(std::min(high[axis], static_cast<double>(last))));

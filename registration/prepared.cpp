@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <sstream>
 
 #include "nav/stopwatch.hpp"
@@ -26,6 +27,32 @@ std::string too_few(std::size_t level, double step_mm, std::size_t found) {
   std::ostringstream text;
   text << "level " << level << " (" << step_mm << " mm): expected at least " << kMinPatches
        << " patches outside shadows, found " << found;
+  return text.str();
+}
+
+/// What of a sweep tells why it has no patches, as a clause.
+std::string seen_in(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
+                    const LevelOptions& level, double near_field_mm) {
+  const auto any = [](std::span<const std::uint8_t> pixels) {
+    return std::ranges::any_of(pixels, [](std::uint8_t pixel) { return pixel != 0; });
+  };
+  const auto one_grey = [](const TrackedFrame& tracked) {
+    const auto pixels = tracked.frame.pixels.pixels();
+    return std::ranges::all_of(pixels, [&](std::uint8_t grey) { return grey == pixels.front(); });
+  };
+  const auto usable =
+      std::ranges::count_if(masks, [&](const auto& mask) { return any(mask.pixels()); });
+  const UltrasoundFrame& first = sweep.frames().front().frame;
+  const double patch_mm = (level.patch_side - 1) * level.sample_step_mm;
+  std::ostringstream text;
+  text.precision(3);
+  text << usable << " of " << masks.size() << " pictures have usable pixels, "
+       << std::ranges::count_if(sweep.frames(), one_grey)
+       << " are of one grey throughout; a picture is "
+       << first.pixels.width() * first.grid.mm_per_pixel.col(0).norm() << " x "
+       << first.pixels.height() * first.grid.mm_per_pixel.col(1).norm() << " mm, a patch "
+       << patch_mm << " x " << patch_mm << " mm, and the first " << near_field_mm
+       << " mm of depth are not used";
   return text.str();
 }
 
@@ -78,7 +105,9 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
     }
     const std::string text = too_few(i, level.sample_step_mm, found);
     if (i + 1 == options.levels.size()) {
-      return Error{ErrorCode::kRefused, "image registration: " + text};
+      return Error{ErrorCode::kRefused,
+                   "image registration: " + text + ": " +
+                       seen_in(sweep, *masks, level, options.mask.near_field_mm)};
     }
     diagnostics.report(Severity::kInfo, kSource, text + "; the level is left out");
   }

@@ -215,7 +215,20 @@ TEST(ImageRegistrationTest, RefusesPicturesWithoutEchoes) {
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::refuses(
       register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics),
-      ErrorCode::kRefused, {"patches", "found 0"}));
+      ErrorCode::kRefused,
+      {"patches outside shadows, found 0: 0 of 4 pictures have usable pixels, 4 are of one grey "
+       "throughout; a picture is 110 x 110 mm, a patch 16 x 16 mm, and the first 10 mm"}));
+}
+
+TEST(ImageRegistrationTest, SaysThatAPatchDoesNotFitIntoThePictures) {
+  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  for (TrackedFrame& tracked : frames) tracked.frame.grid = PixelGrid::centred(110, 0.01, 0.02);
+  const auto tiny = Sweep::create(std::move(frames), "wrong pixels");
+  ASSERT_TRUE(test::has_value(tiny));
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::refuses(
+      register_sweep(scene().ct, *tiny, test::true_pose(), test::small_options(60), diagnostics),
+      ErrorCode::kRefused, {"0 are of one grey", "a picture is 1.1 x 2.2 mm, a patch 16 x 16"}));
 }
 
 TEST(ImageRegistrationTest, OnePictureIsNeverAccepted) {
