@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <sstream>
 
@@ -43,6 +44,8 @@ NavigatorOptions options_for(const SessionConfig& config, Duration period) {
   // A recording holds one pose per picture, so its poses are as far apart as its pictures.
   options.pairing.max_pose_gap = std::max<Duration>(options.pairing.max_pose_gap, 2 * period);
   options.pairing.max_wait = std::max<Duration>(options.pairing.max_wait, 3 * period);
+  // The pose of a picture that is stamped early comes so much later in the file.
+  options.pairing.max_wait += std::max<Duration>(-options.pairing.temporal_offset, Duration(0));
   return options;
 }
 
@@ -118,6 +121,7 @@ void RecordedSession::rewind() {
   first_refusal_.clear();
   bad_frames_ = 0;
   first_bad_frame_.clear();
+  first_time_.reset();
   last_time_.reset();
   ended_ = false;
 }
@@ -219,8 +223,10 @@ Result<bool> RecordedSession::step(const Listener& listener) {
     const std::string frame = "frame " + std::to_string(event->index);
     first_bad_frame_ = defect.find(frame) == std::string::npos ? frame + ": " + defect : defect;
   }
-  if (event->acquired)
+  if (event->acquired) {
+    first_time_ = std::min(first_time_.value_or(*event->acquired), *event->acquired);
     last_time_ = std::max(last_time_.value_or(*event->acquired), *event->acquired);
+  }
   note_degraded(*event);
   feed(std::move(*event));
   settle(false);
@@ -264,6 +270,32 @@ Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) 
                    " frames are bad; --skip-bad-frames plays the others)"};
 }
 
+namespace {
+
+/// How many pictures the temporal offset moves out of the time that poses are of, and by how much;
+/// empty: none. Frames hold a picture and its poses by one stamp.
+std::string moved_past_poses(const RecordedSession& session) {
+  const Duration offset = session.temporal_offset();
+  if (offset == Duration(0)) return "";
+  const bool before = offset > Duration(0);
+  std::uint64_t moved = 0;
+  for (const auto& [cause, count] : session.navigator().ledger().rejected()) {
+    if (cause.ends_with(before ? ".before_first_pose" : ".no_pose_yet")) moved += count;
+  }
+  if (moved == 0) return "";
+  constexpr double kMs = 1e3;
+  const double most_ms = kMs * std::abs(to_seconds(offset));
+  const double least_ms = std::max(most_ms - kMs * to_seconds(session.length()), 0.0);
+  std::ostringstream text;
+  text << "by --temporal-offset-ms " << kMs * to_seconds(offset) << ", " << moved << " of "
+       << session.total_frames() << " pictures lie "
+       << (before ? "before the first pose" : "after the last pose") << ", by " << least_ms
+       << " to " << most_ms << " ms";
+  return text.str();
+}
+
+}  // namespace
+
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   constexpr std::int64_t kSpread = 60;
   const auto stride =
@@ -290,10 +322,13 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   };
   if (const auto played = session.play(add); !played) return played.error();
   if (found.paired == 0) {
-    std::string message =
-        session.name() + ": expected at least one picture with a pose, found none of " +
-        std::to_string(session.total_frames()) + " frames usable; the first: " +
-        (session.first_refusal().empty() ? "there are no frames" : session.first_refusal());
+    std::string message = session.name() +
+                          ": expected at least one picture with a pose, found none of " +
+                          std::to_string(session.total_frames()) + " frames usable";
+    const std::string moved = moved_past_poses(session);
+    if (!moved.empty()) return Error{ErrorCode::kMalformedData, message + ": " + moved};
+    message += "; the first: " +
+               (session.first_refusal().empty() ? "there are no frames" : session.first_refusal());
     const std::string& warning = session.first_warning();
     if (!warning.empty() && warning != session.first_refusal()) message += " (" + warning + ")";
     return Error{ErrorCode::kMalformedData, message};

@@ -57,6 +57,7 @@ class RecordedSession {
 
   [[nodiscard]] Epoch refresh() { return navigator_->refresh(clock_.now()); }
   [[nodiscard]] Navigator& navigator() { return *navigator_; }
+  [[nodiscard]] const Navigator& navigator() const { return *navigator_; }
   [[nodiscard]] const PoseLog& log() const { return log_; }
   void set_placement(const CtPlacement& placement);
   /// Of the pictures from now on that say none themselves.
@@ -64,6 +65,12 @@ class RecordedSession {
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return outline_; }
 
   [[nodiscard]] std::int64_t total_frames() const { return replay_.total_frames(); }
+  /// From the first to the last stamp of the frames that went in so far.
+  [[nodiscard]] Duration length() const {
+    return first_time_ ? *last_time_ - *first_time_ : Duration(0);
+  }
+  /// Picture stamps minus pose stamps, as configured.
+  [[nodiscard]] Duration temporal_offset() const { return options_.pairing.temporal_offset; }
   /// Frames that went in so far.
   [[nodiscard]] std::int64_t frames_read() const { return frames_read_; }
   /// Which frames and transforms are in use, for the report.
@@ -108,7 +115,7 @@ class RecordedSession {
   std::string first_refusal_;
   std::int64_t bad_frames_ = 0;
   std::string first_bad_frame_;
-  std::optional<Timestamp> last_time_;
+  std::optional<Timestamp> first_time_, last_time_;
   bool ended_ = false;
 };
 

@@ -417,6 +417,21 @@ TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
   refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
 }
 
+TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
+  // Six pictures and poses, 100 ms apart.
+  const std::string replay = replay_arguments(write_sweep());
+  ASSERT_EQ(sonde(replay + " --temporal-offset-ms=-450").code, 0);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
+  ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
+  expect_refusal(replay + " --temporal-offset-ms=-2000", 3,
+                 {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
+                  "after the last pose, by 1500 to 2000 ms"});
+  expect_refusal(replay + " --temporal-offset-ms=600", 3,
+                 {"by --temporal-offset-ms 600, 6 of 6 pictures lie before the first pose, by 100 "
+                  "to 600 ms"});
+}
+
 TEST_F(CommandLineTest, BadFilesExitWithThreeAndNameThemselves) {
   const std::string sweep = write_sweep();
   const std::string ct = write_ct();
