@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -226,7 +227,20 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   return affine;
 }
 
+/// Fields of a second frame: the slices are pictures, each with its own place. A volume may be
+/// written as a sequence of one.
+bool is_of_pictures(const ImageFile& file) {
+  return std::ranges::any_of(file.fields, [](const Field& field) {
+    return is_frame_key(field.first) && !field.first.starts_with("Seq_Frame0000");
+  });
+}
+
 Result<std::array<int, 3>> volume_size(ImageFile& file) {
+  if (is_of_pictures(file)) {
+    return Error{ErrorCode::kUnsupportedData,
+                 file.path.string() +
+                     ": expected a volume, found a sequence of pictures (Seq_Frame fields)"};
+  }
   if (file.sizes.size() == 4 && file.sizes[3] == 1 && file.format == "NRRD") file.sizes.pop_back();
   if (file.sizes.size() != 3 || file.components != 1) {
     return Error{ErrorCode::kUnsupportedData, file.path.string() +

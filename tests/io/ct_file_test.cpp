@@ -185,6 +185,19 @@ TEST_F(CtFileTest, RefusesBadMetaImageData) {
                       Code::kMalformedData, {"a.mha", "cut short"}));
 }
 
+TEST_F(CtFileTest, RefusesASequenceOfPictures) {
+  const std::string pixels = test::bytes_of(voxels<std::int16_t>());
+  const std::string one = "Seq_Frame0000_ImageStatus = OK\n";
+  EXPECT_TRUE(refuses(
+      read("a.mha",
+           meta(kTurn, "MET_SHORT", "2 3 4", one + "Seq_Frame0001_ImageStatus = OK\n") + pixels),
+      Code::kUnsupportedData,
+      {"a.mha: expected a volume, found a sequence of pictures (Seq_Frame fields)"}));
+  const auto volume = read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", one) + pixels);
+  ASSERT_TRUE(test::has_value(volume));
+  expect_voxels(*volume);
+}
+
 TEST_F(CtFileTest, WritesWhatItReadsBack) {
   const auto v = read("a.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
   ASSERT_TRUE(test::has_value(v));
