@@ -78,7 +78,7 @@ Result<RecordedSession> RecordedSession::open(const SessionConfig& config,
     statement = "nothing tracks the patient: the tracker itself (" + source.tracker_frame +
                 ") is taken as the patient's frame";
     replay = open_with();
-    if (replay) diagnostics.report(Severity::kWarning, "replay", statement);
+    if (replay) diagnostics.report(Severity::kWarning, "recording", statement);
   }
   if (!replay) return replay.error();
   if (!replay->calibration()) {
@@ -165,7 +165,7 @@ void RecordedSession::note_degraded(const sim::ReplayEvent& event) {
   const bool unknown = event.probe.status == TrackingStatus::kUnknown ||
                        (event.reference && event.reference->status == TrackingStatus::kUnknown);
   if (!unknown) return;
-  diagnostics_->report(Severity::kWarning, "replay",
+  diagnostics_->report(Severity::kWarning, "recording",
                        name_ +
                            ": expected a status with every pose, found some without: their "
                            "pictures are drawn as degraded");

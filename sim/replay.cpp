@@ -65,10 +65,10 @@ Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions&
   if (const auto image = moving(tree, o.image_frame, o.reference_frame)) {
     return Chains{ReplayForm::kImageInReference, *image, {}, {}};
   }
-  return Error{ErrorCode::kNotFound, "replay: expected frames that place " + o.probe_frame +
-                                         " in " + o.tracker_frame + " or " + o.reference_frame +
-                                         ", or " + o.image_frame + " in " + o.reference_frame +
-                                         ", found " + tree.describe()};
+  return Error{ErrorCode::kNotFound, "expected frames that place " + o.probe_frame + " in " +
+                                         o.tracker_frame + " or " + o.reference_frame + ", or " +
+                                         o.image_frame + " in " + o.reference_frame + ", found " +
+                                         tree.describe()};
 }
 
 /// Adds the needle's chain, if a needle is named.
@@ -78,9 +78,8 @@ Result<void> choose_needle(const io::TransformTree& tree, const ReplayOptions& o
   const std::string& into = tracked ? o.tracker_frame : o.reference_frame;
   chains.needle = moving(tree, o.needle_frame, into);
   if (chains.needle) return {};
-  return Error{ErrorCode::kUsage, "replay: expected frames that place the needle " +
-                                      o.needle_frame + " in " + into + ", found " +
-                                      tree.describe()};
+  return Error{ErrorCode::kUsage, "expected frames that place the needle " + o.needle_frame +
+                                      " in " + into + ", found " + tree.describe()};
 }
 
 bool same_grid(const PixelGrid& a, const PixelGrid& b) {

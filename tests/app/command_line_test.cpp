@@ -417,6 +417,20 @@ TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
   refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
 }
 
+TEST_F(CommandLineTest, ARegistrationNeverSpeaksOfAReplay) {
+  const std::string arguments =
+      "register " + write_sweep() + " --ct " + write_ct() + " --config " + write_config();
+  const Outcome refused = sonde(arguments + " --probe-frame Stylus --image-frame Sono");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_NE(refused.errors.find("mha: expected frames that place Stylus in Tracker"),
+            std::string::npos)
+      << refused.errors;
+  // Nothing tracks the patient, which is said.
+  const Outcome flat = sonde(arguments);
+  EXPECT_NE(flat.errors.find("recording: nothing tracks the patient"), std::string::npos);
+  EXPECT_EQ((refused.errors + flat.errors).find("replay"), std::string::npos) << flat.errors;
+}
+
 TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
   // Six pictures and poses, 100 ms apart.
   const std::string replay = replay_arguments(write_sweep());
