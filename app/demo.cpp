@@ -164,7 +164,8 @@ Result<void> Demo::register_ct() {
   const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
   if (const auto written = out_.write_picture(
           "registration.png",
-          registration_picture(*ct_, middle, *start_, registration_->ct_from_reference, {}));
+          registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
+                               decision_.accepted, {}));
       !written) {
     return written;
   }

@@ -67,7 +67,7 @@ Result<void> draw_checkerboards(const Run& run, OutputFolder& folder) {
   for (int i = 0; i < kPictures; ++i) {
     const std::size_t index = frames.size() * static_cast<std::size_t>(2 * i + 1) / (2 * kPictures);
     rows.push_back(registration_picture(*run.patient.ct, frames[index], run.start,
-                                        run.result.ct_from_reference, {}));
+                                        run.result.ct_from_reference, run.decision.accepted, {}));
   }
   const int height = rows.front().height() - kEmpty;
   render::Canvas canvas(rows.front().width(), kPictures * height + kEmpty, render::rgb8(0x101418));

@@ -152,7 +152,7 @@ Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decis
                          {"limit_mm", limit},
                          {"fraction_within_limit", map.fraction_within(limit)}};
   }
-  json["ct_from_reference_mm"] = app::json_of(fit.ct_from_reference.matrix());
+  json[pose_key(decision)] = app::json_of(fit.ct_from_reference.matrix());
   return json;
 }
 

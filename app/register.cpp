@@ -381,7 +381,8 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     const auto& middle = sweep->frames()[sweep->frames().size() / 2];
     if (auto written = out->write_picture(
             "registration.png",
-            registration_picture(*ground->ct, middle, initial, answer.ct_from_reference, {}));
+            registration_picture(*ground->ct, middle, initial, answer.ct_from_reference,
+                                 decision.accepted, {}));
         !written) {
       return written;
     }

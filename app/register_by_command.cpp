@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/json.hpp"
+#include "app/report.hpp"
 #include "app/simulated_recording.hpp"
 #include "bench/registration/child_program.hpp"
 #include "io/sequence_writer.hpp"
@@ -67,11 +68,14 @@ Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::fil
                  "sonde register of " + recording.string() + ": expected a report, found " + found};
   };
   if (!run) return refuse("no process");
-  const auto pointer = Json::json_pointer("/registration/ct_from_reference_mm");
-  if (json.is_discarded() || !json.contains(pointer)) {
-    return refuse("exit code " + std::to_string(run->exit_code));
+  const Json registration = json.is_object() ? json.value("registration", Json()) : Json();
+  // The bench judges refused ones too.
+  Json pose_json;
+  for (const char* key : {kAcceptedPose, kRefusedPose}) {
+    if (registration.contains(key)) pose_json = registration.at(key);
   }
-  const auto numbers = json.at(pointer).get<std::vector<double>>();
+  if (pose_json.is_null()) return refuse("exit code " + std::to_string(run->exit_code));
+  const auto numbers = pose_json.get<std::vector<double>>();
   Eigen::Matrix4d matrix;
   if (numbers.size() != 16) return refuse("no matrix");
   for (int i = 0; i < 16; ++i) matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];

@@ -108,7 +108,7 @@ namespace {
 Json json_of_common(const MotionOutcome& outcome) {
   return {{"accepted", outcome.decision.accepted},
           {"reasons", outcome.decision.reasons},
-          {"ct_from_reference_mm", app::json_of(outcome.result.ct_from_reference.matrix())}};
+          {pose_key(outcome.decision), app::json_of(outcome.result.ct_from_reference.matrix())}};
 }
 
 /// The motion takes the place of the common pose; what became of that one is said. Nothing is

@@ -88,7 +88,7 @@ Json json_of(const registration::ShapeRegistration& result, const registration::
   json["sliding"] = Json::array();
   for (const auto& one : result.sliding) json["sliding"].push_back(one.description);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
-  json["ct_from_reference_mm"] = app::json_of(result.ct_from_reference.matrix());
+  json[pose_key(decision)] = app::json_of(result.ct_from_reference.matrix());
   return json;
 }
 

@@ -103,7 +103,7 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
     return refuse("a registration to the patient's frame " + reference_frame,
                   "one to " + frame.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
-  const Json numbers = registration.value("ct_from_reference_mm", Json());
+  const Json numbers = registration.value(kAcceptedPose, Json());
   if (!numbers.is_array() || numbers.size() != 16) {
     return refuse("16 numbers in registration.ct_from_reference_mm", numbers.dump());
   }

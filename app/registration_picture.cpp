@@ -38,7 +38,7 @@ void draw_checkerboard(render::Canvas& canvas, const PlaneView& view, const Volu
 Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
                                     const Transform<frames::Ct, frames::Reference>& before,
                                     const Transform<frames::Ct, frames::Reference>& after,
-                                    const render::HuWindow& window) {
+                                    bool accepted, const render::HuWindow& window) {
   render::Canvas canvas(3 * kPicturePanel, kPicturePanel, render::rgb8(0x101418));
   const auto view = [&](int column) {
     return fit(frame.frame, column * kPicturePanel, 24, kPicturePanel, kPicturePanel - 24);
@@ -49,7 +49,9 @@ Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
   const Rgba8 words = render::rgb8(0xd8dee4);
   canvas.text(8, 20, 15, "Ultrasound", words);
   canvas.text(kPicturePanel + 8, 20, 15, "with CT, before registration", words);
-  canvas.text(2 * kPicturePanel + 8, 20, 15, "with CT, after registration", words);
+  canvas.text(2 * kPicturePanel + 8, 20, 15,
+              accepted ? "with CT, after registration" : "with CT, registration refused",
+              accepted ? words : render::rgb8(0xe04040));
   return canvas.picture();
 }
 

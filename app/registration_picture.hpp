@@ -10,10 +10,11 @@
 namespace nav::app {
 
 /// One ultrasound picture of a sweep beside checkerboards of it with the CT, before and after
-/// registration: structures that run on across the squares are aligned.
+/// registration: structures that run on across the squares are aligned. One that was not accepted
+/// is captioned as refused, in red.
 Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
                                     const Transform<frames::Ct, frames::Reference>& before,
                                     const Transform<frames::Ct, frames::Reference>& after,
-                                    const render::HuWindow& window);
+                                    bool accepted, const render::HuWindow& window);
 
 }  // namespace nav::app

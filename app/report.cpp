@@ -155,7 +155,7 @@ Json json_of(const registration::ImageRegistrationResult& result,
   const Eigen::Vector3d centre = result.uncertainty.centre_ct.mm;
   json["covariance_centre_ct_mm"] = {json_number(centre.x()), json_number(centre.y()),
                                      json_number(centre.z())};
-  json["ct_from_reference_mm"] = json_of(result.ct_from_reference.matrix());
+  json[pose_key(decision)] = json_of(result.ct_from_reference.matrix());
   return json;
 }
 

@@ -20,6 +20,13 @@ namespace nav::app {
 
 Json json_of(const tracking::FrameLedger& ledger);
 Json json_of(const registration::Decision& decision);
+/// What the pose of a registration is called in JSON. One that was refused has a name of its own,
+/// so that nobody takes it who does not ask for it.
+inline constexpr const char* kAcceptedPose = "ct_from_reference_mm";
+inline constexpr const char* kRefusedPose = "refused_ct_from_reference_mm";
+inline const char* pose_key(const registration::Decision& decision) {
+  return decision.accepted ? kAcceptedPose : kRefusedPose;
+}
 Json json_of(const registration::ImageRegistrationResult& result,
              const registration::Decision& decision, const Point<frames::Ct>& target);
 Json json_of(const std::vector<DiagnosticEntry>& entries);

@@ -589,8 +589,12 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   EXPECT_NEAR(found["registration"]["ct_from_reference_mm"][3].get<double>(), -5, 0.2);
   // Cells of 4 mm round the ridges.
   EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.5);
-  expect_refusal("register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail, 5,
-                 {"does not determine"});
+  const std::string tent =
+      "register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail;
+  expect_refusal(tent, 5, {"does not determine"});
+  const Json slides = Json::parse(sonde(tent).output)["registration"];
+  EXPECT_FALSE(slides.contains("ct_from_reference_mm"));
+  EXPECT_EQ(slides["refused_ct_from_reference_mm"].size(), 16U);
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
   // Points do not breathe: an option that would do nothing is refused.
   const std::string by_points = "register --surface x.vtk --points " + points.string();
@@ -651,7 +655,10 @@ TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered
   expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
                      result.string(),
                  5, {"residual of the landmarks"});
-  EXPECT_EQ(read_json("registration.json")["registration"]["accepted"], false);
+  const Json refused = read_json("registration.json")["registration"];
+  EXPECT_EQ(refused["accepted"], false);
+  EXPECT_FALSE(refused.contains("ct_from_reference_mm"));
+  EXPECT_EQ(refused["refused_ct_from_reference_mm"].size(), 16U);
   expect_refusal(replay_arguments(write_sweep()) + " --registration " + result.string(), 5,
                  {"registration.json", "not accepted"});
 }

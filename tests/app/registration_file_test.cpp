@@ -45,6 +45,16 @@ TEST_F(RegistrationFileTest, ReadsWhatRegisterWrites) {
   EXPECT_EQ(found->ct_from_reference.translation_mm().y(), -7.25);
 }
 
+TEST_F(RegistrationFileTest, APoseThatWasRefusedIsNeverTaken) {
+  Json json = good();
+  json["registration"][kRefusedPose] = json["registration"][kAcceptedPose];
+  json["registration"].erase(kAcceptedPose);
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+                            {"16 numbers in registration.ct_from_reference_mm"}));
+  json["registration"]["accepted"] = false;
+  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
+}
+
 TEST_F(RegistrationFileTest, CarriesVerdictAndWarnings) {
   EXPECT_TRUE(read(good())->warnings.empty());  // A file from before there were verdicts.
   Json json = good();

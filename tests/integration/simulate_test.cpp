@@ -138,10 +138,17 @@ Json registered(const Recorded& sweep, const std::filesystem::path& ct,
   return json;
 }
 
+/// The pose of a registration, accepted or refused, by the name that says which.
+const Json& pose_of(const Json& registration) {
+  const bool accepted = registration.at("accepted").get<bool>();
+  EXPECT_NE(registration.contains(kAcceptedPose), registration.contains(kRefusedPose));
+  return registration.at(accepted ? kAcceptedPose : kRefusedPose);
+}
+
 /// RMS over the targets of the truth file, mm.
 double target_error_mm(const Recorded& sweep, const Json& report) {
-  const auto found = transform_of<frames::Ct, frames::Reference>(
-      report.at("registration").at("ct_from_reference_mm"));
+  const auto found =
+      transform_of<frames::Ct, frames::Reference>(pose_of(report.at("registration")));
   const auto back = sweep.ct_from_reference().inverse();
   double sum = 0;
   int count = 0;
@@ -180,6 +187,7 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
       EXPECT_LT(target_error_mm(*patient, own), 1);
       const Json wrong = registered(*patient, other.options.ct, start, report, options);
       EXPECT_FALSE(wrong.at("registration").at("accepted"));
+      EXPECT_EQ(pose_of(wrong.at("registration")).size(), 16U);
     }
   }
   // Nobody says where the probe stood: the CT's skin does.
@@ -535,9 +543,9 @@ Registered register_breathing(const std::string& breathing) {
     }
     return std::sqrt(sum / static_cast<double>(truth.at("targets_ct_mm").size()));
   };
-  out.error_mm = error(out.report.at("registration").at("ct_from_reference_mm"));
+  out.error_mm = error(pose_of(out.report.at("registration")));
   const Json& breath = out.report.at("breath");
-  if (breath.contains("common")) out.common_mm = error(breath["common"]["ct_from_reference_mm"]);
+  if (breath.contains("common")) out.common_mm = error(pose_of(breath["common"]));
   return out;
 }
 
@@ -613,10 +621,9 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   out.report = run_verb(options.out, other.ct, pose, {}, (folder / "report.json").string());
   const Json& tissue = out.report.at("deformable");
   if (!tissue.at("accepted").get<bool>()) return out;
-  const auto found = transform_of<frames::Ct, frames::Reference>(
-      out.report.at("registration").at("ct_from_reference_mm"));
-  const auto common =
-      transform_of<frames::Ct, frames::Reference>(tissue.at("common").at("ct_from_reference_mm"));
+  const auto found =
+      transform_of<frames::Ct, frames::Reference>(pose_of(out.report.at("registration")));
+  const auto common = transform_of<frames::Ct, frames::Reference>(pose_of(tissue.at("common")));
   const Json& now = truth.at("deformation").at("targets_now_ct_mm");
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto seen = pose.inverse() * Point<frames::Ct>{vector_of(now[i])};
