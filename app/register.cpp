@@ -338,6 +338,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!sweep) return sweep.error();
 
   console.begin("registration");
+  const auto begin = std::chrono::steady_clock::now();
   const auto& initial = start->placement.ct_from_reference;
   const auto result = register_from(*start, *ground->ct, *sweep, solver, *search, console);
   if (!result) return result.error();
@@ -346,9 +347,10 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
                                        : result->ct_from_reference * sweep->centroid();
   console.end(
       registration::in_words(registration::decide(*result, chosen->limits, target).verdict()));
-  const auto motion = refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver,
-                                    chosen->limits, console);
+  auto motion = refine_motion(*ground->ct, *sweep, *result, target, options.motion, solver,
+                              chosen->limits, console);
   if (!motion) return motion.error();
+  motion->result.total_s = seconds_since(begin);
   const auto& answer = motion->result;
   const auto& decision = motion->decision;
   report_warnings(decision.warnings, console);

@@ -258,6 +258,7 @@ Result<ImageRegistrationResult> register_on_skin(
     const SkinSearchOptions& search_options, Diagnostics& diagnostics,
     const std::function<bool(double fraction)>& progress) {
   if (const auto ok = validate(search_options); !ok) return ok.error();
+  const auto begin = std::chrono::steady_clock::now();
   Patience patience(options.time_limit_s, progress);
   const auto keep_going = [&] { return patience.keep_going(); };
   const Sweep sweep = with_outline(as_recorded);
@@ -305,6 +306,7 @@ Result<ImageRegistrationResult> register_on_skin(
   auto best = best_of(std::move(ends), prepared->points(), rivals.margin);
   // Places that there was no time for might have been better.
   if (patience.late()) best.termination = Termination::kTimeLimit;
+  best.total_s = seconds_since(begin);
   return best;
 }
 
