@@ -131,6 +131,8 @@ AcceptanceLimits limits_for(Effort effort) {
     limits.max_cost = 0.25;
     // Half of its few pictures err by as much themselves.
     limits.max_split_disagreement_mm = 1.5;
+    limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kDelay)] = 0.75;
+    limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kCalibration)] = 0.9;
   }
   return limits;
 }
@@ -220,6 +222,9 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   if (result.covariance_valid) {
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
                   warnings.max_tre_rms_mm, " mm");
+    if (!result.bootstrap.fault.empty() && result.bootstrap.fault != FrameBootstrap{}.fault) {
+      judge.warn("predicted error: by patches alone, not by pictures: " + result.bootstrap.fault);
+    }
   } else {
     judge.refuse("uncertainty: " + result.covariance_fault);
   }

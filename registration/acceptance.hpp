@@ -41,7 +41,8 @@ Result<void> validate(const AcceptanceLimits& limits);
 
 /// The limits for a registration by such an effort: the defaults, but for a quick one a cost of at
 /// most 0.25. Coarse samples match more easily: on the development seeds right ones cost at most
-/// 0.245, another patient's CT at least 0.276.
+/// 0.245, another patient's CT at least 0.276. Its few pictures disagree more, and tell less of a
+/// delay and of the calibration: up to 0.70 and 0.86 mm where nothing is wrong.
 AcceptanceLimits limits_for(Effort effort);
 
 /// From where on a result that is accepted is accepted with a warning: between here and its limit;
@@ -96,6 +97,7 @@ class Judge {
   void at_most(const std::string& what, double found, double limit, double warning,
                const std::string& unit);
   void refuse(std::string reason) { reasons_.push_back(std::move(reason)); }
+  void warn(std::string warning) { warnings_.push_back(std::move(warning)); }
   [[nodiscard]] Decision decision() &&;
 
  private:

@@ -19,6 +19,8 @@ namespace nav::registration {
 namespace {
 
 constexpr int kOutside = -1;
+// Nobody sees farther; what claims to is of another unit, and would be searched for minutes.
+constexpr double kWidestPictureMm = 1000;
 
 Error refuse_mask(const std::string& what, const std::string& expected, double found) {
   std::ostringstream text;
@@ -285,6 +287,15 @@ Result<void> check_geometry(const Sweep& sweep) {
     const std::string name = "sweep frame " + std::to_string(i) + ": ";
     if (const auto ok = nav::validate(frame.grid); !ok) {
       return Error{ok.error().code, name + ok.error().message};
+    }
+    const double width_mm = frame.pixels.width() * frame.grid.mm_per_pixel.col(0).norm();
+    const double height_mm = frame.pixels.height() * frame.grid.mm_per_pixel.col(1).norm();
+    if (!(std::max(width_mm, height_mm) <= kWidestPictureMm)) {
+      std::ostringstream text;
+      text << name << "expected a picture of at most " << kWidestPictureMm
+           << " mm along either side, found one of " << width_mm << " x " << height_mm
+           << " mm: is the size of its pixels in mm?";
+      return Error{ErrorCode::kMalformedData, text.str()};
     }
     if (!frame.outline) continue;
     const SectorOutline& outline = *frame.outline;

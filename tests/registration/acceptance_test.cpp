@@ -132,6 +132,8 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
       {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
       {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
+      {"not by pictures: expected at least 6 pictures",
+       [](auto& r) { r.bootstrap.fault = "expected at least 6 pictures, found 2"; }},
       {"(pictures about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
        [](auto& r) {
          r.misfits = {{MisfitCause::kDelay, 0.5, 0, 0.01, {0.068}}};

@@ -156,6 +156,10 @@ TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
   EXPECT_TRUE(test::refuses(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
       ErrorCode::kMalformedData, {"frame 0", "radius"}));
+  std::vector<TrackedFrame> frames = sweep.frames();
+  for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
+  EXPECT_TRUE(test::refuses(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
+                            ErrorCode::kMalformedData, {"frame 0", "at most 1000 mm", "pixels"}));
 }
 
 TEST(PictureOutlineTest, FindsTheSectorThatARecordingDoesNotName) {
