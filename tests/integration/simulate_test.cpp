@@ -103,7 +103,7 @@ struct Recorded {
   Json truth;
   /// patient_ct: a recorded CT; empty: a patient whose CT is written.
   Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
-           const std::filesystem::path& patient_ct = {}) {
+           const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0) {
     const std::string name = std::to_string(seed);
     options.out = folder / (name + ".igs.mha");
     options.patient_ct = patient_ct;
@@ -112,6 +112,7 @@ struct Recorded {
     options.path = path;
     options.duration_s = 3;
     options.ct_spacing_mm = 2;
+    options.picture_offset_ms = picture_offset_ms;
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
@@ -125,9 +126,10 @@ struct Recorded {
 /// What 'sonde register' says, whether it accepts or refuses.
 Json registered(const Recorded& sweep, const std::filesystem::path& ct,
                 const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
-                const RegisterOptions& options = {}) {
+                const RegisterOptions& options = {}, double temporal_offset_ms = 0) {
   SessionConfig config;
   config.source.recording = sweep.options.out;
+  config.source.temporal_offset_ms = temporal_offset_ms;
   config.ct.path = ct;
   if (start) config.placement.ct_from_reference = start->matrix();
   Console console(false);
@@ -196,6 +198,28 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   EXPECT_LT(target_error_mm(sweep, found), 1);
   EXPECT_EQ(found.at("start").at("kind"), "skin");
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
+}
+
+TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
+  const test::TemporaryFolder folder;
+  const Recorded sweep(folder, 1, "sweep", {}, 150);
+  const auto report = folder / "report.json";
+  const auto truth = sweep.ct_from_reference();
+  const Json off = registered(sweep, sweep.options.ct, truth, report).at("registration");
+  EXPECT_EQ(off.at("verdict"), "refuse");
+  EXPECT_NE(off.at("reasons").dump().find("earlier than their poses: raise --temporal-offset-ms"),
+            std::string::npos)
+      << off.at("reasons");
+  ASSERT_FALSE(off.at("misfits").empty());
+  const Json& delay = off.at("misfits").at(0);
+  EXPECT_EQ(delay.at("cause"), "delay");
+  EXPECT_NEAR(delay.at("values").at(0).get<double>(), -0.15, 0.08);
+  EXPECT_GT(delay.at("excess_mm"), 0.6);
+  EXPECT_GT(delay.at("found_mm"), delay.at("noise_mm"));
+  const Json corrected = registered(sweep, sweep.options.ct, truth, report, {}, 150);
+  EXPECT_NE(corrected.at("registration").at("verdict"), "refuse")
+      << corrected.at("registration").at("reasons");
+  EXPECT_LT(target_error_mm(sweep, corrected), 0.6);
 }
 
 TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
