@@ -16,6 +16,7 @@
 #include "app/replay.hpp"
 #include "nav/stopwatch.hpp"
 #include "registration/acceptance.hpp"
+#include "registration/misfit.hpp"
 #include "registration/skin_search.hpp"
 
 namespace nav::app {
@@ -354,6 +355,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   const auto& answer = motion->result;
   const auto& decision = motion->decision;
   report_warnings(decision.warnings, console);
+  if (const auto blind = registration::unnoticed_in_words(answer.misfits); !blind.empty()) {
+    console.report(Severity::kInfo, "registration", blind);
+  }
 
   Json json;
   json["verb"] = "register";

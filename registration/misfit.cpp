@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -131,10 +132,28 @@ std::pair<Eigen::MatrixXd, std::size_t> scatter_after(const Cause& cause,
   return {std::move(scatter), clusters.size()};
 }
 
+/// Which numbers of a cause are its size: so many from the first on; none where it has no size.
+struct Sized {
+  Index first = 0, count = 0;
+};
+
+/// Misfit::unnoticed: what moves the patches by as much as is worth a warning.
+double unnoticed_size(MisfitCause kind, const Reduced& by, const Sized& sized, double noise_mm) {
+  double squares = 0;
+  for (Index i = sized.first; i < sized.first + sized.count; ++i) {
+    const double mm = by.scale[i] > 0 ? 1 / by.scale[i] : 0;
+    squares += mm * mm / static_cast<double>(sized.count);
+  }
+  const double telling_mm = kTellingMm[static_cast<std::size_t>(kind)];
+  return std::sqrt((telling_mm * telling_mm + kNoiseShare * noise_mm * noise_mm) / squares);
+}
+
 /// Joint step and its noise.
 template <class Cause>
-Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses, bool with_values) {
+Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
+           const Sized& sized = {}) {
   Misfit out{kind};
+  if (sized.count > 0) out.unnoticed = std::numeric_limits<double>::infinity();
   const Reduced by = reduced(cause.system(witnesses), witnesses);
   const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
   const auto [inverse, kept] = inverse_above(by.curvature, kLeastCurvature * by_shift);
@@ -148,7 +167,9 @@ Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses, boo
   out.found_mm = square_root(step.dot(by.moves * step));
   out.noise_mm = square_root((by.moves * inverse * scatter * inverse).trace());
   out.gain = -by.score.dot(step);
-  if (with_values) out.values.assign(numbers.begin(), numbers.end());
+  if (sized.count == 0) return out;
+  out.values.assign(numbers.begin(), numbers.end());
+  out.unnoticed = unnoticed_size(kind, by, sized, out.noise_mm);
   return out;
 }
 
@@ -158,7 +179,7 @@ Misfit fit_delay(const Witnesses& witnesses) {
     twist << motion.turn_rad_s, motion.velocity_mm_s;
     return twist;
   });
-  return fit(MisfitCause::kDelay, cause, witnesses, true);
+  return fit(MisfitCause::kDelay, cause, witnesses, {0, 1});
 }
 
 Misfit fit_calibration(const Witnesses& witnesses) {
@@ -168,7 +189,8 @@ Misfit fit_calibration(const Witnesses& witnesses) {
     twists.bottomRightCorner<3, 3>() = motion.axes;
     return twists;
   });
-  return fit(MisfitCause::kCalibration, cause, witnesses, true);
+  constexpr Sized kShifts{3, 3};  // After the turns.
+  return fit(MisfitCause::kCalibration, cause, witnesses, kShifts);
 }
 
 /// Shifts at moments evenly over the sweep, linear between them.
@@ -178,7 +200,7 @@ Misfit fit_motion(const Witnesses& witnesses, double first_s, double last_s, int
     const int before = std::clamp(static_cast<int>(at), 0, moments - 2);
     return std::pair{Eigen::Vector2d(1 - (at - before), at - before), Index{before}};
   };
-  return fit(MisfitCause::kMotion, ShiftCause(moments, basis_of), witnesses, false);
+  return fit(MisfitCause::kMotion, ShiftCause(moments, basis_of), witnesses);
 }
 
 /// Six strains, and a shift for each of six products of coordinates.
@@ -202,7 +224,7 @@ Misfit fit_bend(const Witnesses& witnesses) {
     fold(raw(next, i), 3 + i) = 1;
   }
   fold.bottomRightCorner<kProducts, kProducts>().setIdentity();
-  return fit(MisfitCause::kBend, ShiftCause(9, basis_of, fold), witnesses, false);
+  return fit(MisfitCause::kBend, ShiftCause(9, basis_of, fold), witnesses);
 }
 
 /// Moments that the pictures with patches tell apart; 0 where those are too few.
@@ -272,7 +294,7 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
   if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) return {};
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
   std::vector<Misfit> out{fit_delay(witnesses),
-                          fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, true),
+                          fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, {0, 1}),
                           fit_calibration(witnesses)};
   const double first_s = motions.front().time_s;
   const double last_s = motions.back().time_s;
@@ -327,6 +349,28 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
     if (telling) largest = std::max(largest, excess_mm);
   }
   return largest;
+}
+
+std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
+  std::ostringstream text;
+  text.precision(2);
+  for (const Misfit& misfit : misfits) {
+    if (!(misfit.unnoticed > 0)) continue;
+    text << (text.tellp() == 0 ? "this sweep would not show " : ", ");
+    const bool any = std::isinf(misfit.unnoticed);
+    if (misfit.cause == MisfitCause::kDelay) {
+      if (any) text << "any delay between pictures and poses";
+      if (!any)
+        text << "a delay between pictures and poses below " << 1000 * misfit.unnoticed << " ms";
+    } else if (misfit.cause == MisfitCause::kPixelSize) {
+      if (any) text << "pixels of any wrong size";
+      if (!any) text << "pixels less than " << 100 * misfit.unnoticed << " % off";
+    } else {
+      if (any) text << "any wrong calibration of the probe";
+      if (!any) text << "a calibration of the probe less than " << misfit.unnoticed << " mm off";
+    }
+  }
+  return text.str();
 }
 
 }  // namespace nav::registration

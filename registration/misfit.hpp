@@ -30,6 +30,9 @@ inline constexpr int kMisfitCauses = 5;
 /// Stable lower-case name: "delay", "pixel_size", "calibration", "motion", "bend".
 const char* to_string(MisfitCause cause);
 
+/// From where on an excess is no chance, by MisfitCause, mm.
+inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.5, 0.85, 0.95};
+
 /// What one cause would explain.
 struct Misfit {
   MisfitCause cause;
@@ -42,6 +45,11 @@ struct Misfit {
   /// assumed depth and width, less 1. kCalibration: turn (rad) and shift (mm) in the picture's
   /// axes. Others: empty. A step from afar falls short: of 200 ms it finds 110 to 180.
   std::vector<double> values = {};
+
+  /// How large a fault would be only just worth a warning in this sweep: a delay, s, a share of
+  /// depth, a shift of the calibration, mm, RMS over its directions; infinite where the sweep never
+  /// shows it. 0: the cause has no size.
+  double unnoticed = 0;
 
   /// √(found² − 3 noise²), 0 where that is negative: what is beyond noise, mm.
   [[nodiscard]] double excess_mm() const;
@@ -56,11 +64,12 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
                                  const Transform<frames::Ct, frames::Reference>& pose,
                                  std::span<const PictureMotion> motions);
 
-/// From where on an excess is no chance, by MisfitCause, mm.
-inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.5, 0.85, 0.95};
-
 /// The largest excess that is no chance, mm; 0 where there is none. NaN where one is NaN.
 double telling_excess_mm(const std::vector<Misfit>& misfits);
+
+/// For the user: faults that this sweep would not show, by Misfit::unnoticed; empty without
+/// misfits.
+std::string unnoticed_in_words(const std::vector<Misfit>& misfits);
 
 /// For the user: what a misfit would mean, with its numbers, and what to do about it.
 std::string in_words(const Misfit& misfit);

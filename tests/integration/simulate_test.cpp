@@ -216,6 +216,8 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   EXPECT_NEAR(delay.at("values").at(0).get<double>(), -0.15, 0.08);
   EXPECT_GT(delay.at("excess_mm"), 0.6);
   EXPECT_GT(delay.at("found_mm"), delay.at("noise_mm"));
+  EXPECT_LT(delay.at("unnoticed"), 0.15);
+  EXPECT_TRUE(off.at("misfits").back().at("unnoticed").is_null());
   const Json corrected = registered(sweep, sweep.options.ct, truth, report, {}, 150);
   EXPECT_NE(corrected.at("registration").at("verdict"), "refuse")
       << corrected.at("registration").at("reasons");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <gmock/gmock.h>
+#include <limits>
 #include <map>
 
 #include "registration/acceptance.hpp"
@@ -172,6 +173,41 @@ TEST(MisfitTest, TissueThatIsBentIsFound) {
   EXPECT_LT(result.clusters.tre_rms_mm({{0, 0, 0}}), bend.excess_mm());
 }
 
+TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
+  const auto right = by_cause(registered(right_sweep()).misfits);
+  const double delay_s = right.at(MisfitCause::kDelay).unnoticed;
+  EXPECT_GT(delay_s, 0.01);
+  EXPECT_LT(delay_s, 0.1);
+  EXPECT_GT(right.at(MisfitCause::kPixelSize).unnoticed, 0.003);
+  EXPECT_LT(right.at(MisfitCause::kPixelSize).unnoticed, 0.05);
+  EXPECT_GT(right.at(MisfitCause::kCalibration).unnoticed, 0.3);
+  EXPECT_LT(right.at(MisfitCause::kCalibration).unnoticed, 10);
+  EXPECT_EQ(right.at(MisfitCause::kMotion).unnoticed, 0);
+  EXPECT_EQ(right.at(MisfitCause::kBend).unnoticed, 0);
+  const auto excess_mm = [](double late_s) {
+    const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
+      tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
+    });
+    return by_cause(registered(sweep).misfits).at(MisfitCause::kDelay).excess_mm();
+  };
+  const double telling_mm = kTellingMm[static_cast<std::size_t>(MisfitCause::kDelay)];
+  EXPECT_LT(excess_mm(0.6 * delay_s), telling_mm);
+  EXPECT_GT(excess_mm(1.6 * delay_s), telling_mm);
+}
+
+TEST(MisfitTest, WhatWouldNotBeNoticedIsSaidInWords) {
+  Misfit delay{MisfitCause::kDelay};
+  delay.unnoticed = 0.034;
+  Misfit size{MisfitCause::kPixelSize};
+  size.unnoticed = 0.009;
+  Misfit calibration{MisfitCause::kCalibration};
+  calibration.unnoticed = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(unnoticed_in_words({delay, size, calibration, {MisfitCause::kBend, 1, 1, 1}}),
+            "this sweep would not show a delay between pictures and poses below 34 ms, pixels less "
+            "than 0.9 % off, any wrong calibration of the probe");
+  EXPECT_EQ(unnoticed_in_words({}), "");
+}
+
 TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
   std::vector<TrackedFrame> frames = right_sweep().frames();
   // Stamps so far apart that the hand hardly moved about any of them.
@@ -183,6 +219,7 @@ TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
   EXPECT_EQ(delay.found_mm, 0);
   EXPECT_EQ(delay.noise_mm, 0);
   EXPECT_EQ(delay.excess_mm(), 0);
+  EXPECT_EQ(delay.unnoticed, std::numeric_limits<double>::infinity());
   EXPECT_THAT(in_words(delay), HasSubstr("different moments"));
 }
 
