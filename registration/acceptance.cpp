@@ -25,32 +25,11 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
   return text.str();
 }
 
-/// The misfit beyond its limit that says what is wrong: the one of fewest numbers that explains two
-/// fifths of what any of them does. A delay looks like a motion too, and wrong pixels like a bend.
-/// Null where none is beyond its limit.
-const Misfit* likeliest(const std::vector<Misfit>& misfits, const AcceptanceLimits& limits) {
-  constexpr double kShare = 0.4;
-  std::vector<const Misfit*> beyond;
-  double most = 0;
-  for (const Misfit& misfit : misfits) {
-    const double limit_mm = limits.max_misfit_mm[static_cast<std::size_t>(misfit.cause)];
-    if (misfit.excess_mm() <= limit_mm) continue;
-    beyond.push_back(&misfit);
-    most = std::max(most, misfit.gain);
-  }
-  // They come with the simplest first.
-  const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
-    return misfit->gain >= kShare * most;
-  });
-  if (found != beyond.end()) return *found;
-  return beyond.empty() ? nullptr : beyond.back();
-}
-
 /// One sentence at most.
-void judge_misfits(const std::vector<Misfit>& misfits, const AcceptanceLimits& limits,
+void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                    const AcceptanceLimits& warnings, Judge& judge) {
-  const Misfit* worst = likeliest(misfits, limits);
-  if (worst == nullptr) worst = likeliest(misfits, warnings);
+  const Misfit* worst = likeliest_misfit(result, limits);
+  if (worst == nullptr) worst = likeliest_misfit(result, warnings);
   if (worst == nullptr) return;
   const auto cause = static_cast<std::size_t>(worst->cause);
   judge.at_most("misfit of pictures and CT as from " + in_words(*worst), worst->excess_mm(),
@@ -234,13 +213,27 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge.at_most("stretch of the pictures, which are shown without it",
                 std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
                 limits.max_stretch, warnings.max_stretch, "");
-  judge_misfits(result.misfits, limits, warnings, judge);
+  judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();
 }
 
 const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
                                const AcceptanceLimits& limits) {
-  return likeliest(result.misfits, limits);
+  constexpr double kShare = 0.4;
+  std::vector<const Misfit*> beyond;
+  double most = 0;
+  for (const Misfit& misfit : result.misfits) {
+    const double limit_mm = limits.max_misfit_mm[static_cast<std::size_t>(misfit.cause)];
+    if (misfit.excess_mm() <= limit_mm) continue;
+    beyond.push_back(&misfit);
+    most = std::max(most, misfit.gain);
+  }
+  // They come with the simplest first.
+  const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
+    return misfit->gain >= kShare * most;
+  });
+  if (found != beyond.end()) return *found;
+  return beyond.empty() ? nullptr : beyond.back();
 }
 
 double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target) {

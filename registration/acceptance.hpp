@@ -111,8 +111,9 @@ class Judge {
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target, const AcceptanceLimits& warnings = kWarningLimits);
 
-/// The misfit beyond its limit that decide() names: what is most likely wrong. One of the result's;
-/// null where none is beyond its limit.
+/// The misfit beyond its limit that decide() names, what is most likely wrong: the one of fewest
+/// numbers that explains two fifths of what any of them does. A delay looks like a motion too, and
+/// wrong pixels like a bend. One of the result's; null where none is beyond its limit.
 const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
                                const AcceptanceLimits& limits);
 

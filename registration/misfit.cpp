@@ -37,23 +37,6 @@ constexpr int kPicturesPerMoment = 2;
 constexpr int kCubesPerMoment = 6;
 constexpr double kPolynomialMm = 60;
 
-/// Mean DᵀD of displacements by scaled parameters of the pose, times the number of patches.
-Matrix6d moves_of_pose(const Witnesses& witnesses) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  for (const Witness& witness : witnesses.all) {
-    sum += witness.from_centre;
-    squares += witness.from_centre * witness.from_centre.transpose();
-  }
-  Matrix6d out = Matrix6d::Zero();
-  out.topLeftCorner<3, 3>() = (squares.trace() * Eigen::Matrix3d::Identity() - squares) /
-                              (kRotationScaleMm * kRotationScaleMm);
-  out.topRightCorner<3, 3>() = cross_matrix(sum) / kRotationScaleMm;
-  out.bottomLeftCorner<3, 3>() = -cross_matrix(sum) / kRotationScaleMm;
-  out.bottomRightCorner<3, 3>().diagonal().setConstant(static_cast<double>(witnesses.all.size()));
-  return out;
-}
-
 /// The inverse of a symmetric matrix in the directions whose values are at least so large, and how
 /// many these are.
 std::pair<Eigen::MatrixXd, Index> inverse_above(const Eigen::MatrixXd& m, double least) {
@@ -83,7 +66,7 @@ Reduced reduced(const CauseSystem& system, const Witnesses& witnesses) {
   out.given_up = pose.solve(system.cross);
   const Eigen::MatrixXd crossed = system.moves_pose * out.given_up;
   out.moves = share * (system.moves - crossed - crossed.transpose() +
-                       out.given_up.transpose() * moves_of_pose(witnesses) * out.given_up);
+                       out.given_up.transpose() * witnesses.pose_moves * out.given_up);
   const Index count = system.gradient.size();
   out.scale.resize(count);
   for (Index i = 0; i < count; ++i) {
@@ -95,9 +78,8 @@ Reduced reduced(const CauseSystem& system, const Witnesses& witnesses) {
   };
   out.moves = scaled(out.moves);
   out.curvature = scaled(system.hessian - system.cross.transpose() * out.given_up);
-  Vector6d pull = Vector6d::Zero();
-  for (const Witness& witness : witnesses.all) pull += witness.gradient;
-  out.score = out.scale.cwiseProduct(system.gradient - out.given_up.transpose() * pull);
+  out.score =
+      out.scale.cwiseProduct(system.gradient - out.given_up.transpose() * witnesses.gradient);
   return out;
 }
 
@@ -263,6 +245,9 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
          {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
          shape.patch_gradients[i],
          softer * shape.patch_hessians[i] * softer.transpose()});
+    out.gradient += shape.patch_gradients[i];
+    const ByPose by_pose = displacement_by_pose(r);
+    out.pose_moves += by_pose.transpose() * by_pose;
   }
   return out;
 }

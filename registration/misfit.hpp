@@ -43,7 +43,7 @@ struct Misfit {
   double gain = 0;      ///< What the step takes off the cost, by its curvature.
   /// kDelay: by how much the pictures are later than their poses say, s. kPixelSize: true over
   /// assumed depth and width, less 1. kCalibration: turn (rad) and shift (mm) in the picture's
-  /// axes. Others: empty. A step from afar falls short: of 200 ms it finds 110 to 180.
+  /// axes. Others: empty. A step from afar is inexact: of 200 ms it finds 110 to 280.
   std::vector<double> values = {};
 
   /// How large a fault would be only just worth a warning in this sweep: a delay, s, a share of
@@ -58,8 +58,9 @@ struct Misfit {
 /// One Newton step for pose and cause together from the pose that is best alone (a score test; Rao
 /// 1948), with the true curvature as frame_bootstrap() has it, and with the scatter of what is left
 /// of the patches' gradients in cubes of 20 mm for noise. A direction that the sweep does not tell
-/// from a pose is left out. None where the pose itself is not determined, or patches lie in fewer
-/// cubes than a covariance needs. motions: of the pictures that patches are of.
+/// from a pose is left out. Nothing is found where patches lie in fewer cubes than a covariance
+/// needs. Empty where the pose itself is not determined, and of a similarity without parts.
+/// motions: of the pictures that patches are of.
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches,
                                  const Transform<frames::Ct, frames::Reference>& pose,
                                  std::span<const PictureMotion> motions);

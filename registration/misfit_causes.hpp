@@ -31,7 +31,9 @@ struct Witnesses {
   Eigen::Matrix3d rotation;  ///< Ct from Reference.
   Eigen::Vector3d centre_reference_mm;
   std::vector<Witness> all;
-  Matrix6d hessian;  ///< Of all.
+  Matrix6d hessian;                        ///< Of all.
+  Vector6d gradient = Vector6d::Zero();    ///< The same.
+  Matrix6d pose_moves = Matrix6d::Zero();  ///< DᵀD of displacements by the pose, of all.
 };
 
 using ByPose = Eigen::Matrix<double, 3, 6>;
@@ -56,9 +58,20 @@ struct CauseSystem {
   Eigen::MatrixXd moves, moves_pose;  ///< DᵀD of displacements, n × n; and with the pose's.
 };
 
+/// Numbers of a cause that are worked with as they are.
+template <int L>
+struct PlainNumbers {
+  [[nodiscard]] static Eigen::Index count() { return L; }
+  [[nodiscard]] static Eigen::Index raw_count() { return L; }
+  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
+    return numbers;
+  }
+  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
+};
+
 /// Causes that move every picture as a whole: L twists of it, scaled, about the shape's centre.
 template <int L>
-class PictureCause {
+class PictureCause : public PlainNumbers<L> {
  public:
   using Twists = Eigen::Matrix<double, 6, L>;
   /// twists_of: of a picture, columns [rad | mm] about its middle, Reference.
@@ -76,12 +89,6 @@ class PictureCause {
           witnesses.rotation * twists.template bottomRows<3>() + cross_matrix(r) * turns;
     }
   }
-  [[nodiscard]] Eigen::Index count() const { return L; }
-  [[nodiscard]] Eigen::Index raw_count() const { return L; }
-  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
-    return numbers;
-  }
-  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
   [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
     struct Sums {
       Vector6d gradient = Vector6d::Zero();
@@ -198,15 +205,9 @@ class ShiftCause {
 
 /// Two factors of pixels: shifts along the beam and across, by how far a patch lies from where
 /// either begins.
-class PixelCause {
+class PixelCause : public PlainNumbers<2> {
  public:
   explicit PixelCause(const Witnesses& witnesses) : rotation_(witnesses.rotation) {}
-  [[nodiscard]] static Eigen::Index count() { return 2; }
-  [[nodiscard]] static Eigen::Index raw_count() { return 2; }
-  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
-    return numbers;
-  }
-  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
   [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
     CauseSystem out(2);
     for (const Witness& witness : witnesses.all) {

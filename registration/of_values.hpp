@@ -18,7 +18,7 @@ Matrix6d of_values(const Matrix6d& symmetric, const Function& f) {
   return pairs.vectors * pairs.values.unaryExpr(f).asDiagonal() * pairs.vectors.transpose();
 }
 
-/// Square square_root of a value, 0 of one below 0; and its inverse.
+/// Square root of a value, 0 of one below 0; and its inverse.
 inline constexpr auto square_root = [](double value) { return std::sqrt(std::max(value, 0.0)); };
 inline constexpr auto inverse_square_root = [](double value) { return 1 / square_root(value); };
 
