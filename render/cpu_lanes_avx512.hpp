@@ -94,80 +94,8 @@ struct Avx512 : LaneMath<Avx512> {
   }
   static F high_half(__m512i pair) { return _mm512_cvtepi32_ps(_mm512_srai_epi32(pair, 16)); }
 
-  /// Voxels at and at + 1.
-  static __m512i voxel_pair(const std::int16_t* p, I at) {
-    return _mm512_i32gather_epi32(at.v, reinterpret_cast<const int*>(p), 2);
-  }
-  static __m512i voxel_pair(const std::int16_t* p, I at, M needed) {
-    return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), needed.v, at.v,
-                                       reinterpret_cast<const int*>(p), 2);
-  }
-  /// Voxels at and at + 1, at a place and one row, one slice, and both further on.
-  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
-    const int offset[4] = {0, row, slice, row + slice};
-    for (int i = 0; i < 4; ++i) {
-      const __m512i pair = voxel_pair(p + offset[i], at);
-      pairs[i][0] = low_half(pair);
-      pairs[i][1] = high_half(pair);
-    }
-  }
-
   static F lerp(F a, F b, F w) { return madd(w, sub(b, a), a); }
 
-  /// Voxels around lanes' places: which of them a fetch is for is fixed by its place alone.
-  struct Around {
-    const std::int16_t* p;
-    int row;
-    int slice;
-    I base;
-    M needed;
-    /// Those at x + dx and x + dx + 1 of the row and slice so many further on.
-    void pair(int dx, int dy, int dz, F* out) const {
-      const __m512i both = voxel_pair(p + dx + dy * row + dz * slice, base, needed);
-      out[0] = low_half(both);
-      out[1] = high_half(both);
-    }
-  };
-  /// Trilinear central differences along each axis, index steps of two.
-  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
-                          M needed, F* g) {
-    const Around around{voxels, row, slice, base, needed};
-    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
-    F along_y[2][2];  // At x and x + 1: differences along y.
-    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
-    for (int z = 0; z < 2; ++z) {
-      F here[4];
-      F next[4];
-      F before[2];
-      F after[2];
-      around.pair(-1, 0, z, here);
-      around.pair(1, 0, z, here + 2);
-      around.pair(-1, 1, z, next);
-      around.pair(1, 1, z, next + 2);
-      around.pair(0, -1, z, before);
-      around.pair(0, 2, z, after);
-      for (int x = 0; x < 4; ++x) value[z][x] = lerp(here[x], next[x], w[1]);
-      for (int x = 0; x < 2; ++x) {
-        along_y[z][x] = lerp(sub(next[x + 1], before[x]), sub(after[x], here[x + 1]), w[1]);
-      }
-      F low[2];
-      F high[2];
-      around.pair(0, 0, 3 * z - 1, low);
-      around.pair(0, 1, 3 * z - 1, high);
-      for (int x = 0; x < 2; ++x) outer[z][x] = lerp(low[x], high[x], w[1]);
-    }
-    F row_of[4];
-    for (int x = 0; x < 4; ++x) row_of[x] = lerp(value[0][x], value[1][x], w[2]);
-    F y[2];
-    F z[2];
-    for (int x = 0; x < 2; ++x) {
-      y[x] = lerp(along_y[0][x], along_y[1][x], w[2]);
-      z[x] = lerp(sub(value[1][x + 1], outer[0][x]), sub(outer[1][x], value[0][x + 1]), w[2]);
-    }
-    g[0] = lerp(sub(row_of[2], row_of[0]), sub(row_of[3], row_of[1]), w[0]);
-    g[1] = lerp(y[0], y[1], w[0]);
-    g[2] = lerp(z[0], z[1], w[0]);
-  }
   static __m512i load_words(const void* p, I at) {
     return _mm512_i32gather_epi32(at.v, static_cast<const int*>(p), 1);
   }
@@ -189,11 +117,14 @@ struct Avx512 : LaneMath<Avx512> {
     return _mm512_shuffle_ps(x, x, i * 0x55);
   }
   /// Four numbers of four lanes.
+  __attribute__((always_inline)) static F join(__m128 a, __m128 b, __m128 c, __m128 d) {
+    F four = _mm512_castps128_ps512(a);
+    four = _mm512_insertf32x4(four, b, 1);
+    four = _mm512_insertf32x4(four, c, 2);
+    return _mm512_insertf32x4(four, d, 3);
+  }
   static F load_four(const float* a, const float* b, const float* c, const float* d) {
-    F four = _mm512_castps128_ps512(_mm_load_ps(a));
-    four = _mm512_insertf32x4(four, _mm_load_ps(b), 1);
-    four = _mm512_insertf32x4(four, _mm_load_ps(c), 2);
-    return _mm512_insertf32x4(four, _mm_load_ps(d), 3);
+    return join(_mm_load_ps(a), _mm_load_ps(b), _mm_load_ps(c), _mm_load_ps(d));
   }
   /// Offsets of entries, bytes: reckoned for all lanes at once.
   template <class Entry>
@@ -223,6 +154,89 @@ struct Avx512 : LaneMath<Avx512> {
     out[1] = _mm512_shuffle_ps(t0, t2, 0xEE);
     out[2] = _mm512_shuffle_ps(t1, t3, 0x44);
     out[3] = _mm512_shuffle_ps(t1, t3, 0xEE);
+  }
+
+  /// Four pairs of voxels of every lane, given those of one lane: fetched lane by lane, since
+  /// gathers are slower on some processors.
+  template <class OfLane>
+  __attribute__((always_inline)) static void load_pairs(const OfLane& of, F (*pairs)[2]) {
+    const F four[4] = {join(of(0), of(4), of(8), of(12)), join(of(1), of(5), of(9), of(13)),
+                       join(of(2), of(6), of(10), of(14)), join(of(3), of(7), of(11), of(15))};
+    F words[4];
+    transpose(four, words);
+    for (int i = 0; i < 4; ++i) {
+      pairs[i][0] = low_half(_mm512_castps_si512(words[i]));
+      pairs[i][1] = high_half(_mm512_castps_si512(words[i]));
+    }
+  }
+  /// Voxels at and at + 1, at a place and one row, one slice, and both further on.
+  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
+                                                        const Lanes& lanes, F (*pairs)[2]) {
+    const auto pair = [](const std::int16_t* q) {
+      int word;
+      __builtin_memcpy(&word, q, sizeof word);
+      return word;
+    };
+    const auto of = [&](int lane) __attribute__((always_inline)) {
+      const std::int16_t* q = p + lanes.at[lane];
+      __m128i c = _mm_cvtsi32_si128(pair(q));
+      c = _mm_insert_epi32(c, pair(q + row), 1);
+      c = _mm_insert_epi32(c, pair(q + slice), 2);
+      return _mm_castsi128_ps(_mm_insert_epi32(c, pair(q + row + slice), 3));
+    };
+    load_pairs(of, pairs);
+  }
+  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
+                                                        I at, F (*pairs)[2]) {
+    load_cells(p, row, slice, Lanes(at), pairs);
+  }
+  /// Four voxels of a row from a place on and of the next row.
+  __attribute__((always_inline)) static void load_rows(const std::int16_t* p, int row,
+                                                       const Lanes& lanes, F (*pairs)[2]) {
+    const auto of = [&](int lane) __attribute__((always_inline)) {
+      const std::int16_t* q = p + lanes.at[lane];
+      const auto low = reinterpret_cast<const __m128i*>(q);
+      const auto high = reinterpret_cast<const __m64*>(q + row);
+      return _mm_loadh_pi(_mm_castsi128_ps(_mm_loadl_epi64(low)), high);
+    };
+    load_pairs(of, pairs);
+  }
+
+  /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
+  /// not.
+  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+                          M /*needed*/, F* g) {
+    const Lanes lanes(base);
+    F sides[4][2];  // Rows before and after those of the cell, of both slices.
+    F ends[4][2];   // Rows of the cell, of the slices before and after.
+    load_cells(voxels - row, 3 * row, slice, lanes, sides);
+    load_cells(voxels - slice, row, 3 * slice, lanes, ends);
+    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
+    F along_y[2][2];  // At x and x + 1: differences along y.
+    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
+    for (int z = 0; z < 2; ++z) {
+      F rows[4][2];
+      load_rows(voxels - 1 + z * slice, row, lanes, rows);
+      const F here[4] = {rows[0][0], rows[0][1], rows[1][0], rows[1][1]};
+      const F next[4] = {rows[2][0], rows[2][1], rows[3][0], rows[3][1]};
+      for (int x = 0; x < 4; ++x) value[z][x] = lerp(here[x], next[x], w[1]);
+      for (int x = 0; x < 2; ++x) {
+        along_y[z][x] =
+            lerp(sub(next[x + 1], sides[2 * z][x]), sub(sides[2 * z + 1][x], here[x + 1]), w[1]);
+        outer[z][x] = lerp(ends[2 * z][x], ends[2 * z + 1][x], w[1]);
+      }
+    }
+    F row_of[4];
+    for (int x = 0; x < 4; ++x) row_of[x] = lerp(value[0][x], value[1][x], w[2]);
+    F y[2];
+    F z[2];
+    for (int x = 0; x < 2; ++x) {
+      y[x] = lerp(along_y[0][x], along_y[1][x], w[2]);
+      z[x] = lerp(sub(value[1][x + 1], outer[0][x]), sub(outer[1][x], value[0][x + 1]), w[2]);
+    }
+    g[0] = lerp(sub(row_of[2], row_of[0]), sub(row_of[3], row_of[1]), w[0]);
+    g[1] = lerp(y[0], y[1], w[0]);
+    g[2] = lerp(z[0], z[1], w[0]);
   }
 
   template <int i>

@@ -210,8 +210,5 @@ MarchSet portable_marches();
 // Ask for these through cpu_marches(): they need AVX2 and FMA, and what x86-64-v4 has.
 MarchSet avx2_marches();
 MarchSet avx512_marches();
-/// Whether this processor, which has AVX-512, fetches sixteen numbers from all over about as fast
-/// as one after the other: some do not. Takes a tenth of a millisecond.
-bool avx512_gathers_pay();
 
 }  // namespace nav::render

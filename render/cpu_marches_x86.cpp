@@ -15,17 +15,10 @@ bool has_avx512() {
          __builtin_cpu_supports("avx512vl") != 0;
 }
 
-/// Whether sixteen lanes are worth their gathers, found out once.
-bool gathers_pay() {
-  static const bool pay = avx512_gathers_pay();
-  return pay;
-}
-
 }  // namespace
 
 CpuMarches cpu_marches(CpuLanes widest) {
-  if (widest >= CpuLanes::kAvx512 && has_avx512() &&
-      (widest == CpuLanes::kAvx512 || gathers_pay())) {
+  if (widest >= CpuLanes::kAvx512 && has_avx512()) {
     return {"AVX-512", avx512_marches(), avx512_predicate_marches()};
   }
   if (widest >= CpuLanes::kAvx2 && has_avx2()) {

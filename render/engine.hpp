@@ -57,12 +57,11 @@ class Engine {
 
 /// What the CPU engine computes with. The vector sets draw the same bytes; the portable one rounds
 /// products apart from sums.
-enum class CpuLanes { kPortable, kAvx2, kAvx512, kFastest };
+enum class CpuLanes { kPortable, kAvx2, kAvx512, kFastest = kAvx512 };
 
 struct CpuOptions {
   int threads = 0;  ///< 0: all cores. The picture does not depend on it, byte for byte.
   /// The widest that may be used, for tests and comparison; less where the processor has less.
-  /// kFastest: AVX-512 only where its gathers are fast.
   CpuLanes lanes = CpuLanes::kFastest;
 };
 /// Vectorised multithreaded ray caster; needs no GPU.

@@ -14,16 +14,22 @@ struct PredicateAvx512 : Avx512 {
   static M has_bits(I a, I mask) { return {_mm512_test_epi32_mask(a.v, mask.v)}; }
   /// a | (m ? bits : 0).
   static I or_where(M m, I bits, I a) { return {_mm512_mask_or_epi32(a.v, m.v, a.v, bits.v)}; }
+  /// Pairs of floats of lanes i, i + 1, i + 4, i + 5, …, i + 13.
+  template <int i>
+  static F two_pairs(const float* p, const Lanes& lanes) {
+    const auto of = [&](int lane) {
+      const auto pair = [&](int l) { return reinterpret_cast<const __m64*>(p + lanes.at[l]); };
+      return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), pair(lane)), pair(lane + 1));
+    };
+    return join(of(i), of(i + 4), of(i + 8), of(i + 12));
+  }
   /// Floats at and at + 1.
   static void load_float_pair(const float* p, I at, F& a, F& b) {
-    const auto words = reinterpret_cast<const long long*>(p);
-    const __m512i low = _mm512_i32gather_epi64(_mm512_castsi512_si256(at.v), words, 4);
-    const __m512i high = _mm512_i32gather_epi64(_mm512_extracti64x4_epi64(at.v, 1), words, 4);
-    const __m512i even =
-        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-    const __m512i odd = _mm512_add_epi32(even, _mm512_set1_epi32(1));
-    a = _mm512_castsi512_ps(_mm512_permutex2var_epi32(low, even, high));
-    b = _mm512_castsi512_ps(_mm512_permutex2var_epi32(low, odd, high));
+    const Lanes lanes(at);
+    const F first = two_pairs<0>(p, lanes);
+    const F second = two_pairs<2>(p, lanes);
+    a = _mm512_shuffle_ps(first, second, 0x88);
+    b = _mm512_shuffle_ps(first, second, 0xDD);
   }
   /// Whether all lanes of a mask, of which there are some, hold the same value.
   static bool same(I a, M mask, std::uint32_t& value) {
