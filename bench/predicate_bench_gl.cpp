@@ -23,6 +23,7 @@ using render::Scene;
 struct Engines {
   std::unique_ptr<Engine> standard, predicates, brute, paper;
   bool software = false;
+  std::unique_ptr<Engine> cpu;  ///< Where OpenGL runs on the same processor, else null.
 };
 
 Result<Engines> make_engines(Diagnostics& diagnostics) {
@@ -38,6 +39,7 @@ Result<Engines> make_engines(Diagnostics& diagnostics) {
   const std::string device = out.standard->device();
   out.software =
       device.find("llvmpipe") != std::string::npos || device.find("softpipe") != std::string::npos;
+  if (out.software) out.cpu = render::make_cpu_engine();
   return out;
 }
 
@@ -50,26 +52,28 @@ Scene as_printed(Scene scene) {
 Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPredicateRow& row) {
   int frame = 0;
   std::vector<double> cast_s[4];
-  const std::vector<Task> tasks{frames(*engines.standard, standard_scene(scene), frame, &cast_s[0]),
-                                frames(*engines.predicates, scene, frame, &cast_s[1]),
-                                frames(*engines.brute, without_tricks(scene), frame, &cast_s[2]),
-                                frames(*engines.paper, as_printed(scene), frame, &cast_s[3])};
+  std::vector<Task> tasks{frames(*engines.standard, standard_scene(scene), frame, &cast_s[0]),
+                          frames(*engines.predicates, scene, frame, &cast_s[1]),
+                          frames(*engines.brute, without_tricks(scene), frame, &cast_s[2]),
+                          frames(*engines.paper, as_printed(scene), frame, &cast_s[3])};
   // Until each set has a program of its own.
   for (int warm = 0; warm <= render::GlRaycaster::kSettledAfter; ++warm) {
     for (const Task& task : {tasks[1], tasks[2]}) {
       if (auto ok = task(); !ok) return ok;
     }
   }
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    if (auto ok = tasks[i](); !ok) return ok;
-    cast_s[i].clear();
+  if (engines.cpu) tasks.push_back(frames(*engines.cpu, scene, frame));
+  for (const Task& task : tasks) {
+    if (auto ok = task(); !ok) return ok;
   }
+  for (auto& times : cast_s) times.clear();
   const auto taken = time_in_turn(tasks, {repeats, 4});
   if (!taken) return taken.error();
   double* const into[] = {&row.standard_ms, &row.predicate_ms, &row.brute_ms, &row.paper_ms};
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
+  for (std::size_t i = 0; i < std::size(into); ++i) {
     *into[i] = 1e3 * (engines.software ? (*taken)[i].cpu_s : median(cast_s[i]));
   }
+  if (engines.cpu) row.cpu_engine_ms = 1e3 * taken->back().cpu_s;
   return {};
 }
 
@@ -91,6 +95,10 @@ Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow
   const auto paper = engines.paper->render(as_printed(scene));
   if (!paper) return paper.error();
   row.paper_difference = largest_difference(*printed, *paper);
+  if (!engines.cpu) return {};
+  const auto cpu = engines.cpu->render(as_printed(without_tricks(scene)));
+  if (!cpu) return cpu.error();
+  row.cpu_paper_difference = largest_difference(*cpu, *paper);
   return {};
 }
 
@@ -171,6 +179,11 @@ double GlPredicateReport::vs_paper_shader() const {
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
 }
 
+std::optional<double> GlPredicateReport::cpu_vs_paper_shader() const {
+  if (rows.empty() || !rows.front().cpu_engine_ms) return std::nullopt;
+  return median_of(rows, [](const auto& r) { return r.paper_ms / r.cpu_engine_ms.value(); });
+}
+
 double GlPredicateReport::max_error() const { return most_of(rows, &GlPredicateRow::max_error); }
 
 double GlPredicateReport::worst_set_edit_ms() const {
@@ -235,7 +248,13 @@ std::string to_text(const GlPredicateReport& report) {
       "median predicates / standard (frame rates): %.2f; predicates / the paper's shader: "
       "%.2f\n",
       report.predicate_over_standard(), report.vs_paper_shader());
-  return out + line;
+  out += line;
+  if (const auto cpu = report.cpu_vs_paper_shader()) {
+    std::snprintf(line, sizeof line,
+                  "median the CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);
+    out += line;
+  }
+  return out;
 }
 
 }  // namespace nav::bench

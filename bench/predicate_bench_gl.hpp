@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,12 @@ struct GlPredicateRow {
   double brute_ms = 0;
   double paper_ms = 0;
   double paper_difference = 0;  ///< Of any channel to the same scene drawn by brute force, [0, 1].
-  double max_error = 0;         ///< Of early termination, as well.
-  bool identical = false;       ///< Skipping on and off draw the same bytes.
-  double edit_ms = 0;           ///< Wall time before the first ray after a new importance.
+  /// Where OpenGL runs in software, the same on the CPU engine.
+  std::optional<double> cpu_engine_ms;
+  std::optional<double> cpu_paper_difference;
+  double max_error = 0;    ///< Of early termination, as well.
+  bool identical = false;  ///< Skipping on and off draw the same bytes.
+  double edit_ms = 0;      ///< Wall time before the first ray after a new importance.
   /// By how much the first frame of a set that was never drawn takes longer than a frame of it once
   /// it has its own program, after a set that reads nothing but the volume: features and labels are
   /// sent too. Process time where OpenGL runs in software, with the compiler's cache as it was
@@ -44,6 +48,8 @@ struct GlPredicateReport {
   [[nodiscard]] double predicate_over_standard() const;
   /// Median over scenes of paper_ms / predicate_ms.
   [[nodiscard]] double vs_paper_shader() const;
+  /// Median over scenes of paper_ms / cpu_engine_ms; empty where OpenGL has a device of its own.
+  [[nodiscard]] std::optional<double> cpu_vs_paper_shader() const;
   [[nodiscard]] double max_error() const;
   [[nodiscard]] double worst_set_edit_ms() const;
   [[nodiscard]] double worst_set_edit_wall_ms() const;
