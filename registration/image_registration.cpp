@@ -42,7 +42,7 @@ constexpr std::size_t kFirstStride = 4;
 constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
 // Of the finest samples, to differentiate gradients by; up to kSharedSteps they differ little yet.
-constexpr double kCurvatureSteps = 0.25;
+constexpr double kCurvatureSteps = 1;
 constexpr double kSharedSteps = 0.5;
 constexpr double kSolveProgress = 0.9;
 // A pose of the finest level is judged by this share of its patches, those of highest contrast:

@@ -120,6 +120,29 @@ std::string describe(const Vector6d& direction) {
   return text.str();
 }
 
+/// What a curvature of every so many patches misses of that of all, by what Gauss and Newton's,
+/// which is known of every patch, misses: so it hardly depends on which patches these are.
+Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const LocalShape& shape) {
+  if (shape.patch_hessians.empty()) return Matrix6d::Zero();
+  Matrix6d of_all = Matrix6d::Zero();
+  Matrix6d of_some = Matrix6d::Zero();
+  double all = 0;
+  double some = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    of_all += shape.patch_hessians[i];
+    all += patches[i].weight;
+    if (i % stride != 0) continue;
+    of_some += shape.patch_hessians[i];
+    some += patches[i].weight;
+  }
+  if (!(some > 0)) return Matrix6d::Zero();
+  const Matrix6d scale = twist_from_scaled();
+  of_some *= all / some;
+  const double share = shape.hessian.trace() / (scale * of_some * scale).trace();
+  if (!(share > 0 && share <= 1)) return Matrix6d::Zero();
+  return share * scale * (of_all - of_some) * scale;
+}
+
 /// All but the Hessian.
 LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
@@ -159,13 +182,13 @@ std::string curvature_fault(const Matrix6d& hessian) {
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm) {
   LocalShape shape = gradients_of(cost, pose, centre_ct);
+  const std::vector<Patch>& patches = cost.patches().patches;
   const std::size_t stride =
-      (cost.patches().patches.size() + kHessianPatches - 1) / kHessianPatches;
+      std::max<std::size_t>((patches.size() + kHessianPatches - 1) / kHessianPatches, 1);
   std::size_t index = 0;
-  const PatchSet some = subset(cost.patches(), [&](const Patch&) {
-    return index++ % std::max<std::size_t>(stride, 1) == 0;
-  });
+  const PatchSet some = subset(cost.patches(), [&](const Patch&) { return index++ % stride == 0; });
   shape.hessian = hessian_by_steps(cost.on(some), pose, centre_ct.mm, step_mm);
+  if (stride > 1) shape.hessian += missed_by(patches, stride, shape);
   return shape;
 }
 
