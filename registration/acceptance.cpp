@@ -193,6 +193,10 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
                  warnings.min_overlap);
   judge.at_least("score against random poses", result.z_score, limits.min_z_score,
                  warnings.min_z_score);
+  if (result.bootstrap.places > 0) {
+    judge.at_least("places that pictures were taken at", result.bootstrap.places, limits.min_places,
+                   warnings.min_places);
+  }
   judge.at_most("cost of the match", result.final_cost, limits.max_cost, warnings.max_cost, "");
   if (result.margin) {
     judge.at_least("margin to the next best pose", *result.margin, limits.min_margin,
@@ -201,7 +205,8 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   if (result.covariance_valid) {
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
                   warnings.max_tre_rms_mm, " mm");
-    if (!result.bootstrap.fault.empty() && result.bootstrap.fault != FrameBootstrap{}.fault) {
+    const bool enough = result.bootstrap.places >= limits.min_places;
+    if (enough && !result.bootstrap.fault.empty()) {
       judge.warn("predicted error: by patches alone, not by pictures: " + result.bootstrap.fault);
     }
   } else {

@@ -19,8 +19,11 @@ namespace nav::registration {
 /// one of 2.3 mm; results with another patient of like anatomy cost at least 0.42, other hopeless
 /// ones 0.38 and more. They say nothing yet about real patients, whom the cost will rather refuse.
 struct AcceptanceLimits {
-  double min_overlap = 0.6;                 ///< Fraction of the ultrasound inside the CT, [0, 1].
-  double min_z_score = 4.5;                 ///< Against random poses, first level.
+  double min_overlap = 0.6;  ///< Fraction of the ultrasound inside the CT, [0, 1].
+  double min_z_score = 4.5;  ///< Against random poses, first level.
+  /// That pictures were taken at, BootstrapOptions::block_mm apart: those of fewer match elsewhere
+  /// nearly as well, and what they have in common no draw of them shows.
+  int min_places = kLeastPlaces;
   double max_cost = 0.33;                   ///< Of the result on the finest level, (0, 1].
   double min_margin = 0.15;                 ///< To another minimum, where one was found.
   double max_tre_rms_mm = 2;                ///< Predicted at the target, > 0.

@@ -85,9 +85,9 @@ Drawables drawables_of(const LocalShape& shape) {
   return out;
 }
 
-std::string too_few(int pictures) {
-  return "expected at least " + std::to_string(kLeastPictures) + " pictures with patches, found " +
-         std::to_string(pictures);
+std::string too_few(const char* what, int least, int found) {
+  return "expected at least " + std::to_string(least) + ' ' + what + ", found " +
+         std::to_string(found);
 }
 
 /// −H⁻¹ g as a twist, where H determines it.
@@ -176,10 +176,17 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
   if (options.replicates == 0) return out;
   const Drawables all = drawables_of(shape);
   out.pictures = static_cast<int>(all.pictures.size());
-  out.fault = out.pictures < kLeastPictures ? too_few(out.pictures) : all.fault;
-  if (!out.fault.empty()) return out;
   const PictureDraws draws(all.way_mm, options);
   out.block = draws.block();
+  out.places = draws.blocks();
+  if (out.pictures < kLeastPictures) {
+    out.fault = too_few("pictures with patches", kLeastPictures, out.pictures);
+  } else if (out.places < kLeastPlaces) {
+    out.fault = too_few("places that pictures were taken at", kLeastPlaces, out.places);
+  } else {
+    out.fault = all.fault;
+  }
+  if (!out.fault.empty()) return out;
   const std::vector<Drawable> blocks = blocks_of(all.pictures, draws.block());
   // Of blocks that do not add up to all pictures.
   const double scale = std::sqrt(static_cast<double>(draws.blocks() * draws.block()) /

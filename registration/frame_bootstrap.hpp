@@ -56,7 +56,8 @@ struct FrameBootstrap {
   std::vector<Vector6d> twists;  ///< Of each replicate from the pose of all pictures, [rad | mm].
   int pictures = 0;              ///< That have patches.
   int block = 0;                 ///< Pictures drawn together.
-  int unsolved = 0;              ///< Replicates that do not determine the pose: without a twist.
+  int places = 0;    ///< How many blocks the pictures make up; 0 where none was asked for.
+  int unsolved = 0;  ///< Replicates that do not determine the pose: without a twist.
   bool valid = false;
   std::string fault = "not asked for";  ///< One sentence; empty when valid.
 
@@ -71,13 +72,14 @@ struct FrameBootstrap {
 
 /// Fewer pictures say nothing of how pictures differ.
 inline constexpr int kLeastPictures = 6;
+inline constexpr int kLeastPlaces = 3;
 
 /// Each replicate is one Newton step −H_r⁻¹ g_r from the pose of all pictures, with the gradients
 /// and the Hessians of the pictures that were drawn: no picture is looked at again. The Hessians
 /// are Gauss–Newton's, mapped so that those of all pictures together are the true one. Pictures
 /// without weight are not drawn. Same arguments give the same bits. Not valid: fewer than
-/// kLeastPictures, a pose that is not determined, by all pictures or in more than a tenth of the
-/// replicates.
+/// kLeastPictures, fewer than kLeastPlaces, which draws hardly differ by, a pose that is not
+/// determined, by all pictures or in more than a tenth of the replicates.
 FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& options);
 
 /// The covariance of a registration: of the clusters of patches and of the replicates, the larger
