@@ -88,13 +88,16 @@ Json json_of(const std::vector<registration::Misfit>& misfits) {
     Json values = Json::array();
     const bool sized = misfit.unnoticed > 0;
     for (const double value : misfit.values) values.push_back(json_number(value));
-    list.push_back({{"cause", registration::to_string(misfit.cause)},
-                    {"excess_mm", json_number(misfit.excess_mm())},
-                    {"found_mm", json_number(misfit.found_mm)},
-                    {"noise_mm", json_number(misfit.noise_mm)},
-                    {"gain", json_number(misfit.gain)},
-                    {"unnoticed", sized ? json_number(misfit.unnoticed) : Json(nullptr)},
-                    {"values", values}});
+    list.push_back(
+        {{"cause", registration::to_string(misfit.cause)},
+         {"excess_mm", json_number(misfit.excess_mm())},
+         {"found_mm", json_number(misfit.found_mm)},
+         {"noise_mm", json_number(misfit.noise_mm)},
+         {"gain", json_number(misfit.gain)},
+         {"unnoticed", sized ? json_number(misfit.unnoticed) : Json(nullptr)},
+         {"unnoticed_along",
+          misfit.unnoticed_along.size() == 3 ? Json(misfit.unnoticed_along) : Json(nullptr)},
+         {"values", values}});
   }
   return list;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <limits>
 #include <map>
 #include <set>
@@ -119,15 +120,25 @@ struct Sized {
   Index first = 0, count = 0;
 };
 
-/// Misfit::unnoticed: what moves the patches by as much as is worth a warning.
-double unnoticed_size(MisfitCause kind, const Reduced& by, const Sized& sized, double noise_mm) {
-  double squares = 0;
-  for (Index i = sized.first; i < sized.first + sized.count; ++i) {
-    const double mm = by.scale[i] > 0 ? 1 / by.scale[i] : 0;
-    squares += mm * mm / static_cast<double>(sized.count);
-  }
-  const double telling_mm = kTellingMm[static_cast<std::size_t>(kind)];
-  return std::sqrt((telling_mm * telling_mm + kNoiseShare * noise_mm * noise_mm) / squares);
+/// Misfit::unnoticed and unnoticed_along: of the direction of a cause's sized numbers that least of
+/// is found of.
+void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Sized& sized,
+                    Misfit& out) {
+  const Eigen::MatrixXd step = inverse * by.curvature;  // What is found of numbers that are there.
+  const Eigen::MatrixXd squares = step.transpose() * by.moves * step;
+  const Eigen::VectorXd to_scaled =
+      by.scale.unaryExpr([](double mm) { return mm > 0 ? 1 / mm : 0; });
+  const auto block = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return (to_scaled.asDiagonal() * m * to_scaled.asDiagonal())
+        .block(sized.first, sized.first, sized.count, sized.count);
+  };
+  const auto found = eigenpairs<Eigen::Dynamic>(block(squares));
+  const double telling_mm = kTellingMm[static_cast<std::size_t>(out.cause)];
+  const double least_mm = std::hypot(telling_mm, std::sqrt(kNoiseShare) * out.noise_mm);
+  const Eigen::VectorXd along = found.vectors.col(0);
+  out.unnoticed_along.assign(along.begin(), along.end());
+  const bool some = found.values[0] > kLeastNet * std::max(found.values[sized.count - 1], 1.0);
+  if (some) out.unnoticed = least_mm / std::sqrt(found.values[0]);
 }
 
 /// Joint step and its noise.
@@ -151,7 +162,7 @@ Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
   out.gain = -by.score.dot(step);
   if (sized.count == 0) return out;
   out.values.assign(numbers.begin(), numbers.end());
-  out.unnoticed = unnoticed_size(kind, by, sized, out.noise_mm);
+  find_unnoticed(by, inverse, sized, out);
   return out;
 }
 
@@ -250,6 +261,23 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
     out.pose_moves += by_pose.transpose() * by_pose;
   }
   return out;
+}
+
+/// Of a direction in the axes of a picture.
+std::string picture_direction(const std::vector<double>& along) {
+  constexpr double kMostly = 0.9;
+  constexpr const char* kNames[] = {"across the pictures", "in depth",
+                                    "out of the pictures' plane"};
+  for (std::size_t axis = 0; axis < along.size(); ++axis) {
+    if (std::abs(along[axis]) > kMostly) return kNames[axis];
+  }
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << "along (";
+  for (std::size_t axis = 0; axis < along.size(); ++axis) {
+    text << (axis == 0 ? "" : ", ") << along[axis];
+  }
+  text << ") of the pictures' axes";
+  return text.str();
 }
 
 }  // namespace
@@ -351,8 +379,11 @@ std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
       if (any) text << "pixels of any wrong size";
       if (!any) text << "pixels less than " << 100 * misfit.unnoticed << " % off";
     } else {
-      if (any) text << "any wrong calibration of the probe";
-      if (!any) text << "a calibration of the probe less than " << misfit.unnoticed << " mm off";
+      text << "a calibration of the probe off by ";
+      if (any) text << "any amount";
+      if (!any) text << "less than " << misfit.unnoticed << " mm";
+      text << ' ' << picture_direction(misfit.unnoticed_along)
+           << " (which a needle that is tracked by itself would be off by)";
     }
   }
   return text.str();

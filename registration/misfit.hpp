@@ -47,9 +47,13 @@ struct Misfit {
   std::vector<double> values = {};
 
   /// How large a fault would be only just worth a warning in this sweep: a delay, s, a share of
-  /// depth, a shift of the calibration, mm, RMS over its directions; infinite where the sweep never
-  /// shows it. 0: the cause has no size.
+  /// depth, a shift of the calibration in the direction that it shows least of, mm; infinite where
+  /// the sweep never shows it. 0: the cause has no size.
   double unnoticed = 0;
+  /// kCalibration: that direction in the picture's axes, a unit vector. A probe that turns about
+  /// one axis shows nothing of a shift along it, and one that does not turn of none: the pose takes
+  /// it up, pictures lie right in the CT, and what is tracked by itself does not.
+  std::vector<double> unnoticed_along = {};
 
   /// √(found² − 3 noise²), 0 where that is negative: what is beyond noise, mm.
   [[nodiscard]] double excess_mm() const;
