@@ -19,6 +19,7 @@
 #include "app/devices.hpp"
 #include "app/exit_code.hpp"
 #include "app/gallery.hpp"
+#include "app/idle_options.hpp"
 #include "app/info.hpp"
 #include "app/look_options.hpp"
 #include "app/predicate_command.hpp"
@@ -235,9 +236,10 @@ void CommandLine::add_demo() {
   demo->add_option("--start-error-mm", demo_.start_error_mm)->capture_default_str();
   demo->add_option("--start-error-deg", demo_.start_error_deg)->capture_default_str();
   add_json(*demo);
-  demo->callback([this] {
-    verb_ = [this](Console& console) -> Result<void> {
+  demo->callback([this, demo] {
+    verb_ = [this, demo](Console& console) -> Result<void> {
       if (const auto ok = validate(demo_config_); !ok) return ok;
+      if (const auto ok = refuse_idle_of_demo(*demo, demo_config_); !ok) return ok;
       if (const auto ok = validate_start(demo_); !ok) return ok;
       demo_.output = demo_config_.output;
       demo_.look = demo_config_.look;
@@ -254,8 +256,8 @@ void CommandLine::add_replay() {
   replay->add_option("sweep", config_.source.recording, "PLUS sequence: .igs.mha, .mhd, .nrrd");
   replay->add_option("--session", session_, "session file (TOML); options here win over it");
   add_source_options(*replay, config_, matrix_);
-  const CLI::Option* registration = replay->add_option(
-      "--registration", config_.placement.registration, "result of 'sonde register'");
+  replay->add_option("--registration", config_.placement.registration,
+                     "result of 'sonde register'");
   replay->add_flag("--follow", config_.placement.follow,
                    "from the registration on, the CT follows tissue that moves");
   replay->add_option("--out", config_.output.folder, "folder to write to");
@@ -269,8 +271,8 @@ void CommandLine::add_replay() {
                    "what the CT counts beside --us-volume; 1: as a predicate of average "
                    "importance; 0: all ultrasound shines through")
       ->capture_default_str();
-  const CLI::Option* set_up = replay->add_option("--predicates", config_.predicates.set_up,
-                                                 "how --us-volume is drawn: a preset, or a file");
+  replay->add_option("--predicates", config_.predicates.set_up,
+                     "how --us-volume is drawn: a preset, or a file");
   add_ultrasound_options(*replay, config_.predicates);
   replay->add_option("--frames", config_.output.frames, "most pictures to write; 0: all")
       ->capture_default_str();
@@ -279,16 +281,12 @@ void CommandLine::add_replay() {
   replay->add_flag("--window", config_.output.window, "also show them in a window");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);
-  replay->callback([this, registration, set_up] {
-    const bool registered = registration->count() > 0;
-    const bool by_predicates = set_up->count() > 0;
-    verb_ = [this, registered, by_predicates](Console& console) -> Result<void> {
+  replay->callback([this, replay] {
+    verb_ = [this, replay](Console& console) -> Result<void> {
+      const bool registered = replay->count("--registration") > 0;
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
-      if (by_predicates && config_.predicates.volume.empty()) {
-        return Error{ErrorCode::kUsage,
-                     "--us-volume: expected a 3D ultrasound volume for --predicates, found none"};
-      }
+      if (const auto ok = refuse_idle_of_replay(*replay, config_); !ok) return ok;
       if (print_session_) {
         std::cout << to_toml(config_);
         return {};
@@ -348,10 +346,11 @@ void CommandLine::add_register() {
   verb->add_option("--threads", config_.output.threads)->capture_default_str();
   verb->add_option("--out", config_.output.folder, "folder for pictures and report");
   add_json(*verb);
-  verb->callback([this] {
-    verb_ = [this](Console& console) -> Result<void> {
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) -> Result<void> {
       if (const auto ok = apply_matrix(matrix_, false, config_); !ok) return ok;
       if (const auto ok = validate(config_); !ok) return ok;
+      if (const auto ok = refuse_idle_of_register(*verb, config_, register_); !ok) return ok;
       if (!target_.empty()) {
         for (const double coordinate : target_) {
           if (!std::isfinite(coordinate)) {
@@ -408,9 +407,10 @@ void CommandLine::add_predicates() {
   add_predicate_options(*verb, config_);
   verb->add_option("--session", session_, "session file (TOML); options here win over it");
   verb->add_flag("--print-session", print_session_, "print the resolved session file and stop");
-  verb->callback([this] {
-    verb_ = [this](Console& console) -> Result<void> {
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) -> Result<void> {
       if (const auto ok = validate(config_); !ok) return ok;
+      if (const auto ok = refuse_idle_of_predicates(*verb, config_.predicates); !ok) return ok;
       if (!print_session_) return run_predicates(config_, console);
       std::cout << to_toml(config_);
       return {};
@@ -455,16 +455,13 @@ void CommandLine::add_simulate() {
   verb->add_option("--truth", o.truth, "truth to write (JSON); none: beside the recording");
   verb->add_option("--ct", o.ct, "CT of the patient to write, .mha");
   verb->add_option("--ct-spacing-mm", o.ct_spacing_mm)->capture_default_str();
-  auto* family = verb->add_option("--family", o.family, "of patients")->capture_default_str();
-  auto* contrast =
-      verb->add_option("--contrast", o.contrast,
-                       "of the CT: native, arterial, portal, or mr: grey values like those of MR")
-          ->capture_default_str();
-  auto* patient_ct = verb->add_option("--patient-ct", o.patient_ct,
-                                      "a recorded CT, file or folder: the patient is made of it")
-                         ->excludes(family)
-                         ->excludes(contrast);
-  verb->add_option("--look-at", o.look_at_mm, "point of that CT, LPS mm")->needs(patient_ct);
+  verb->add_option("--family", o.family, "of patients")->capture_default_str();
+  verb->add_option("--contrast", o.contrast,
+                   "of the CT: native, arterial, portal, or mr: grey values like those of MR")
+      ->capture_default_str();
+  verb->add_option("--patient-ct", o.patient_ct,
+                   "a recorded CT, file or folder: the patient is made of it");
+  verb->add_option("--look-at", o.look_at_mm, "point of that CT, LPS mm");
   verb->add_option("--seed", o.seed, "which patient, room, hand and breath")
       ->check(whole_number())
       ->capture_default_str();
@@ -489,19 +486,14 @@ void CommandLine::add_simulate() {
   verb->add_option("--deform-mm", o.deform_mm,
                    "largest displacement of a target against the CT, smooth; 0: none")
       ->capture_default_str();
-  auto* needle = verb->add_option("--needle", o.needle, "none, straight, bevel or tip-load")
-                     ->capture_default_str();
-  verb->add_option("--needle-bending-mm", o.needle_bending_mm,
-                   "sideways way of the tip at the target; none: that of a usual needle")
-      ->needs(needle);
-  verb->add_option("--needle-bevel-deg", o.needle_bevel_deg, "direction of the bending")
-      ->needs(needle);
-  verb->add_option("--needle-speed-mm-s", o.needle_speed_mm_s,
-                   "0: the target is reached with the last picture")
-      ->needs(needle);
-  verb->add_option("--needle-length-mm", o.needle_length_mm, "hub to tip")
-      ->needs(needle)
+  verb->add_option("--needle", o.needle, "none, straight, bevel or tip-load")
       ->capture_default_str();
+  verb->add_option("--needle-bending-mm", o.needle_bending_mm,
+                   "sideways way of the tip at the target; none: that of a usual needle");
+  verb->add_option("--needle-bevel-deg", o.needle_bevel_deg, "direction of the bending");
+  verb->add_option("--needle-speed-mm-s", o.needle_speed_mm_s,
+                   "0: the target is reached with the last picture");
+  verb->add_option("--needle-length-mm", o.needle_length_mm, "hub to tip")->capture_default_str();
   verb->add_option("--faults", o.faults,
                    "chance of each fault at each sample, or of some: drop=0.02,nan=0.001")
       ->capture_default_str();
@@ -519,8 +511,12 @@ void CommandLine::add_simulate() {
   verb->add_option("--columns", o.columns, "of the pictures; 0: the probe's own");
   verb->add_option("--rows", o.rows, "of the pictures; 0: the probe's own");
   verb->add_flag("--compress", o.compress, "the recording's pixels");
-  verb->callback(
-      [this] { verb_ = [this](Console& console) { return run_simulate(simulate_, console); }; });
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) {
+      const auto ok = refuse_idle_of_simulate(*verb, simulate_);
+      return ok ? run_simulate(simulate_, console) : ok;
+    };
+  });
 }
 
 void CommandLine::add_bench() {
@@ -542,10 +538,11 @@ void CommandLine::add_bench() {
       ->check(CLI::Range(16, 8192))
       ->capture_default_str();
   add_json(*render);
-  render->callback([this] {
-    verb_ = [this](Console& console) {
+  render->callback([this, render] {
+    verb_ = [this, render](Console& console) {
       bench_.json = json();
-      return run_bench_render(bench_, console);
+      const auto ok = refuse_idle_of_bench(*render, bench_);
+      return ok ? run_bench_render(bench_, console) : ok;
     };
   });
   add_bench_predicates(*bench);
@@ -587,10 +584,11 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);
-  verb->callback([this] {
-    verb_ = [this](Console& console) {
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) {
       bench_registration_.json = json();
-      return run_bench_registration(bench_registration_, console);
+      const auto ok = refuse_idle_of_bench(*verb, bench_registration_);
+      return ok ? run_bench_registration(bench_registration_, console) : ok;
     };
   });
 }
@@ -617,10 +615,11 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   add_json(*verb);
-  verb->callback([this] {
-    verb_ = [this](Console& console) {
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) {
       predicates_.json = json();
-      return run_bench_predicates(predicates_, console);
+      const auto ok = refuse_idle_of_bench(*verb, predicates_);
+      return ok ? run_bench_predicates(predicates_, console) : ok;
     };
   });
 }
@@ -634,10 +633,11 @@ void CommandLine::add_bench_derived(CLI::App& bench) {
   derived->add_option("--threads", derived_.threads, "0: all cores")->capture_default_str();
   derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
   add_json(*derived);
-  derived->callback([this] {
-    verb_ = [this](Console& console) {
+  derived->callback([this, derived] {
+    verb_ = [this, derived](Console& console) {
       derived_.json = json();
-      return run_bench_derived(derived_, console);
+      const auto ok = refuse_idle_of_bench(*derived, derived_);
+      return ok ? run_bench_derived(derived_, console) : ok;
     };
   });
 }

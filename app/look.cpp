@@ -21,10 +21,21 @@ Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, co
   return render::with_importance(*base, look.importance);
 }
 
+/// Whether anything is said of how to cut.
+bool shapes(const SessionConfig::Look::Cutaway& said) {
+  return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
+         said.around_needle || said.around_targets;
+}
+
 Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cutaway& said,
                                                   const std::optional<LookFile>& file) {
   const bool file_says = file && file->cutaway;
   const bool in_file = !file_says || file->cutaway->has_value();
+  if (!in_file && !said.enabled && shapes(said)) {
+    return Error{ErrorCode::kUsage,
+                 "look.cutaway: expected a look file that cuts, or enabled = true, beside angles, "
+                 "overlay or objects, found a look file that does not cut"};
+  }
   if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
   render::Cutaway cutaway =
       file_says ? file->cutaway->value_or(render::Cutaway{}) : render::Cutaway{};

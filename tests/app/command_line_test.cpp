@@ -295,18 +295,183 @@ TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
 
 TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
   const Outcome outcome = sonde(
-      "replay x.mha --print-session --look a.vp --shading gooch --no-shading --emphasis 0.5 "
+      "replay x.mha --print-session --look a.vp --shading gooch --emphasis 0.5 "
       "--importance 150:300=1 --importance bone:400:2000=0.99 --cutaway-inner 20 "
       "--cutaway-overlay inf --cutaway-around needle,targets");
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   for (const char* piece :
-       {"a.vp'", "style = 'gooch'", "shading = false", "emphasis = 0.5", "component = 'bone'",
+       {"a.vp'", "style = 'gooch'", "shading = true", "emphasis = 0.5", "component = 'bone'",
         "high_hu = 300.0", "theta1_deg = 20.0", "overlay_mm = inf", "around_plane = false",
         "around_needle = true", "around_targets = true"}) {
     EXPECT_NE(outcome.output.find(piece), std::string::npos) << piece << "\n" << outcome.output;
   }
-  EXPECT_NE(sonde("replay x.mha --print-session --no-cutaway").output.find("enabled = false"),
-            std::string::npos);
+  const Outcome off = sonde("replay x.mha --print-session --no-cutaway --no-shading");
+  EXPECT_NE(off.output.find("enabled = false"), std::string::npos) << off.output;
+  EXPECT_NE(off.output.find("shading = false"), std::string::npos) << off.output;
+}
+
+struct Idle {
+  std::string arguments;
+  std::string refusal;
+};
+
+TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
+  const std::string out = (folder_ / "sweep.mha").string();
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"--ct-spacing-mm 2", "--ct-spacing-mm: expected --ct beside it, found none"},
+           {"--contrast native", "--contrast: expected --ct beside it, found none"},
+           {"--look-at 1 2 3", "--look-at: expected --patient-ct beside it, found none"},
+           {"--patient-ct x --family neck",
+            "--family: expected no --patient-ct, of which the patient is made, beside it, found "
+            "both"},
+           {"--patient-ct x --ct y.mha --contrast native", "--contrast: expected no --patient-ct"},
+           {"--needle-speed-mm-s 4",
+            "--needle-speed-mm-s: expected --needle straight, bevel or tip-load beside it, found "
+            "none"},
+           {"--needle none --needle-bending-mm 4", "--needle-bending-mm: expected --needle"},
+           {"--needle none --needle-length-mm 90", "--needle-length-mm: expected --needle"},
+           {"--needle-bevel-deg 9", "--needle-bevel-deg: expected --needle"},
+           {"--needle straight --needle-bevel-deg 9",
+            "--needle-bevel-deg: expected --needle bevel or tip-load, which bend, beside it, found "
+            "straight"},
+           {"--path rock --length-mm 30",
+            "--length-mm: expected --path sweep or tilt, which slide, beside it, found rock"},
+           {"--path fan --length-mm 30", "--length-mm: expected --path sweep or tilt"},
+           {"--angle-deg 30",
+            "--angle-deg: expected --path fan, rock or tilt, which swing, beside it, found "
+            "sweep"}}) {
+    expect_refusal("simulate --columns 16 --rows 16 --out " + out + " " + arguments, 2, {refusal});
+    EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
+  }
+  const Outcome all = sonde(
+      "simulate --columns 16 --rows 16 --duration-s 0.2 --out " + out + " --ct " +
+      (folder_ / "small.mha").string() +
+      " --ct-spacing-mm 20 --contrast native --path tilt --length-mm 30 --angle-deg 20 --needle "
+      "bevel --needle-bevel-deg 9 --needle-length-mm 200");
+  EXPECT_EQ(all.code, 0) << all.errors;
+}
+
+TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"--grey-width 400",
+            "--grey-width: expected --projection maximum, minimum or mean beside it, found "
+            "composite"},
+           {"--projection mean --look a.vp",
+            "--look: expected --projection composite beside it, found mean"},
+           {"--projection mean --importance 1:2=1", "--importance: expected --projection"},
+           {"--projection mean --emphasis 1", "--emphasis: expected --projection"},
+           {"--projection mean --cutaway-outer 40", "--cutaway-outer: expected --projection"},
+           {"--projection mean --rms-error 0.01", "--rms-error: expected a CT in colours"},
+           {"--look a.vp --transfer-function ct-bone",
+            "--transfer-function: expected no look file or nodes, which replace it, beside it, "
+            "found a.vp"},
+           {"--no-shading --shading gooch",
+            "--shading: expected shading that is on beside it, found it off"},
+           {"--no-shading --emphasis 1", "--emphasis: expected shading"},
+           {"--no-cutaway --cutaway-inner 20",
+            "--cutaway-inner: expected a cutaway that is on beside it, found it off"},
+           {"--no-cutaway --cutaway-around needle", "--cutaway-around: expected a cutaway"},
+           {"--no-cutaway --cutaway-overlay 5", "--cutaway-overlay: expected a cutaway"},
+           {"--step 1 --rms-error 0.01",
+            "--rms-error: expected no --step, which it would choose, beside it, found both"}}) {
+    expect_refusal("demo --out x " + arguments, 2, {refusal});
+    expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
+  }
+  const Outcome grey = sonde("replay x.mha --print-session --projection mean --grey-level 40");
+  EXPECT_EQ(grey.code, 0) << grey.errors;
+}
+
+TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
+  const std::string ct = write_ct();
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"--ct " + ct + " --series 1.2.3",
+            "--series: expected a DICOM folder beside it, found "},
+           {"--us-alone", "--us-alone: expected --us-volume beside it, found none"},
+           {"--ct-importance 1", "--ct-importance: expected --us-volume"},
+           {"--predicates layers", "--predicates: expected --us-volume"},
+           {"--labels a.mha", "--labels: expected --us-volume"},
+           {"--into 0 1 0", "--into: expected --us-volume"},
+           {"--us-volume u.mha --us-alone --ct-importance 1",
+            "--ct-importance: expected a CT, which --us-alone leaves out"},
+           {"--us-volume u.mha --us-alone --rms-error 0.01",
+            "--rms-error: expected a CT in colours, whose step it chooses, beside it, found "
+            "--us-alone"},
+           {"--us-volume u.mha --face-radius-mm 9",
+            "--face-radius-mm: expected --apex beside it, found none"},
+           {"--us-volume u.mha --projection mean",
+            "--us-volume: expected --us-alone or --projection composite beside it, found mean"}}) {
+    expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
+  }
+  // What a session file says is there.
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[predicates]\nvolume = \"u.mha\"\n";
+  const std::string with_session = "replay --print-session --session " + session.string();
+  EXPECT_EQ(sonde(with_session + " --us-alone --apex 0 0 0 --face-radius-mm 9").code, 0);
+  std::ofstream(session) << "[source]\nkind = \"simulated\"\n";
+  EXPECT_EQ(sonde(with_session + " --out x --frames 2").code, 0);
+  expect_refusal(with_session + " x.mha", 2,
+                 {"sweep: expected a session of a recording beside it, found one of the simulated "
+                  "procedure"});
+  expect_refusal(with_session + " --ct " + ct, 2, {"--ct: expected a session of a recording"});
+}
+
+TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
+  const std::string ct = write_ct();
+  const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"--landmarks p.csv --series 1.2", "--series: expected --ct beside it, found none"},
+           {"--landmarks p.csv --accept-unknown-orientation", "-orientation: expected --ct"},
+           {"--landmarks p.csv --ct " + ct + " --series 1.2", "--series: expected a DICOM folder"},
+           {"--landmarks p.csv --config c.xml", "--config: expected a sweep beside it, found none"},
+           {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms: expected a sweep"},
+           {"--landmarks p.csv --effort quick", "--effort: expected a sweep"},
+           {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
+           {"--points p --surface s.vtk --similarity mi", "--similarity: expected a sweep"},
+           {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
+           {"--landmarks p.csv " + matrix,
+            "--ct-from-reference: expected no --landmarks, which are the start, beside it, found "
+            "both"},
+           {"x.mha --landmarks p.csv " + matrix, "--ct-from-reference: expected no --landmarks"}}) {
+    expect_refusal("register " + arguments, 2, {refusal});
+  }
+  // The files that are not there are what is wrong with these.
+  expect_refusal("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3, {"y.mha"});
+  expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
+}
+
+TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefused) {
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"predicates u.mha --print-session --phantom neck",
+            "--phantom: expected no volume, which is drawn instead, beside it, found u.mha"},
+           {"predicates u.mha --print-session --phantom-side 64",
+            "--phantom-side: expected no vol"},
+           {"predicates --print-session --scribble-share 0.5",
+            "--scribble-share: expected --scribbles, --show or --hide beside it, found none"},
+           {"predicates --print-session --into 0 1 0 --face-radius-mm 9",
+            "--face-radius-mm: expected --apex"},
+           {"bench render --part live --scene x",
+            "--scene: expected --part compare or skipping beside it, found live"},
+           {"bench render --part live --ct x", "--ct: expected --part compare or skipping"},
+           {"bench render --part skipping --costs", "--costs: expected --part live"},
+           {"bench render --part skipping --width 64", "--width: expected --part compare or live"},
+           {"bench render --quick --height 64", "--height: expected no --quick"},
+           {"bench predicates --quick --side 64", "--side: expected no --quick"},
+           {"bench predicates --volume prostate --side 64",
+            "--side: expected a simulated --volume beside it, found prostate"},
+           {"bench predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
+           {"bench predicates --volume two --threads 1", "--threads: expected a --volume"},
+           {"bench registration --part skin --trials t.csv", "--trials: expected --part cohort"},
+           {"bench registration --part skin --effort quick", "--effort: expected --part cohort or"},
+           {"bench registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
+           {"bench registration --part curve --patients 2", "--patients: expected a --part other"},
+           {"bench derived --quick --side 64",
+            "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
+    expect_refusal(arguments, 2, {refusal});
+  }
+  const Outcome strokes = sonde(
+      "predicates --print-session --phantom neck --show 1,2,3 --scribble-share 0.5 --apex 0 0 0 "
+      "--face-radius-mm 9");
+  EXPECT_EQ(strokes.code, 0) << strokes.errors;
 }
 
 TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -100,6 +101,24 @@ TEST_F(ResolveLookTest, RefusesWhatContradicts) {
   said = {};
   said.importance = {{0, 100, 2}};
   EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kUsage, {"importance", "2"}));
+}
+
+TEST_F(ResolveLookTest, HowToCutIsNotSaidOfALookThatDoesNotCut) {
+  SessionConfig::Look said;
+  said.file = folder_ / "whole.json";
+  std::ofstream(said.file) << R"({"sonde_look": 1, "name": "whole", "cutaway": null, "components": [
+      {"name": "all", "nodes": [{"value": 0, "rgb": [1, 1, 1], "opacity_per_mm": 0},
+                                 {"value": 9, "rgb": [1, 1, 1], "opacity_per_mm": 0.1}]}]})";
+  const auto whole = resolve_look(said, voxel());
+  ASSERT_TRUE(test::has_value(whole));
+  EXPECT_FALSE(whole->cutaway);
+  said.cutaway.theta1_deg = 20;
+  EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kUsage,
+                            {"look.cutaway", "enabled = true", "does not cut"}));
+  said.cutaway.enabled = false;
+  EXPECT_FALSE(resolve_look(said, voxel())->cutaway);
+  said.cutaway.enabled = true;
+  EXPECT_NEAR(resolve_look(said, voxel())->cutaway->theta1_rad, 20 * kDeg, 1e-12);
 }
 
 TEST_F(ResolveLookTest, ChecksEveryValueOfASession) {

@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/idle_options.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace nav::app {
+namespace {
+
+/// What some options act on.
+struct Need {
+  std::vector<const char*> options;
+  bool met;
+  std::string expected;
+  std::string found = "none";
+};
+
+Result<void> refuse_idle(const CLI::App& verb, const std::vector<Need>& needs) {
+  for (const Need& need : needs) {
+    if (need.met) continue;
+    for (const char* option : need.options) {
+      if (verb.count(option) == 0) continue;
+      return Error{ErrorCode::kUsage, std::string(option) + ": expected " + need.expected +
+                                          " beside it, found " + need.found};
+    }
+  }
+  return {};
+}
+
+/// Of `demo` and `replay`. without_ct: ultrasound is drawn instead of the CT.
+std::vector<Need> needs_of_look(const SessionConfig& config, bool without_ct) {
+  const SessionConfig::Look& look = config.look;
+  const bool composite = look.projection == "composite";
+  const std::vector<const char*> cutaway{"--cutaway-inner", "--cutaway-outer", "--cutaway-overlay",
+                                         "--cutaway-around"};
+  const std::vector<const char*> surface{"--shading", "--emphasis"};
+  const std::vector<const char*> colours{"--transfer-function", "--look", "--importance"};
+  const std::string colourful = "--projection composite";
+  return {
+      {{"--grey-level", "--grey-width"},
+       !composite,
+       "--projection maximum, minimum or mean",
+       look.projection},
+      {colours, composite, colourful, look.projection},
+      {surface, composite, colourful, look.projection},
+      {cutaway, composite, colourful, look.projection},
+      {{"--transfer-function"},
+       look.file.empty() && look.nodes.empty(),
+       "no look file or nodes, which replace it,",
+       look.file.empty() ? "nodes of the session file" : look.file.string()},
+      {surface, look.shading, "shading that is on", "it off"},
+      {cutaway, look.cutaway.enabled.value_or(true), "a cutaway that is on", "it off"},
+      {{"--rms-error"}, !config.output.step_voxels, "no --step, which it would choose,", "both"},
+      {{"--rms-error"},
+       composite && !without_ct,
+       "a CT in colours, whose step it chooses,",
+       composite ? "--us-alone" : look.projection}};
+}
+
+Need folder_of_series(const SessionConfig& config) {
+  std::error_code ignored;
+  return {{"--series"},
+          !std::filesystem::is_regular_file(config.ct.path, ignored),
+          "a DICOM folder",
+          config.ct.path.string()};
+}
+
+Need fan_of_face(const PredicateOptions& options) {
+  return {{"--face-radius-mm"}, options.apex_ct.has_value(), "--apex"};
+}
+
+}  // namespace
+
+Result<void> refuse_idle_of_demo(const CLI::App& verb, const SessionConfig& config) {
+  return refuse_idle(verb, needs_of_look(config, false));
+}
+
+Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& config) {
+  const PredicateOptions& predicates = config.predicates;
+  const bool ultrasound = !predicates.volume.empty();
+  const bool without_ct = ultrasound && predicates.alone;
+  std::vector<Need> needs{
+      {{"sweep",
+        "--ct",
+        "--series",
+        "--accept-unknown-orientation",
+        "--config",
+        "--image-frame",
+        "--probe-frame",
+        "--tracker-frame",
+        "--reference-frame",
+        "--needle-frame",
+        "--temporal-offset-ms",
+        "--skip-bad-frames",
+        "--ct-from-reference",
+        "--registration",
+        "--us-volume",
+        "--us-alone",
+        "--ct-importance",
+        "--predicates",
+        "--labels",
+        "--layers",
+        "--black",
+        "--white",
+        "--into",
+        "--apex",
+        "--face-radius-mm",
+        "--scan-lines",
+        "--whole-picture",
+        "--window"},
+       config.source.kind == SessionConfig::SourceKind::kRecording,
+       "a session of a recording",
+       "one of the simulated procedure"},
+      folder_of_series(config),
+      {{"--us-alone", "--ct-importance", "--predicates", "--labels", "--layers", "--black",
+        "--white", "--into", "--apex", "--face-radius-mm", "--scan-lines"},
+       ultrasound,
+       "--us-volume"},
+      {{"--ct-importance"}, !without_ct, "a CT, which --us-alone leaves out,", "both"},
+      fan_of_face(predicates),
+      {{"--us-volume"},
+       predicates.alone || config.look.projection == "composite",
+       "--us-alone or --projection composite",
+       config.look.projection}};
+  for (Need& need : needs_of_look(config, without_ct)) needs.push_back(std::move(need));
+  return refuse_idle(verb, needs);
+}
+
+Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& config,
+                                     const RegisterOptions& options) {
+  return refuse_idle(
+      verb, {{{"--series", "--accept-unknown-orientation"}, !config.ct.path.empty(), "--ct"},
+             folder_of_series(config),
+             {{"--config", "--image-frame", "--probe-frame", "--tracker-frame", "--needle-frame",
+               "--temporal-offset-ms", "--skip-bad-frames", "--effort", "--time-limit",
+               "--similarity", "--loss", "--stretch", "--threads"},
+              !config.source.recording.empty(),
+              "a sweep"},
+             {{"--ct-from-reference"},
+              options.landmarks.empty(),
+              "no --landmarks, which are the start,",
+              "both"}});
+}
+
+Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOptions& options) {
+  return refuse_idle(verb, {{{"--phantom", "--phantom-side"},
+                             options.volume.empty(),
+                             "no volume, which is drawn instead,",
+                             options.volume.string()},
+                            {{"--scribble-share"},
+                             !options.scribbles.empty() || !options.strokes.empty(),
+                             "--scribbles, --show or --hide"},
+                            fan_of_face(options)});
+}
+
+Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& o) {
+  return refuse_idle(
+      verb,
+      {{{"--look-at"}, !o.patient_ct.empty(), "--patient-ct"},
+       {{"--family", "--contrast"},
+        o.patient_ct.empty(),
+        "no --patient-ct, of which the patient is made,",
+        "both"},
+       {{"--ct-spacing-mm", "--contrast"}, !o.ct.empty(), "--ct"},
+       {{"--needle-bending-mm", "--needle-bevel-deg", "--needle-speed-mm-s", "--needle-length-mm"},
+        o.needle != "none",
+        "--needle straight, bevel or tip-load"},
+       {{"--needle-bevel-deg"},
+        o.needle != "straight",
+        "--needle bevel or tip-load, which bend,",
+        o.needle},
+       {{"--length-mm"},
+        o.path != "fan" && o.path != "rock",
+        "--path sweep or tilt, which slide,",
+        o.path},
+       {{"--angle-deg"}, o.path != "sweep", "--path fan, rock or tilt, which swing,", o.path}});
+}
+
+Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options) {
+  const bool compares = asks_for(options.parts, "compare");
+  const bool lives = asks_for(options.parts, "live");
+  const bool skips = !options.parts.empty() && asks_for(options.parts, "skipping");
+  return refuse_idle(
+      verb, {{{"--ct", "--scene"}, compares || skips, "--part compare or skipping", "live"},
+             {{"--costs"}, lives, "--part live", "others"},
+             {{"--width", "--height"},
+              !options.quick,
+              "no --quick, which has a size of its own,",
+              "both"},
+             {{"--width", "--height"}, compares || lives, "--part compare or live", "skipping"}});
+}
+
+Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options) {
+  const std::string& volume = options.volume;
+  const bool recorded = !volume.empty() && std::string_view("prostate phantom").starts_with(volume);
+  return refuse_idle(
+      verb, {{{"--side", "--width", "--height"},
+              !options.quick,
+              "no --quick, which has sizes of its own,",
+              "both"},
+             {{"--side"}, !recorded, "a simulated --volume", volume},
+             {{"--threads"}, options.engine != "gl", "--engine cpu or both", options.engine},
+             {{"--threads"},
+              !volume.starts_with("two"),
+              "a --volume that is not drawn by one thread",
+              volume}});
+}
+
+Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {
+  const bool cohort = asks_for(options.parts, "cohort");
+  const bool faults = asks_for(options.parts, "faults");
+  const bool only_curve =
+      !options.parts.empty() && std::all_of(options.parts.begin(), options.parts.end(),
+                                            [](const auto& part) { return part == "curve"; });
+  return refuse_idle(
+      verb,
+      {{{"--trials"}, cohort, "--part cohort", "others"},
+       {{"--effort", "--no-evaluation"}, cohort || faults, "--part cohort or faults", "others"},
+       {{"--patients"}, !only_curve, "a --part other than curve", "curve alone"}});
+}
+
+Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchDerivedOptions& options) {
+  return refuse_idle(
+      verb, {{{"--side"}, !options.quick, "no --quick, which has a side of its own,", "both"}});
+}
+
+}  // namespace nav::app
