@@ -3,9 +3,7 @@
 #include "app/command_line.hpp"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -22,28 +20,19 @@
 #include "app/idle_options.hpp"
 #include "app/info.hpp"
 #include "app/look_options.hpp"
+#include "app/option_checks.hpp"
 #include "app/predicate_command.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
 #include "app/simulate.hpp"
 #include "app/slices.hpp"
+#include "sim/anatomy/patient.hpp"
+#include "sim/session/simulated_session.hpp"
 
 namespace nav::app {
 namespace {
 
 using Verb = std::function<Result<void>(Console&)>;
-
-/// Of a seed: CLI11's own refusal is a page of digits.
-CLI::Validator whole_number() {
-  const auto refuse = [](const std::string& text) -> std::string {
-    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    std::uint64_t number = 0;
-    const auto end = text.data() + text.size();
-    if (digits && std::from_chars(text.data(), end, number).ec == std::errc()) return "";
-    return "expected a whole number of 0 to 18446744073709551615, found " + text;
-  };
-  return {refuse, "", "whole number"};
-}
 
 /// Options that several verbs share, bound to one configuration.
 void add_output_options(CLI::App& verb, SessionConfig& config) {
@@ -57,11 +46,11 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
                   "sampling distance, voxels; not given: what --rms-error needs");
   verb.add_option("--rms-error", out.rms_error,
                   "root mean square error of the picture's colours that the step is chosen for")
-      ->check(CLI::Range(1e-5, 1.0))
+      ->check(in_range(1e-5, 1))
       ->capture_default_str();
   verb.add_option("--pixel-error", out.pixel_error,
                   "pixels between rays that differ by no more have none of their own; 0: all have")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(in_range(0, 1))
       ->capture_default_str();
   verb.add_option("--azimuth", config.view.azimuth_deg,
                   "of the camera, degrees: 0 from the front, 90 from the patient's left; neither "
@@ -184,13 +173,6 @@ class CommandLine {
     return json_.empty() ? std::nullopt : std::optional(json_);
   }
   int fail(const Error& error) const;
-  [[nodiscard]] std::string verbs() const {
-    std::string names;
-    for (const CLI::App* verb : app_.get_subcommands([](const CLI::App*) { return true; })) {
-      names += (names.empty() ? "" : ", ") + verb->get_name();
-    }
-    return names;
-  }
 
   CLI::App app_;
   bool verbose_ = false;
@@ -455,9 +437,14 @@ void CommandLine::add_simulate() {
   verb->add_option("--truth", o.truth, "truth to write (JSON); none: beside the recording");
   verb->add_option("--ct", o.ct, "CT of the patient to write, .mha");
   verb->add_option("--ct-spacing-mm", o.ct_spacing_mm)->capture_default_str();
-  verb->add_option("--family", o.family, "of patients")->capture_default_str();
+  std::vector<std::string> families;
+  for (const sim::PatientFamily& family : sim::patient_families()) families.push_back(family.name);
+  verb->add_option("--family", o.family, "of patients")
+      ->check(among(families))
+      ->capture_default_str();
   verb->add_option("--contrast", o.contrast,
                    "of the CT: native, arterial, portal, or mr: grey values like those of MR")
+      ->check(taken_by(sim::contrast_from))
       ->capture_default_str();
   verb->add_option("--patient-ct", o.patient_ct,
                    "a recorded CT, file or folder: the patient is made of it");
@@ -465,19 +452,25 @@ void CommandLine::add_simulate() {
   verb->add_option("--seed", o.seed, "which patient, room, hand and breath")
       ->check(whole_number())
       ->capture_default_str();
-  verb->add_option("--path", o.path, "sweep, fan, rock or tilt")->capture_default_str();
+  verb->add_option("--path", o.path, "sweep, fan, rock or tilt")
+      ->check(taken_by(sim::hand_path_kind_from))
+      ->capture_default_str();
   verb->add_option("--length-mm", o.length_mm, "of the slide; 0: 60 convex, 40 linear, 16 sector")
       ->capture_default_str();
   verb->add_option("--angle-deg", o.angle_deg, "of the swing")->capture_default_str();
   verb->add_option("--probe", o.probe,
                    "standard (the family's own, in its usual view), convex, linear or sector")
+      ->check(taken_by(sim::probe_model_from, "standard"))
       ->capture_default_str();
   verb->add_option("--model", o.model, "how echoes are computed: rays or scatterers")
+      ->check(taken_by(sim::acoustic_model_from))
       ->capture_default_str();
   verb->add_flag("--mirrored", o.mirrored, "the probe's marker is on the other side");
   verb->add_option("--tracker", o.tracker, "ideal, optical, electromagnetic or arm")
+      ->check(taken_by(sim::tracker_kind_from))
       ->capture_default_str();
   verb->add_option("--breathing", o.breathing, "none, rigid, affine or smooth")
+      ->check(taken_by(sim::breathing_kind_from))
       ->capture_default_str();
   verb->add_option("--breathing-mm", o.breathing_mm,
                    "mean way towards the feet; none: 12, of a patient who breathes");
@@ -487,6 +480,7 @@ void CommandLine::add_simulate() {
                    "largest displacement of a target against the CT, smooth; 0: none")
       ->capture_default_str();
   verb->add_option("--needle", o.needle, "none, straight, bevel or tip-load")
+      ->check(taken_by(sim::bending_kind_from, "none"))
       ->capture_default_str();
   verb->add_option("--needle-bending-mm", o.needle_bending_mm,
                    "sideways way of the tip at the target; none: that of a usual needle");
@@ -511,6 +505,9 @@ void CommandLine::add_simulate() {
   verb->add_option("--columns", o.columns, "of the pictures; 0: the probe's own");
   verb->add_option("--rows", o.rows, "of the pictures; 0: the probe's own");
   verb->add_flag("--compress", o.compress, "the recording's pixels");
+  for (const auto& [option, expected] : simulate_ranges()) {
+    verb->get_option(option)->check(number_of(expected));
+  }
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) {
       const auto ok = refuse_idle_of_simulate(*verb, simulate_);
@@ -527,15 +524,15 @@ void CommandLine::add_bench() {
   render->add_option("--ct", bench_.ct, "CT to draw instead of the scene set");
   render->add_option("--scene", bench_.scene, "only scenes whose name contains this");
   render->add_option("--part", bench_.parts, "compare, live, skipping; default the first two")
-      ->check(CLI::IsMember({"compare", "live", "skipping"}))
+      ->check(among({"compare", "live", "skipping"}))
       ->delimiter(',');
   render->add_flag("--quick", bench_.quick, "few scenes, small pictures: about two minutes");
   render->add_flag("--costs", bench_.costs, "also the cost of every element of a picture");
   render->add_option("--width", bench_.width, "of the timed pictures, pixels")
-      ->check(CLI::Range(16, 8192))
+      ->check(in_range(16, 8192, "pixels"))
       ->capture_default_str();
   render->add_option("--height", bench_.height, "of the timed pictures, pixels")
-      ->check(CLI::Range(16, 8192))
+      ->check(in_range(16, 8192, "pixels"))
       ->capture_default_str();
   add_json(*render);
   render->callback([this, render] {
@@ -549,7 +546,7 @@ void CommandLine::add_bench() {
   CLI::App* scaling = bench->add_subcommand(
       "scaling", "Time and memory of the CPU engine against size, pixels, threads, occupancy");
   scaling->add_option("--largest", scaling_.largest, "side of the largest volume, voxels")
-      ->check(CLI::Range(64, 768))
+      ->check(in_range(64, 768, "voxels"))
       ->capture_default_str();
   add_json(*scaling);
   scaling->callback([this] {
@@ -568,19 +565,19 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   verb->add_flag("--quick", bench_registration_.quick, "part of the cohort: about two minutes");
   verb->add_flag("!--no-evaluation", bench_registration_.evaluate,
                  "leave the evaluation seeds alone: for tuning");
-  verb->add_option("--model", bench_registration_.model,
-                   "how echoes are computed: rays, scatterers")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, sim::AcousticModel>{
-          {"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}}));
-  verb->add_option("--effort", bench_registration_.effort, "of cohort and faults: quick or usual")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, registration::Effort>{
-          {"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}}));
+  add_choice<sim::AcousticModel>(
+      *verb, "--model", bench_registration_.model,
+      {{"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}},
+      "how echoes are computed: rays, scatterers");
+  add_choice<registration::Effort>(
+      *verb, "--effort", bench_registration_.effort,
+      {{"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}},
+      "of cohort and faults: quick or usual");
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
-      ->check(CLI::Range(1, 100));
+      ->check(in_range(1, 100, "patients"));
   verb->add_option("--part", bench_registration_.parts,
                    "cohort, faults, curve, bootstrap, skin, motion, live, peer; default all")
-      ->check(CLI::IsMember(
-          {"cohort", "faults", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
+      ->check(among({"cohort", "faults", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);
@@ -598,21 +595,21 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
       "predicates", "Ultrasound by predicates beside a standard transfer function");
   verb->add_flag("--quick", predicates_.quick, "a small phantom, small pictures: some seconds");
   verb->add_option("--side", predicates_.side, "of the phantom, voxels")
-      ->check(CLI::Range(32, 768))
+      ->check(in_range(32, 768, "voxels"))
       ->capture_default_str();
   verb->add_option("--width", predicates_.width, "pixels; half of it where OpenGL is software")
-      ->check(CLI::Range(32, 4096))
+      ->check(in_range(32, 4096, "pixels"))
       ->capture_default_str();
   verb->add_option("--height", predicates_.height, "as --width")
-      ->check(CLI::Range(32, 4096))
+      ->check(in_range(32, 4096, "pixels"))
       ->capture_default_str();
   verb->add_option("--volume", predicates_.volume,
                    "only volumes whose name begins so: neck, …, two-volumes");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
-      ->check(CLI::IsMember({"cpu", "gl", "both"}))
+      ->check(among({"cpu", "gl", "both"}))
       ->capture_default_str();
   verb->add_option("--threads", predicates_.threads, "0: all cores")
-      ->check(CLI::Range(0, 1024))
+      ->check(in_range(0, 1024, "threads"))
       ->capture_default_str();
   add_json(*verb);
   verb->callback([this, verb] {
@@ -628,7 +625,7 @@ void CommandLine::add_bench_derived(CLI::App& bench) {
   CLI::App* derived = bench.add_subcommand(
       "derived", "Time, memory and error of the features that predicates read, beside ITK's");
   derived->add_option("--side", derived_.side, "of the timed volume, voxels")
-      ->check(CLI::Range(32, 512))
+      ->check(in_range(32, 512, "voxels"))
       ->capture_default_str();
   derived->add_option("--threads", derived_.threads, "0: all cores")->capture_default_str();
   derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
@@ -648,10 +645,10 @@ void CommandLine::add_gallery() {
   gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
   gallery->add_option("--only", gallery_.only, "only pictures whose name contains this");
   gallery->add_option("--width", gallery_.width)
-      ->check(CLI::Range(16, 4096))
+      ->check(in_range(16, 4096, "pixels"))
       ->capture_default_str();
   gallery->add_option("--height", gallery_.height)
-      ->check(CLI::Range(16, 4096))
+      ->check(in_range(16, 4096, "pixels"))
       ->capture_default_str();
   gallery->callback(
       [this] { verb_ = [this](Console& console) { return run_gallery(gallery_, console); }; });
@@ -688,16 +685,8 @@ int CommandLine::run(int argc, const char* const* argv) {
     app_.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
     return app_.exit(success);
-  } catch (const CLI::RequiredError& problem) {
-    // A wrong verb is missing to the parser; to the user it is wrong.
-    const std::string first = argc > 1 ? argv[1] : "";
-    if (!first.empty() && first[0] != '-' &&
-        (", " + verbs() + ", ").find(", " + first + ",") == std::string::npos) {
-      return fail({ErrorCode::kUsage, "expected one of " + verbs() + ", found '" + first + "'"});
-    }
-    return fail({ErrorCode::kUsage, std::string(problem.what()) + " (see sonde --help)"});
   } catch (const CLI::ParseError& problem) {
-    return fail({ErrorCode::kUsage, std::string(problem.what()) + " (see sonde --help)"});
+    return fail({ErrorCode::kUsage, in_words(app_, problem)});
   }
   Console console(verbose_);
   const auto outcome = verb_(console);

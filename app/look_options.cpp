@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "app/option_checks.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -51,7 +53,7 @@ void add_cutaway_options(CLI::App& verb, SessionConfig::Look::Cutaway& cutaway) 
           },
           "what is cut free, of plane, needle, targets: plane")
       ->delimiter(',')
-      ->check(CLI::IsMember({"plane", "needle", "targets"}));
+      ->check(among({"plane", "needle", "targets"}));
 }
 
 }  // namespace

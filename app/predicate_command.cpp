@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicate_command.hpp"
 
+#include "app/option_checks.hpp"
 #include "app/predicate_scribbles.hpp"
 #include "bench/predicate_patient.hpp"
 
@@ -92,10 +93,10 @@ void add_view_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--engine", out.engine, "cpu, gl or reference")->capture_default_str();
   verb.add_option("--threads", out.threads, "0: all cores")->capture_default_str();
   verb.add_option("--width", out.width, "of each part of the picture, pixels")
-      ->check(CLI::Range(200, 4096))
+      ->check(in_range(200, 4096, "pixels"))
       ->capture_default_str();
   verb.add_option("--height", out.height, "of each part of the picture, pixels")
-      ->check(CLI::Range(200, 4096))
+      ->check(in_range(200, 4096, "pixels"))
       ->capture_default_str();
   verb.add_option("--step", out.step_voxels, "sampling distance, voxels; not given: 0.5");
 }

@@ -92,6 +92,14 @@ Result<void> check_breathing(const SimulateOptions& options) {
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::string>> simulate_ranges() {
+  std::vector<std::pair<std::string, std::string>> ranges;
+  for (const NumberOption& option : number_options({})) {
+    ranges.emplace_back(option.name, expected_of(option));
+  }
+  return ranges;
+}
+
 Result<void> validate(const SimulateOptions& options) {
   for (const NumberOption& option : number_options(options)) {
     if (!is_within(option)) return out_of_range(option.name, expected_of(option), option.found);

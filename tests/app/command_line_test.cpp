@@ -155,6 +155,81 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
+TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
+  struct Wrong {
+    std::string arguments;
+    std::string sentence;
+  };
+  const std::string verbs =
+      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices or "
+      "simulate";
+  for (const auto& [arguments, sentence] : std::vector<Wrong>{
+           // Numbers.
+           {"demo --out x --threads many", "--threads: expected a whole number, found many"},
+           {"demo --out x --threads 1.5", "--threads: expected a whole number, found 1.5"},
+           {"demo --out x --width 99999999999",
+            "--width: expected a whole number of -2147483648 to 2147483647, found 99999999999"},
+           {"demo --out x --step fine", "--step: expected a number, found fine"},
+           {"demo --out x --rms-error 7", "--rms-error: expected 1e-05 to 1, found 7"},
+           {"register --target 1 2 x", "--target: expected 3 numbers, found 1 2 x"},
+           {"bench render --width five", "--width: expected 16 to 8192 pixels, found five"},
+           {"bench scaling --largest 9999", "--largest: expected 64 to 768 voxels, found 9999"},
+           {"bench registration --patients 0", "--patients: expected 1 to 100 patients, found 0"},
+           {"simulate --out x.mha --rows many",
+            "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
+           {"simulate --out x.mha --frame-rate-hz fast",
+            "--frame-rate-hz: expected more than 0 and at most 1000 Hz, found fast"},
+           // How many.
+           {"register --target 1 2",
+            "--target: expected 3 numbers (x y z in the CT, LPS mm: where the error is judged), "
+            "found 2"},
+           {"simulate --out x.mha --look-at 1 2",
+            "--look-at: expected 3 numbers (point of that CT, LPS mm), found 2"},
+           {"replay --json", "--json: expected a value (write the report as JSON"},
+           {"demo --out x --out y", "--out: expected it once, with a value, found 2 values"},
+           {"demo", "--out: expected a value (folder to write to), found none"},
+           {"info", "file: expected a value (file, or DICOM folder), found none"},
+           // Names.
+           {"bench render --part x", "--part: expected compare, live or skipping, found x"},
+           {"bench registration --model x", "--model: expected rays or scatterers, found x"},
+           {"bench registration --effort x", "--effort: expected quick or usual, found x"},
+           {"demo --out x --cutaway-around liver",
+            "--cutaway-around: expected plane, needle or targets, found liver"},
+           {"simulate --out x.mha --tracker laser",
+            "--tracker: expected ideal, optical, electromagnetic or arm, found laser"},
+           {"simulate --out x.mha --path zig", "--path: expected sweep, fan, rock or tilt, found"},
+           {"simulate --out x.mha --breathing deep",
+            "--breathing: expected none, rigid, affine or smooth, found deep"},
+           {"simulate --out x.mha --model x", "--model: expected rays or scatterers, found x"},
+           {"simulate --out x.mha --ct y.mha --contrast x",
+            "--contrast: expected native, arterial, portal or mr, found x"},
+           {"simulate --out x.mha --probe x",
+            "--probe: expected standard, convex, linear or sector, found x"},
+           {"simulate --out x.mha --needle x",
+            "--needle: expected none, straight, bevel or tip-load, found x"},
+           {"simulate --out x.mha --family x",
+            "--family: expected abdomen, neck, shoulder, tendon, head or spine, found x"},
+           {"demo --out x --no-shading=maybe", "--no-shading: expected true or false, found maybe"},
+           // What does not go together, or is not known.
+           {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
+           {"demo --out x --foo",
+            "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
+           {"bench render foo",
+            "sonde bench render: expected no further argument than 'sonde bench render --help' "
+            "lists, found foo"},
+           {"", "verb: expected one of " + verbs + ", found none"},
+           {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"},
+           {"bench foo",
+            "sonde bench: expected one of render, predicates, scaling, registration or derived, "
+            "found 'foo'"}}) {
+    expect_refusal(arguments, 2, {"sonde: error: " + sentence});
+  }
+  // Each choice that is named is one.
+  for (const char* given : {"--probe standard", "--needle none", "--family spine", "--path tilt"}) {
+    expect_refusal(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
+  }
+}
+
 TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
   const std::string out = (folder_ / "sweep.mha").string();
   const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
