@@ -41,8 +41,7 @@ constexpr double kFineStepMm = 1.2;
 constexpr std::size_t kFirstStride = 4;
 constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
-// Of the finest samples, to differentiate gradients by; up to kSharedSteps they differ little yet.
-constexpr double kCurvatureSteps = 1;
+// Of the finest samples: up to so far gradients beside the pose do for the curvature too.
 constexpr double kSharedSteps = 0.5;
 constexpr double kSolveProgress = 0.9;
 // A pose of the finest level is judged by this share of its patches, those of highest contrast:
@@ -372,9 +371,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       0};
   result.clusters = covariance.uncertainty;
   result.misfits = find_misfits(shape, patches, pose, sweep_.motions());
-  const double misfit_mm = telling_excess_mm(result.misfits);
-  result.uncertainty.covariance.bottomRightCorner<3, 3>().diagonal().array() +=
-      misfit_mm * misfit_mm / 3;
+  result.uncertainty.widen(telling_excess_mm(result.misfits));
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/check.hpp"
 #include "registration/twist.hpp"
 
 namespace nav::registration {
@@ -18,6 +19,11 @@ Eigen::Matrix3d PoseUncertainty::tre_covariance(const Point<frames::Ct>& x) cons
 
 double PoseUncertainty::tre_rms_mm(const Point<frames::Ct>& x) const {
   return std::sqrt(std::max(tre_covariance(x).trace(), 0.0));
+}
+
+void PoseUncertainty::widen(double rms_mm) {
+  NAV_CHECK(!(rms_mm < 0), rms_mm);
+  covariance.bottomRightCorner<3, 3>().diagonal().array() += rms_mm * rms_mm / 3;
 }
 
 }  // namespace nav::registration

@@ -18,6 +18,9 @@ struct PoseUncertainty {
   [[nodiscard]] Eigen::Matrix3d tre_covariance(const Point<frames::Ct>& x) const;
   /// Root of its trace: the expected RMS target registration error at a point, mm.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& x) const;
+  /// Adds an error of another cause that shifts all points together, in any direction alike: by
+  /// rms_mm RMS, >= 0; of one that is not a number nothing is known of the pose's error either.
+  void widen(double rms_mm);
 };
 
 }  // namespace nav::registration

@@ -34,6 +34,9 @@ struct LocalShape {
   std::vector<Matrix6d> patch_hessians = {};
 };
 
+/// The step of local_shape() that a registration takes, as a share of the finest samples' step.
+inline constexpr double kCurvatureSteps = 1;
+
 /// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by
 /// symmetric differences over step_mm, of at most 600 patches evenly chosen.
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,

@@ -54,7 +54,7 @@ class Solved {
 
   [[nodiscard]] LocalShape shape() const {
     return local_shape(cost_, pose_, pose_ * sweep_.points().centroid,
-                       0.25 * options_.levels.back().sample_step_mm);
+                       registration::kCurvatureSteps * options_.levels.back().sample_step_mm);
   }
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
   [[nodiscard]] const Lc2Cost& cost() const { return cost_; }

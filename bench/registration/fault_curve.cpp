@@ -27,8 +27,6 @@ using registration::PatchSet;
 using registration::PreparedCt;
 using registration::PreparedSweep;
 
-constexpr double kCurvatureSteps = 0.25;  // As of the last solve.
-
 /// Of find_misfits() alone, at the pose that was found, as the last solve saw it; absent where
 /// nothing could be found.
 std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSweep& sweep,
@@ -40,8 +38,9 @@ std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSwee
   const PatchSet patches = with_ct_structure(*channels.back(), finest.patches, pose,
                                              options.min_ct_contrast_hu, nullptr, smoother);
   const Lc2Cost cost = Lc2Cost(*channels.back(), patches, options.ridge, 1).robust(options.loss);
-  const LocalShape shape = local_shape(cost, pose, pose * sweep.points().centroid,
-                                       kCurvatureSteps * finest.options.sample_step_mm);
+  const LocalShape shape =
+      local_shape(cost, pose, pose * sweep.points().centroid,
+                  registration::kCurvatureSteps * finest.options.sample_step_mm);
   std::vector<registration::Misfit> found;
   const double cpu_s = timed([&] { found = find_misfits(shape, patches, pose, sweep.motions()); });
   if (found.empty()) return {};
