@@ -51,27 +51,6 @@ class OracleBricks {
   std::vector<std::uint8_t> shows_;
 };
 
-/// Trilinear, HU; index: within the volume.
-double value_at(const Volume& volume, const Eigen::Vector3d& index) {
-  const auto& size = volume.grid().size;
-  const std::int16_t* hu = volume.hu().data();
-  Eigen::Vector3i low;
-  Eigen::Vector3i high;
-  Eigen::Vector3d w;
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = static_cast<int>(index[axis]);
-    high[axis] = std::min(low[axis] + 1, size[as_size(axis)] - 1);
-    w[axis] = index[axis] - low[axis];
-  }
-  const auto row = [&](int y, int z) {
-    const std::int16_t* at = hu + (as_size(z) * as_size(size[1]) + as_size(y)) * as_size(size[0]);
-    return std::lerp(double(at[low.x()]), double(at[high.x()]), w.x());
-  };
-  const double near = std::lerp(row(low.y(), low.z()), row(high.y(), low.z()), w.y());
-  const double far = std::lerp(row(low.y(), high.z()), row(high.y(), high.z()), w.y());
-  return std::lerp(near, far, w.z());
-}
-
 /// Samples that bound the cells told of, one after the other.
 class OracleCount {
  public:
@@ -120,10 +99,10 @@ class OracleMarch {
     std::array<OracleCount, SkipOracle{}.bricks.size()> left;
     double through = 1;
     Eigen::Vector3d a = place(std::floor(in.begin / step_mm_));
-    double value = value_at(*scene_.ct, a);
+    double value = render::spec::value_at(*scene_.ct, a);
     for (double cell = std::floor(in.begin / step_mm_); cell * step_mm_ < in.end; ++cell) {
       const Eigen::Vector3d b = place(cell + 1);
-      const double next = value_at(*scene_.ct, b);
+      const double next = render::spec::value_at(*scene_.ct, b);
       all.add(true);
       const bool reached = 1 - through < scene_.quality.opaque_at;
       front.add(reached);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
@@ -129,6 +130,35 @@ Interval<S> clip_to_box(const Ray<S>& index, const std::array<int, 3>& size) {
     in.end = std::min(in.end, std::max(a, b));
   }
   return in.end > in.begin ? in : Interval<S>{S(0), S(0)};
+}
+
+/// Trilinear HU at an index, clamped to the box of voxel centres.
+inline double value_at(const Volume& ct, const Eigen::Vector3d& index) {
+  const auto& size = ct.grid().size;
+  const std::span<const std::int16_t> hu = ct.hu();
+  std::array<std::size_t, 3> low{};
+  std::array<std::size_t, 3> high{};
+  Eigen::Vector3d w;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double x = std::clamp(index[axis], 0.0, static_cast<double>(size[a] - 1));
+    const int i = std::min(static_cast<int>(x), std::max(size[a] - 2, 0));
+    low[a] = static_cast<std::size_t>(i);
+    high[a] = static_cast<std::size_t>(std::min(i + 1, size[a] - 1));
+    w[axis] = x - i;
+  }
+  const auto row = [&](std::size_t j, std::size_t k) {
+    const std::size_t start =
+        (k * static_cast<std::size_t>(size[1]) + j) * static_cast<std::size_t>(size[0]);
+    const double a = hu[start + low[0]];
+    return a + w.x() * (hu[start + high[0]] - a);
+  };
+  const auto slice = [&](std::size_t k) {
+    const double a = row(low[1], k);
+    return a + w.y() * (row(high[1], k) - a);
+  };
+  const double a = slice(low[2]);
+  return a + w.z() * (slice(high[2]) - a);
 }
 
 /// Part of a cell, [0, 1), by which the cells of a pixel's ray are shifted when quality.jitter is

@@ -22,35 +22,6 @@ namespace {
 
 using Vec3 = spec::Vec3<double>;
 
-/// Trilinear HU at an index, clamped to the box of voxel centres.
-double value_at(const Volume& ct, const Vec3& index) {
-  const auto& size = ct.grid().size;
-  const std::span<const std::int16_t> hu = ct.hu();
-  std::array<std::size_t, 3> low{};
-  std::array<std::size_t, 3> high{};
-  Vec3 w;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    const double x = std::clamp(index[axis], 0.0, static_cast<double>(size[a] - 1));
-    const int i = std::min(static_cast<int>(x), std::max(size[a] - 2, 0));
-    low[a] = static_cast<std::size_t>(i);
-    high[a] = static_cast<std::size_t>(std::min(i + 1, size[a] - 1));
-    w[axis] = x - i;
-  }
-  const auto row = [&](std::size_t j, std::size_t k) {
-    const std::size_t start =
-        (k * static_cast<std::size_t>(size[1]) + j) * static_cast<std::size_t>(size[0]);
-    const double a = hu[start + low[0]];
-    return a + w.x() * (hu[start + high[0]] - a);
-  };
-  const auto slice = [&](std::size_t k) {
-    const double a = row(low[1], k);
-    return a + w.y() * (row(high[1], k) - a);
-  };
-  const double a = slice(low[2]);
-  return a + w.z() * (slice(high[2]) - a);
-}
-
 /// HU/mm along the CT axes.
 Vec3 gradient_at(const Volume& ct, const Vec3& index) {
   const VoxelGrid& grid = ct.grid();
@@ -60,8 +31,8 @@ Vec3 gradient_at(const Volume& ct, const Vec3& index) {
     const double last = grid.size[static_cast<std::size_t>(axis)] - 1;
     Vec3 centre = index;
     centre[axis] = std::clamp(centre[axis], 0.0, last);
-    g[axis] =
-        (value_at(ct, centre + one) - value_at(ct, centre - one)) / (2 * grid.spacing_mm[axis]);
+    g[axis] = (spec::value_at(ct, centre + one) - spec::value_at(ct, centre - one)) /
+              (2 * grid.spacing_mm[axis]);
   }
   return grid.directions * g;
 }
@@ -184,7 +155,7 @@ class Caster {
 
   double sample(const Vec3& index) {
     ++counts_.samples;
-    return value_at(*scene_.ct, index);
+    return spec::value_at(*scene_.ct, index);
   }
 
   [[nodiscard]] Vec3 index_at(double cells) const {

@@ -25,6 +25,22 @@ double distance_to_segment(const V& p, const V& a, const V& b) {
   return (p - a - t * u).norm();
 }
 
+TEST(ValueAtTest, IsTrilinearBetweenVoxelsAndTheNearestOutside) {
+  VoxelGrid grid;
+  grid.size = {4, 3, 1};
+  std::vector<std::int16_t> hu;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 4; ++i)
+      hu.push_back(static_cast<std::int16_t>(10 * i * i + 100 * j + i * j));
+  }
+  const Volume ct = *Volume::create(grid, std::move(hu), "bowed");
+  EXPECT_DOUBLE_EQ(value_at(ct, V(3, 2, 0)), 296);
+  EXPECT_DOUBLE_EQ(value_at(ct, V(1.25, 1.5, 0)), 17.5 + 150 + 1.25 * 1.5);
+  EXPECT_DOUBLE_EQ(value_at(ct, V(2.5, 1, 0)), 65 + 100 + 2.5);
+  EXPECT_DOUBLE_EQ(value_at(ct, V(-1, 0.5, 0.4)), 50);
+  EXPECT_DOUBLE_EQ(value_at(ct, V(9, 9, -9)), 296);
+}
+
 TEST(EnterCapsuleTest, AgreesWithSphereTracing) {
   constexpr double kTolerance = 1e-6;
   std::mt19937 random(5);
