@@ -272,17 +272,26 @@ Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) 
 
 namespace {
 
-/// How many pictures the temporal offset moves out of the time that poses are of, and by how much;
-/// empty: none. Frames hold a picture and its poses by one stamp.
-std::string moved_past_poses(const RecordedSession& session) {
+/// How many pictures the temporal offset moved out of the time that poses are of.
+std::uint64_t count_moved(const RecordedSession& session) {
   const Duration offset = session.temporal_offset();
-  if (offset == Duration(0)) return "";
-  const bool before = offset > Duration(0);
+  if (offset == Duration(0)) return 0;
   std::uint64_t moved = 0;
   for (const auto& [cause, count] : session.navigator().ledger().rejected()) {
-    if (cause.ends_with(before ? ".before_first_pose" : ".no_pose_yet")) moved += count;
+    if (cause.ends_with(offset > Duration(0) ? ".before_first_pose" : ".no_pose_yet")) {
+      moved += count;
+    }
   }
+  return moved;
+}
+
+/// The same in words, and by how much; empty: none. Frames hold a picture and its poses by one
+/// stamp.
+std::string moved_past_poses(const RecordedSession& session) {
+  const std::uint64_t moved = count_moved(session);
   if (moved == 0) return "";
+  const Duration offset = session.temporal_offset();
+  const bool before = offset > Duration(0);
   constexpr double kMs = 1e3;
   const double most_ms = kMs * std::abs(to_seconds(offset));
   const double least_ms = std::max(most_ms - kMs * to_seconds(session.length()), 0.0);
@@ -295,6 +304,13 @@ std::string moved_past_poses(const RecordedSession& session) {
 }
 
 }  // namespace
+
+std::string warning_of_moved(const RecordedSession& session) {
+  constexpr double kMostShare = 0.1;
+  const auto frames = static_cast<double>(session.total_frames());
+  if (!(static_cast<double>(count_moved(session)) > kMostShare * frames)) return "";
+  return "pictures without a pose: " + moved_past_poses(session);
+}
 
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   constexpr std::int64_t kSpread = 60;

@@ -337,6 +337,8 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   }
   const auto sweep = read_sweep(*session, config.source.plus_config.string());
   if (!sweep) return sweep.error();
+  const std::string moved = warning_of_moved(*session);
+  if (!moved.empty()) console.report(Severity::kWarning, "recording", moved);
 
   console.begin("registration");
   const auto begin = std::chrono::steady_clock::now();
@@ -353,8 +355,10 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!motion) return motion.error();
   motion->result.total_s = seconds_since(begin);
   const auto& answer = motion->result;
-  const auto& decision = motion->decision;
+  auto& decision = motion->decision;
   report_warnings(decision.warnings, console);
+  // Told already, before the registration; what is accepted keeps it.
+  if (decision.accepted && !moved.empty()) decision.warnings.push_back(moved);
   if (const auto blind = registration::unnoticed_in_words(answer.misfits); !blind.empty()) {
     console.report(Severity::kInfo, "registration", blind);
   }

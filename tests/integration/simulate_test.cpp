@@ -224,6 +224,30 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   EXPECT_LT(target_error_mm(sweep, corrected), 0.6);
 }
 
+TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
+  const test::TemporaryFolder folder;
+  const auto report = folder / "report.json";
+  // Pictures are stamped late and so corrected: the first ones are of before the first pose.
+  const auto warnings_of = [&](double late_ms) {
+    const Recorded sweep(folder, 1, "sweep", {}, late_ms);
+    const auto truth = sweep.ct_from_reference();
+    const Json json = registered(sweep, sweep.options.ct, truth, report, {}, late_ms);
+    const Json& registration = json.at("registration");
+    EXPECT_TRUE(registration.at("accepted")) << registration.at("reasons");
+    EXPECT_GT(json.at("ledger").at("rejected").at("Probe.before_first_pose"), 0);
+    const std::string said = "pictures without a pose: by --temporal-offset-ms";
+    EXPECT_EQ(json.at("diagnostics").dump().find(said) != std::string::npos,
+              registration.at("warnings").dump().find(said) != std::string::npos);
+    return registration.at("warnings").dump();
+  };
+  const std::string lost = warnings_of(600);
+  EXPECT_NE(lost.find("by --temporal-offset-ms 600, "), std::string::npos) << lost;
+  EXPECT_NE(lost.find(" pictures lie before the first pose, by 0 to 600 ms"), std::string::npos)
+      << lost;
+  const std::string few = warnings_of(150);
+  EXPECT_EQ(few.find("pictures without a pose"), std::string::npos) << few;
+}
+
 TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
   const test::TemporaryFolder folder;
   Console console(false);
