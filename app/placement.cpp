@@ -36,8 +36,9 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const 
                   "the CT's centre, the depth of the pictures points to posterior and their "
                   "lateral axis to the patient's left."};
   if (!config.placement.registration.empty()) {
-    auto registered = read_registration(config.placement.registration, ct, reference_frame,
-                                        config.placement.follow);
+    auto registered =
+        read_registration(config.placement.registration, ct,
+                          {reference_frame, sweep.recording, config.placement.follow});
     if (!registered) return registered.error();
     found.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}};
     found.kind = "registered";

@@ -303,6 +303,22 @@ std::string moved_past_poses(const RecordedSession& session) {
   return text.str();
 }
 
+/// Of a session that was played; any picture of it.
+RecordingRead recording_read(const RecordedSession& session, const UltrasoundFrame& picture) {
+  constexpr double kMs = 1e3;
+  const double right = picture.pixels.width() - 1;
+  const double bottom = picture.pixels.height() - 1;
+  const auto on_probe = [&](double column, double row) {
+    return session.probe_from_image() * picture.grid.at(column, row);
+  };
+  return {std::filesystem::path(session.name()).filename().string(),
+          session.total_frames(),
+          to_seconds(*session.first_time()),
+          to_seconds(*session.last_time()),
+          kMs * to_seconds(session.temporal_offset()),
+          {on_probe(0, 0), on_probe(right, 0), on_probe(0, bottom)}};
+}
+
 }  // namespace
 
 std::string warning_of_moved(const RecordedSession& session) {
@@ -350,6 +366,7 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
     return Error{ErrorCode::kMalformedData, message};
   }
   if (const auto ok = check_frames(session, skip_bad_frames); !ok) return ok.error();
+  found.recording = recording_read(session, found.spread.front().frame);
   found.centroid.mm = sum / static_cast<double>(found.paired);
   session.rewind();
   return found;

@@ -9,6 +9,7 @@
 
 #include "app/navigator.hpp"
 #include "app/pose_log.hpp"
+#include "app/registration_file.hpp"
 #include "app/session_config.hpp"
 #include "nav/diagnostics.hpp"
 #include "sim/replay.hpp"
@@ -71,6 +72,12 @@ class RecordedSession {
   }
   /// Picture stamps minus pose stamps, as configured.
   [[nodiscard]] Duration temporal_offset() const { return options_.pairing.temporal_offset; }
+  [[nodiscard]] const Transform<frames::Probe, frames::Image>& probe_from_image() const {
+    return replay_.calibration()->probe_from_image;
+  }
+  /// Stamps of the first and last of the frames that went in so far; absent while none has one.
+  [[nodiscard]] std::optional<Timestamp> first_time() const { return first_time_; }
+  [[nodiscard]] std::optional<Timestamp> last_time() const { return last_time_; }
   /// Frames that went in so far.
   [[nodiscard]] std::int64_t frames_read() const { return frames_read_; }
   /// Which frames and transforms are in use, for the report.
@@ -121,6 +128,7 @@ class RecordedSession {
 
 /// What is known of a recording beforehand; of its pictures only some are kept.
 struct SweepSurvey {
+  RecordingRead recording;
   std::size_t paired = 0;
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.

@@ -370,6 +370,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["sweep"] = config.source.recording.string();
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ct_digest(*ground->ct);
+  json["recording"] = app::json_of(surveyed->recording);
   json["reference"] = session->reference_statement();
   json["reference_frame"] = session->reference_frame();
   json["start"] = {{"kind", start->kind},

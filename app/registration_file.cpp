@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/registration_file.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
 #include "io/atomic_file.hpp"
 
 namespace nav::app {
@@ -16,6 +20,19 @@ std::string ct_digest(const Volume& ct) {
     for (int k = 0; k < 3; ++k) geometry["numbers"].push_back(grid.directions(i, k));
   }
   return digest_of(geometry.dump() + io::sha256_hex(std::as_bytes(ct.hu())));
+}
+
+Json json_of(const RecordingRead& recording) {
+  Json corners = Json::array();
+  for (const auto& corner : recording.corners) {
+    for (const double mm : corner.mm) corners.push_back(mm);
+  }
+  return {{"name", recording.name},
+          {"frames", recording.frames},
+          {"first_s", recording.first_s},
+          {"last_s", recording.last_s},
+          {"temporal_offset_ms", recording.temporal_offset_ms},
+          {"corners_probe_mm", std::move(corners)}};
 }
 
 namespace {
@@ -46,10 +63,91 @@ Result<std::vector<std::string>> warnings_of(const Json& registration, const std
   return warnings;
 }
 
+/// Absent: it is not as json_of() writes one.
+std::optional<RecordingRead> recording_of(const Json& json) {
+  const auto number = [&](const char* key) { return json.value(key, Json()); };
+  const Json name = json.value("name", Json());
+  const Json corners = json.value("corners_probe_mm", Json());
+  bool good = name.is_string() && number("frames").is_number_integer() && corners.is_array() &&
+              corners.size() == 9;
+  for (const char* key : {"first_s", "last_s", "temporal_offset_ms"}) {
+    good = good && number(key).is_number();
+  }
+  for (std::size_t i = 0; good && i < corners.size(); ++i) good = corners[i].is_number();
+  if (!good) return {};
+  RecordingRead read{name.get<std::string>(), number("frames").get<std::int64_t>(),
+                     number("first_s").get<double>(), number("last_s").get<double>(),
+                     number("temporal_offset_ms").get<double>()};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    read.corners[i / 3].mm[static_cast<int>(i % 3)] = corners[i].get<double>();
+  }
+  return read;
+}
+
+bool same_recording(const RecordingRead& a, const RecordingRead& b) {
+  constexpr double kStampS = 1e-6;
+  return a.name == b.name && a.frames == b.frames && std::abs(a.first_s - b.first_s) <= kStampS &&
+         std::abs(a.last_s - b.last_s) <= kStampS;
+}
+
+/// The pose of a recording took up how it was read: read otherwise, its pictures lie elsewhere.
+/// Another recording may be of another probe.
+Result<void> check_recording(const Json& json, const RecordingRead& now, const std::string& file) {
+  constexpr double kSameMs = 1e-6;
+  constexpr double kSameMm = 1e-4;
+  const Json found = json.value("recording", Json());
+  if (found.is_null()) return {};
+  const auto then = found.is_object() ? recording_of(found) : std::nullopt;
+  std::ostringstream text;
+  text << file << ": expected ";
+  const auto refuse = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
+  if (!then) {
+    text
+        << "name, frames, first_s, last_s, temporal_offset_ms and 9 corners_probe_mm in recording, "
+           "found "
+        << found.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return refuse();
+  }
+  if (!same_recording(*then, now)) return {};
+  if (!(std::abs(then->temporal_offset_ms - now.temporal_offset_ms) <= kSameMs)) {
+    text << "the temporal offset that " << now.name << " was registered with, "
+         << then->temporal_offset_ms << " ms, found " << now.temporal_offset_ms << " ms";
+    return refuse();
+  }
+  double apart_mm = 0;
+  for (std::size_t i = 0; i < now.corners.size(); ++i) {
+    apart_mm = std::max(apart_mm, (then->corners[i] - now.corners[i]).v.norm());
+  }
+  if (apart_mm <= kSameMm) return {};
+  text.precision(3);
+  text << "the calibration of the probe that " << now.name
+       << " was registered with, found one that puts a corner of its pictures " << apart_mm
+       << " mm elsewhere";
+  return refuse();
+}
+
+/// What only a refused one has.
+Result<void> check_accepted(const Json& registration, const std::string& file) {
+  const auto refuse = [&](const std::string& expected, const Json& found) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected an accepted registration " + expected + ", found " +
+                     found.dump(-1, ' ', false, Json::error_handler_t::replace)};
+  };
+  const Json reasons = registration.value("reasons", Json::array());
+  if (!reasons.is_array() || !reasons.empty()) {
+    return refuse("without registration.reasons to refuse it", reasons);
+  }
+  if (registration.contains(kRefusedPose)) {
+    return refuse(std::string("without registration.") + kRefusedPose,
+                  registration.at(kRefusedPose));
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
-                                           const std::string& reference_frame, bool follows) {
+                                           const RegistrationUse& use) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
   const auto refuse = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
@@ -60,6 +158,11 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   const Json json = Json::parse(*text, nullptr, false);
   if (json.is_discarded() || !json.is_object()) {
     return refuse("the JSON of 'sonde register'", "something that is not JSON");
+  }
+  const Json verb = json.value("verb", Json("register"));
+  if (verb != "register") {
+    return refuse("the JSON of 'sonde register'",
+                  "that of " + verb.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
   const auto found = json.find("registration");
   if (found == json.end() || !found->is_object()) {
@@ -72,11 +175,12 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   if (!accepted.get<bool>()) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
+  if (const auto ok = check_accepted(registration, path.string()); !ok) return ok.error();
   auto warnings = warnings_of(registration, path.string());
   if (!warnings) return warnings.error();
   // Its pose holds at rest only, and what is shown with it has no phase.
   const Json breath = json.value("breath", Json());
-  if (!follows && breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
+  if (!use.follows && breath.is_object() && breath.value("accepted", Json(false)) == Json(true)) {
     return Error{
         ErrorCode::kRefused,
         path.string() +
@@ -92,6 +196,10 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
                      "a deformation; register without --deformable"};
   }
   const Json digest = json.value("ct_sha256", Json());
+  if (digest.is_null()) {
+    return refuse("a registration of " + ct.name(),
+                  "one that was made without a CT (register with --ct)");
+  }
   if (digest != ct_digest(ct)) {
     return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +
                                                 ct.name() +
@@ -99,9 +207,14 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   // Landmarks alone do not know the name of the frame that they were touched in.
   const Json frame = json.value("reference_frame", Json());
-  if (!frame.is_null() && frame != reference_frame) {
-    return refuse("a registration to the patient's frame " + reference_frame,
+  if (!frame.is_null() && frame != use.reference_frame) {
+    return refuse("a registration to the patient's frame " + use.reference_frame,
                   "one to " + frame.dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
+  if (use.recording) {
+    if (const auto ok = check_recording(json, *use.recording, path.string()); !ok) {
+      return ok.error();
+    }
   }
   const Json numbers = registration.value(kAcceptedPose, Json());
   if (!numbers.is_array() || numbers.size() != 16) {

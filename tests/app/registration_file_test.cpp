@@ -3,7 +3,9 @@
 #include "app/registration_file.hpp"
 
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
@@ -21,10 +23,11 @@ Volume volume(std::int16_t value) {
 
 class RegistrationFileTest : public ::testing::Test {
  protected:
-  auto read(const Json& json, bool follows = false) {
+  auto read(const Json& json, bool follows = false,
+            const std::optional<RecordingRead>& recording = {}) {
     const auto path = folder_ / "registration.json";
     std::ofstream(path) << json.dump();
-    return read_registration(path, ct_, "Reference", follows);
+    return read_registration(path, ct_, {"Reference", recording, follows});
   }
   Json good() const {
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -48,9 +51,15 @@ TEST_F(RegistrationFileTest, ReadsWhatRegisterWrites) {
 TEST_F(RegistrationFileTest, APoseThatWasRefusedIsNeverTaken) {
   Json json = good();
   json["registration"][kRefusedPose] = json["registration"][kAcceptedPose];
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+                            {"without registration.refused_ct_from_reference_mm"}));
   json["registration"].erase(kAcceptedPose);
+  EXPECT_FALSE(read(json));
+  json["registration"].erase(kRefusedPose);
   EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
                             {"16 numbers in registration.ct_from_reference_mm"}));
+  json = good();
+  json["registration"][kRefusedPose] = json["registration"][kAcceptedPose];
   json["registration"]["accepted"] = false;
   EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
 }
@@ -109,6 +118,68 @@ TEST_F(RegistrationFileTest, RefusesDamage) {
   json["registration"].erase("accepted");
   EXPECT_FALSE(read(json));
   EXPECT_TRUE(test::refuses(read(Json(3)), Code::kMalformedData, {"not JSON"}));
+}
+
+TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
+  RecordingRead recording{"sweep.igs.mha", 46, 10.25, 13.5, -40};
+  recording.corners[0].mm = {-18.5, 2, 0.1};
+  recording.corners[1].mm = {18.5, 2, 0.3};
+  recording.corners[2].mm = {-18.5, 62, 0.2};
+  Json json = good();
+  EXPECT_TRUE(test::has_value(read(json, false, recording)));  // Older, or by landmarks.
+  json["recording"] = json_of(recording);
+  EXPECT_TRUE(test::has_value(read(json, false, recording)));
+  EXPECT_TRUE(test::has_value(read(json)));
+
+  RecordingRead other = recording;
+  other.temporal_offset_ms = 25;
+  EXPECT_TRUE(test::refuses(read(json, false, other), Code::kMalformedData,
+                            {"expected the temporal offset that sweep.igs.mha was registered with, "
+                             "-40 ms, found 25 ms"}));
+  other = recording;
+  other.corners[2].mm.y() += 1.5;  // As with other pixels.
+  EXPECT_TRUE(test::refuses(read(json, false, other), Code::kMalformedData,
+                            {"expected the calibration of the probe that sweep.igs.mha was",
+                             "found one that puts a corner of its pictures 1.5 mm elsewhere"}));
+  // Another recording may be of another probe.
+  for (const auto& change : std::vector<std::function<void(RecordingRead&)>>{
+           [](RecordingRead& r) { r.name = "fan.igs.mha"; },
+           [](RecordingRead& r) { r.frames = 47; }, [](RecordingRead& r) { r.first_s += 0.01; },
+           [](RecordingRead& r) { r.last_s += 0.01; }}) {
+    RecordingRead another = other;
+    change(another);
+    EXPECT_TRUE(test::has_value(read(json, false, another)));
+  }
+  for (const char* key : {"name", "frames", "first_s", "last_s", "temporal_offset_ms"}) {
+    Json damaged = json;
+    damaged["recording"][key] = Json::array();
+    EXPECT_TRUE(test::refuses(read(damaged, false, recording), Code::kMalformedData,
+                              {"9 corners_probe_mm in recording"}));
+  }
+  json["recording"]["corners_probe_mm"][8] = "deep";
+  EXPECT_TRUE(test::refuses(read(json, false, recording), Code::kMalformedData, {"\"deep\""}));
+}
+
+TEST_F(RegistrationFileTest, RefusesWhatContradictsItself) {
+  Json json = good();
+  json["registration"]["reasons"] = Json::array();
+  json["verb"] = "register";
+  EXPECT_TRUE(test::has_value(read(json)));
+  json["verb"] = "demo";
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+                            {"the JSON of 'sonde register', found that of \"demo\""}));
+  json = good();
+  json["registration"]["reasons"] = {"cost of the match: 0.6"};
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+                            {"without registration.reasons to refuse it", "cost of the match"}));
+}
+
+TEST_F(RegistrationFileTest, OneMadeWithoutACtIsOfNone) {
+  Json json = good();
+  json["ct_sha256"] = nullptr;
+  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+                            {"expected a registration of ct, found one that was made without a CT "
+                             "(register with --ct)"}));
 }
 
 TEST_F(RegistrationFileTest, BelongsToItsReferenceFrame) {

@@ -9,6 +9,7 @@
 
 #include "app/command_line.hpp"
 #include "app/json_member.hpp"
+#include "app/placement.hpp"
 #include "app/recorded_session.hpp"
 #include "app/replay.hpp"
 #include "io/ct.hpp"
@@ -222,6 +223,26 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   EXPECT_NE(corrected.at("registration").at("verdict"), "refuse")
       << corrected.at("registration").at("reasons");
   EXPECT_LT(target_error_mm(sweep, corrected), 0.6);
+  // Pictures that are placed by it are read as those that it was made of.
+  Console console(false);
+  const auto placed = [&](double temporal_offset_ms) -> Result<Placement> {
+    SessionConfig config = config_of(sweep.options);
+    config.ct.path = sweep.options.ct;
+    config.source.temporal_offset_ms = temporal_offset_ms;
+    config.placement.registration = report;
+    const auto ct = read_session_ct(config, console);
+    auto session = RecordedSession::open(config, console);
+    if (!ct || !session) return Error{ErrorCode::kIo, "not read"};
+    const auto surveyed = survey(*session, false);
+    if (!surveyed) return surveyed.error();
+    return place_ct(config, **ct, *surveyed, session->reference_frame());
+  };
+  const auto same = placed(150);
+  ASSERT_TRUE(same) << same.error().message;
+  EXPECT_EQ(same->kind, "registered");
+  EXPECT_TRUE(test::refuses(placed(0), ErrorCode::kMalformedData,
+                            {"expected the temporal offset that 1.igs.mha was registered with, 150 "
+                             "ms, found 0 ms"}));
 }
 
 TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
