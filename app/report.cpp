@@ -111,6 +111,7 @@ Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
           {"unsolved", bootstrap.unsolved},
           {"pictures", bootstrap.pictures},
           {"block_pictures", bootstrap.block},
+          {"places", bootstrap.places},
           {"target_error_rms_mm", json_number(bootstrap.tre_rms_mm(target))},
           {"target_error_p95_mm", json_number(bootstrap.tre_quantile_mm(target, kMost))}};
 }

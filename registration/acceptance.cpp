@@ -75,6 +75,7 @@ Result<void> validate(const AcceptanceLimits& limits) {
   if (!std::isfinite(limits.min_z_score)) {
     return refuse("min_z_score", "a finite number", limits.min_z_score);
   }
+  if (limits.min_places < 0) return refuse("min_places", "0 or more", limits.min_places);
   if (!(limits.max_cost > 0 && limits.max_cost <= 1)) {
     return refuse("max_cost", "a value in (0, 1]", limits.max_cost);
   }

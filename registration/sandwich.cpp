@@ -123,6 +123,7 @@ std::string describe(const Vector6d& direction) {
 /// What a curvature of every so many patches misses of that of all, by what Gauss and Newton's,
 /// which is known of every patch, misses: so it hardly depends on which patches these are.
 Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const LocalShape& shape) {
+  constexpr double kMostShare = 2;  // Of another order, the two are not alike.
   if (shape.patch_hessians.empty()) return Matrix6d::Zero();
   Matrix6d of_all = Matrix6d::Zero();
   Matrix6d of_some = Matrix6d::Zero();
@@ -139,7 +140,7 @@ Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const 
   const Matrix6d scale = twist_from_scaled();
   of_some *= all / some;
   const double share = shape.hessian.trace() / (scale * of_some * scale).trace();
-  if (!(share > 0 && share <= 1)) return Matrix6d::Zero();
+  if (!(share > 0 && share < kMostShare)) return Matrix6d::Zero();
   return share * scale * (of_all - of_some) * scale;
 }
 

@@ -35,7 +35,7 @@ struct LocalShape {
 };
 
 /// The step of local_shape() that a registration takes, as a share of the finest samples' step.
-inline constexpr double kCurvatureSteps = 1;
+inline constexpr double kCurvatureSteps = 0.5;
 
 /// Gauss–Newton's Hessian is too stiff, as each patch also fits its noise: the true one is taken by
 /// symmetric differences over step_mm, of at most 600 patches evenly chosen.

@@ -58,6 +58,15 @@ std::optional<ReferenceFromImage> pose_at(const Sweep& sweep, Timestamp time) {
   return interpolate(before.reference_from_image, after->reference_from_image, share);
 }
 
+/// With pictures that lie elsewhere on the probe.
+Sweep held_elsewhere(const Sweep& sweep, const Transform<frames::Image, frames::Image>& error) {
+  std::vector<TrackedFrame> frames = sweep.frames();
+  for (TrackedFrame& tracked : frames) {
+    tracked.reference_from_image = tracked.reference_from_image * error;
+  }
+  return sweep_of(std::move(frames), sweep);
+}
+
 }  // namespace
 
 Sweep with_pixels(
@@ -123,13 +132,12 @@ Sweep delayed(const Sweep& sweep, Duration delay) {
 Sweep miscalibrated(const Sweep& sweep, double shift_mm, double turn_rad, std::uint64_t seed) {
   sim::Random random(seed, 0x70726f6265);
   const Eigen::Vector3d axis = random.direction();
-  const Transform<frames::Image, frames::Image> error(
-      Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, axis)), shift_mm * random.direction());
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
-    tracked.reference_from_image = tracked.reference_from_image * error;
-  }
-  return sweep_of(std::move(frames), sweep);
+  return held_elsewhere(sweep, {Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, axis)),
+                                shift_mm * random.direction()});
+}
+
+Sweep shifted(const Sweep& sweep, const Eigen::Vector3d& shift_mm) {
+  return held_elsewhere(sweep, {Eigen::Quaterniond::Identity(), shift_mm});
 }
 
 }  // namespace nav::bench

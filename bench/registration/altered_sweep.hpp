@@ -34,4 +34,7 @@ Sweep delayed(const Sweep& sweep, Duration delay);
 /// middle of the transducer's face, turned, each in a seeded direction.
 Sweep miscalibrated(const Sweep& sweep, double shift_mm, double turn_rad, std::uint64_t seed);
 
+/// The same, shifted alone: along width, depth and normal of the pictures.
+Sweep shifted(const Sweep& sweep, const Eigen::Vector3d& shift_mm);
+
 }  // namespace nav::bench

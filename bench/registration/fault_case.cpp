@@ -56,6 +56,12 @@ const char* to_string(FaultKind kind) {
       return "sound_speed";
     case FaultKind::kCalibration:
       return "calibration";
+    case FaultKind::kShiftAcross:
+      return "shift_across";
+    case FaultKind::kShiftDeep:
+      return "shift_deep";
+    case FaultKind::kShiftOut:
+      return "shift_out";
     case FaultKind::kBreathing:
       return "breathing";
     case FaultKind::kDeformation:
@@ -74,6 +80,9 @@ const char* unit_of(FaultKind kind) {
     case FaultKind::kSoundSpeed:
       return "x";
     case FaultKind::kCalibration:
+    case FaultKind::kShiftAcross:
+    case FaultKind::kShiftDeep:
+    case FaultKind::kShiftOut:
     case FaultKind::kBreathing:
     case FaultKind::kDeformation:
       return "mm";
@@ -108,6 +117,9 @@ std::optional<MisfitCause> cause_of(FaultKind kind) {
     case FaultKind::kSoundSpeed:
       return MisfitCause::kPixelSize;
     case FaultKind::kCalibration:
+    case FaultKind::kShiftAcross:
+    case FaultKind::kShiftDeep:
+    case FaultKind::kShiftOut:
       return MisfitCause::kCalibration;
     case FaultKind::kBreathing:
       return MisfitCause::kMotion;
@@ -129,6 +141,9 @@ std::vector<Fault> default_faults() {
   }
   for (const double factor : {0.97, 1.03}) all.push_back({FaultKind::kSoundSpeed, factor});
   for (const double mm : {2, 4}) all.push_back({FaultKind::kCalibration, mm});
+  for (const auto kind : {FaultKind::kShiftAcross, FaultKind::kShiftDeep, FaultKind::kShiftOut}) {
+    all.push_back({kind, 4});
+  }
   for (const double mm : {6, 12}) all.push_back({FaultKind::kBreathing, mm});
   for (const double mm : {4, 8}) all.push_back({FaultKind::kDeformation, mm});
   return all;
@@ -145,6 +160,12 @@ Sweep with_fault(const Sweep& sweep, const Fault& fault, std::uint64_t seed) {
       return deepened(sweep, fault.size);
     case FaultKind::kCalibration:
       return miscalibrated(sweep, fault.size, kCalibrationRadPerMm * fault.size, seed);
+    case FaultKind::kShiftAcross:
+      return shifted(sweep, {fault.size, 0, 0});
+    case FaultKind::kShiftDeep:
+      return shifted(sweep, {0, fault.size, 0});
+    case FaultKind::kShiftOut:
+      return shifted(sweep, {0, 0, fault.size});
     default:
       return sweep;
   }

@@ -19,20 +19,24 @@ enum class FaultKind {
   kDelay,        ///< Pictures and poses of different moments.
   kPixelSize,    ///< Pixels that are taken to be of another size.
   kSoundSpeed,   ///< The same of depth alone.
-  kCalibration,  ///< Pictures that lie elsewhere on the probe.
-  kBreathing,    ///< A patient who breathes, smoothly, while the sweep is taken.
+  kCalibration,  ///< Pictures that lie elsewhere on the probe, shifted and turned.
+  kShiftAcross,  ///< Shifted along their width alone,
+  kShiftDeep,
+  kShiftOut,   ///< or along their normal: a pose takes up all of it where the probe turns about it.
+  kBreathing,  ///< A patient who breathes, smoothly, while the sweep is taken.
   kDeformation,  ///< Tissue that lies otherwise than in the CT.
 };
 /// Stable lower-case name: "none", "delay", "pixel_size", "sound_speed", "calibration",
-/// "breathing", "deformation".
+/// "shift_across", "shift_deep", "shift_out", "breathing", "deformation".
 const char* to_string(FaultKind kind);
 
 /// A fault and how large it is.
 struct Fault {
   FaultKind kind = FaultKind::kNone;
   /// kDelay: by how much pictures are later than their poses, ms. kPixelSize, kSoundSpeed: taken
-  /// over true, > 0. kCalibration: shift, mm, with a turn of kCalibrationRadPerMm. kBreathing: mean
-  /// motion towards the feet, mm. kDeformation: of the target that moves most, mm. kNone: 0.
+  /// over true, > 0. kCalibration: shift, mm, with a turn of kCalibrationRadPerMm. kShift…: mm.
+  /// kBreathing: mean motion towards the feet, mm. kDeformation: of the target that moves most, mm.
+  /// kNone: 0.
   double size = 0;
   friend bool operator==(const Fault&, const Fault&) = default;
 };

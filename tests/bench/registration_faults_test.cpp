@@ -184,6 +184,15 @@ TEST(FaultCaseTest, AFaultChangesTheSweepByItsKindAndSize) {
                      made(FaultKind::kCalibration, 4).frames()[0].reference_from_image;
   EXPECT_NEAR(error.translation_mm().norm(), 4, kPoseMm);
   EXPECT_NEAR(Eigen::AngleAxisd(error.rotation()).angle() * 180 / M_PI, 2.3, 0.05);
+  const std::pair<FaultKind, Vec> shifts[] = {{FaultKind::kShiftAcross, {4, 0, 0}},
+                                              {FaultKind::kShiftDeep, {0, 4, 0}},
+                                              {FaultKind::kShiftOut, {0, 0, 4}}};
+  for (const auto& [kind, mm] : shifts) {
+    const auto off = sweep.frames()[5].reference_from_image.inverse() *
+                     made(kind, 4).frames()[5].reference_from_image;
+    EXPECT_LT((off.translation_mm() - mm).norm(), kPoseMm) << to_string(kind);
+    EXPECT_LT(Eigen::AngleAxisd(off.rotation()).angle(), kPoseRad) << to_string(kind);
+  }
   EXPECT_THROW(made(FaultKind::kBreathing, 6), Bug);
 }
 
@@ -315,7 +324,8 @@ TEST(FaultCurveTest, TheTableNamesEveryFaultWithItsSize) {
   const std::string text = to_text(count_faults(trials), "planted");
   for (const char* words :
        {"none", "-200 ms", "+50 ms", "x 0.985", "x 1.03", "2 mm, 1.15 deg", "4 mm, 2.29 deg",
-        "breathing    12 mm", "deformation  8 mm", "19 of 19 runs"}) {
+        "breathing    12 mm", "deformation  8 mm", "shift_across 4 mm", "shift_deep   4 mm",
+        "shift_out    4 mm", "22 of 22 runs"}) {
     EXPECT_NE(text.find(words), std::string::npos) << words << text;
   }
 }

@@ -117,6 +117,19 @@ TEST(AcceptanceTest, NoReasonShowsANumberThatIsNone) {
   }
 }
 
+TEST(AcceptanceTest, PicturesOfTooFewPlacesAreRefusedOnce) {
+  ImageRegistrationResult result = good();
+  result.bootstrap.places = kLeastPlaces - 1;
+  result.bootstrap.fault = "expected at least 3 places, found 2";
+  const Decision decision = decide(result, {}, kTarget);
+  EXPECT_FALSE(decision.accepted);
+  ASSERT_EQ(decision.reasons.size(), 1U);
+  EXPECT_EQ(decision.reasons[0],
+            "places that pictures were taken at: expected at least 3, found 2");
+  result.bootstrap = {};  // Not asked for: nothing is known of places.
+  EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kAccept);
+}
+
 TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
   EXPECT_EQ(decide(good(), {}, kTarget).verdict(), Verdict::kAccept);
   using Spoil = std::function<void(ImageRegistrationResult&)>;
@@ -133,7 +146,10 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
       {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
       {"not by pictures: expected at least 6 pictures",
-       [](auto& r) { r.bootstrap.fault = "expected at least 6 pictures, found 2"; }},
+       [](auto& r) {
+         r.bootstrap.places = kLeastPlaces;
+         r.bootstrap.fault = "expected at least 6 pictures, found 2";
+       }},
       {"(pictures about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
        [](auto& r) {
          r.misfits = {{MisfitCause::kDelay, 0.5, 0, 0.01, {0.068}}};

@@ -108,6 +108,30 @@ TEST(CostsAroundTest, ServeForTheCurvature) {
   EXPECT_LT(ratios.maxCoeff(), 1.25);
 }
 
+TEST(LocalShapeTest, HardlyDependsOnWhichPatchesItsCurvatureIsOf) {
+  // Only every so many patches are differentiated: with the first left out, quite others.
+  ImageRegistrationOptions dense = test::small_options();
+  dense.levels.back() = {2, 7, 1800, 2};
+  CollectingDiagnostics diagnostics;
+  const auto sweep = PreparedSweep::create(assessed_scene().sweep, dense, diagnostics);
+  ASSERT_TRUE(test::has_value(sweep));
+  const Lc2Cost cost(*assessed_scene().prepared_ct.levels().back(), sweep->levels().back().patches,
+                     0.005, 1);
+  const Pose pose = test::true_pose();
+  const Point<frames::Ct> centre = pose * sweep->points().centroid;
+  ASSERT_GT(cost.patches().patches.size(), 1200U);
+  const Matrix6d one = local_shape(cost, pose, centre, 0.5).hessian;
+  std::size_t index = 0;
+  const PatchSet rest = subset(cost.patches(), [&](const Patch&) { return index++ > 0; });
+  const Lc2Cost others = cost.on(rest);
+  const Matrix6d other = local_shape(others, pose, centre, 0.5).hessian;
+  const Eigen::LLT<Matrix6d> llt(one);
+  ASSERT_EQ(llt.info(), Eigen::Success);
+  const Eigen::Matrix<double, 6, 1> ratios = llt.solve(other).eigenvalues().real().eval();
+  EXPECT_GT(ratios.minCoeff(), 0.85);
+  EXPECT_LT(ratios.maxCoeff(), 1.2);  // By what is differentiated alone 1.23.
+}
+
 // Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A
 // few dozen patches with noise say nothing.
 constexpr double kAgreeMm = 1.0;

@@ -116,6 +116,19 @@ TEST(FrameBootstrapTest, FewPicturesAreNamedAndNeverNan) {
   EXPECT_FALSE(frame_bootstrap(shape_of(20), {.replicates = 0}).valid);
 }
 
+TEST(FrameBootstrapTest, PicturesOfFewPlacesAreNamed) {
+  // Draws of one block, or of two, hardly differ.
+  for (const int places : {1, 2, 3}) {
+    const FrameBootstrap found = frame_bootstrap(shape_of(12), many(12 / places * kWayMm));
+    EXPECT_EQ(found.places, places);
+    EXPECT_EQ(found.valid, places >= kLeastPlaces);
+    if (found.valid) continue;
+    EXPECT_EQ(found.fault, "expected at least 3 places that pictures were taken at, found " +
+                               std::to_string(places));
+    EXPECT_TRUE(std::isinf(found.tre_rms_mm({{0, 0, 0}})));
+  }
+}
+
 TEST(FrameBootstrapTest, PicturesWithoutWeightAreNotDrawn) {
   const LocalShape shape = shape_of(20);
   LocalShape more = shape;

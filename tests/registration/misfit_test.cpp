@@ -202,10 +202,53 @@ TEST(MisfitTest, WhatWouldNotBeNoticedIsSaidInWords) {
   size.unnoticed = 0.009;
   Misfit calibration{MisfitCause::kCalibration};
   calibration.unnoticed = std::numeric_limits<double>::infinity();
+  calibration.unnoticed_along = {-0.99, 0.1, 0.1};
+  const std::string tracked = " (which a needle that is tracked by itself would be off by)";
   EXPECT_EQ(unnoticed_in_words({delay, size, calibration, {MisfitCause::kBend, 1, 1, 1}}),
             "this sweep would not show a delay between pictures and poses below 34 ms, pixels less "
-            "than 0.9 % off, any wrong calibration of the probe");
+            "than 0.9 % off, a calibration of the probe off by any amount across the pictures" +
+                tracked);
+  calibration.unnoticed = 12;
+  calibration.unnoticed_along = {0, 0.6, -0.8};
+  EXPECT_EQ(unnoticed_in_words({calibration}),
+            "this sweep would not show a calibration of the probe off by less than 12 mm along "
+            "(0.00, 0.60, -0.80) of the pictures' axes" +
+                tracked);
   EXPECT_EQ(unnoticed_in_words({}), "");
+}
+
+/// The hand turns about the width of its pictures, and about nothing else.
+ImagePose fanning_hand_at(int f) {
+  const double t = static_cast<double>(f) / (kPictures - 1);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.9 * (t - 0.5), Vec::UnitX()));
+  return {turn, Vec(0, 0, 30 * (t - 0.5)) - turn * Vec(0, 45, 0)};
+}
+
+TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
+  const Sweep fan = test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
+  const auto shifted = [&](const Vec& mm) {
+    const Transform<frames::Image, frames::Image> error(Eigen::Quaterniond::Identity(), mm);
+    std::vector<TrackedFrame> frames = fan.frames();
+    for (TrackedFrame& tracked : frames) {
+      tracked.reference_from_image = tracked.reference_from_image * error;
+    }
+    return registered(*Sweep::create(std::move(frames), "shifted"));
+  };
+  const auto right = shifted({0, 0, 0});
+  const Misfit known = by_cause(right.misfits).at(MisfitCause::kCalibration);
+  ASSERT_EQ(known.unnoticed_along.size(), 3U);
+  EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
+  EXPECT_GT(known.unnoticed, 20);
+  EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
+  // It is hidden indeed: the pose takes it up.
+  const auto across = shifted({8, 0, 0});
+  EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
+  EXPECT_NEAR(test::cube_error_mm(across.ct_from_reference, test::true_pose()), 8, 0.5);
+  // Others are not.
+  EXPECT_FALSE(decide(shifted({0, 8, 0}), {}, {{0, 0, 0}}).accepted);
+  // A probe that turns about two axes hides none of that size.
+  EXPECT_LT(by_cause(registered(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed,
+            10);
 }
 
 TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
