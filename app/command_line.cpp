@@ -312,6 +312,11 @@ void CommandLine::add_register() {
   verb->add_option("--stretch", register_.stretch,
                    "refined beside the pose: none, sound-speed or affine")
       ->capture_default_str();
+  verb->add_option("--calibration-sigma-mm", register_.calibration_sigma_mm,
+                   "how well the probe's calibration is known, 0 to 10: the part of it that the "
+                   "pose takes up is predicted with the rest")
+      ->check(in_range(0, 10, "mm"))
+      ->capture_default_str();
   verb->add_option(
       "--breath-period", register_.motion.breath_period_s,
       "s, 1 to 20: a pose for each phase of the breath, where the pictures support it");

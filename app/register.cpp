@@ -211,6 +211,7 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   solver.similarity = *similarity;
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
+  solver.calibration_sigma_mm = options.calibration_sigma_mm;
   if (const auto ok = registration::validate(solver); !ok) return ok.error();
   return Solver{solver, registration::limits_for(*effort)};
 }
@@ -382,6 +383,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["loss"] = options.loss;
   json["registration"] = app::json_of(answer, decision, target);
   json["stretch"] = json_of(answer.stretch, options.stretch);
+  json["calibration_sigma_mm"] = options.calibration_sigma_mm;
   json.update(motion->json);
   json["ledger"] = app::json_of(session->navigator().ledger());
   json["diagnostics"] = app::json_of(console.entries());

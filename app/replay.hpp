@@ -29,6 +29,7 @@ struct RegisterOptions {
   std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.
+  double calibration_sigma_mm = 0;           ///< ImageRegistrationOptions'.
   MotionOptions motion;                      ///< Refined after the common pose.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
   std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre

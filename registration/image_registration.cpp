@@ -372,6 +372,10 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.clusters = covariance.uncertainty;
   result.misfits = find_misfits(shape, patches, pose, sweep_.motions());
   result.uncertainty.widen(telling_excess_mm(result.misfits));
+  if (const double sigma_mm = options_.calibration_sigma_mm; sigma_mm > 0) {
+    result.uncertainty.covariance +=
+        calibration_covariance(shape, patches, pose, sweep_.motions(), sigma_mm);
+  }
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());

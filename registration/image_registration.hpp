@@ -98,8 +98,11 @@ struct ImageRegistrationOptions {
   double start_range_rad = 0.45;  ///< Half width of their box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
   double bias_floor_mm = 0.07;    ///< Standard deviation that no sweep can undercut, >= 0.
-  BootstrapOptions bootstrap;     ///< Of its pictures, for the predicted error.
-  int threads = 2;                ///< 1 to 64; the result does not depend on it.
+  /// How well the probe's calibration is known, [0, 10]: see calibration_covariance(). 0: it is
+  /// taken to be right, and what is predicted holds as long as it is. More than 0 needs kLc2.
+  double calibration_sigma_mm = 0;
+  BootstrapOptions bootstrap;  ///< Of its pictures, for the predicted error.
+  int threads = 2;             ///< 1 to 64; the result does not depend on it.
   /// After so long no solve is begun or goes on: the best pose so far is assessed, and refused. >
   /// 0.
   double time_limit_s = std::numeric_limits<double>::infinity();

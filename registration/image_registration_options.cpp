@@ -104,6 +104,15 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (!(options.bias_floor_mm >= 0 && options.bias_floor_mm <= 100)) {
     return refuse("bias_floor_mm", "0 to 100", options.bias_floor_mm);
   }
+  if (!(options.calibration_sigma_mm >= 0 && options.calibration_sigma_mm <= 10)) {
+    return refuse("calibration_sigma_mm", "0 to 10", options.calibration_sigma_mm);
+  }
+  if (options.calibration_sigma_mm > 0 && options.similarity != Similarity::kLc2) {
+    return Error{ErrorCode::kUsage,
+                 std::string("image registration: calibration_sigma_mm: expected the similarity "
+                             "lc2 with it, found ") +
+                     to_string(options.similarity)};
+  }
   if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {
     return refuse("time_limit_s", "a positive number", options.time_limit_s);

@@ -175,15 +175,19 @@ Misfit fit_delay(const Witnesses& witnesses) {
   return fit(MisfitCause::kDelay, cause, witnesses, {0, 1});
 }
 
+/// Turns and shifts of the pictures along their own axes.
+PictureCause<6> calibration_of(const Witnesses& witnesses) {
+  return {witnesses, [](const PictureMotion& motion) {
+            Matrix6d twists = Matrix6d::Zero();
+            twists.topLeftCorner<3, 3>() = motion.axes;
+            twists.bottomRightCorner<3, 3>() = motion.axes;
+            return twists;
+          }};
+}
+
 Misfit fit_calibration(const Witnesses& witnesses) {
-  const PictureCause<6> cause(witnesses, [](const PictureMotion& motion) {
-    Matrix6d twists = Matrix6d::Zero();
-    twists.topLeftCorner<3, 3>() = motion.axes;
-    twists.bottomRightCorner<3, 3>() = motion.axes;
-    return twists;
-  });
   constexpr Sized kShifts{3, 3};  // After the turns.
-  return fit(MisfitCause::kCalibration, cause, witnesses, kShifts);
+  return fit(MisfitCause::kCalibration, calibration_of(witnesses), witnesses, kShifts);
 }
 
 /// Shifts at moments evenly over the sweep, linear between them.
@@ -316,6 +320,20 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
   }
   out.push_back(fit_bend(witnesses));
   return out;
+}
+
+Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                                std::span<const PictureMotion> motions, double sigma_mm) {
+  if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) {
+    return Matrix6d::Zero();
+  }
+  const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
+  const Matrix6d given_up =
+      reduced(calibration_of(witnesses).system(witnesses), witnesses).given_up;
+  Vector6d sigma = Vector6d::Constant(sigma_mm);
+  sigma.head<3>() /= kRotationScaleMm;
+  const Matrix6d root = twist_from_scaled() * given_up * sigma.asDiagonal();
+  return root * root.transpose();
 }
 
 std::string in_words(const Misfit& misfit) {

@@ -9,6 +9,7 @@
 
 #include "nav/transform.hpp"
 #include "registration/picture_motion.hpp"
+#include "registration/twist.hpp"
 
 /// What pictures and CT disagree about at a pose besides noise, by what may cause it: no pose takes
 /// it up, so that a pose alone looks well determined and is wrong.
@@ -68,6 +69,15 @@ struct Misfit {
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches,
                                  const Transform<frames::Ct, frames::Reference>& pose,
                                  std::span<const PictureMotion> motions);
+
+/// What a pose's covariance gains where the calibration is right within sigma_mm, >= 0: standard
+/// deviation of a shift along each of the picture's axes and, at 60 mm, of a turn about each. So
+/// much of it goes into the pose, and off what is tracked by itself. [rad | mm] about the shape's
+/// centre, as PoseUncertainty. Nothing where a pose is not determined, and of a similarity without
+/// parts.
+Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches,
+                                const Transform<frames::Ct, frames::Reference>& pose,
+                                std::span<const PictureMotion> motions, double sigma_mm);
 
 /// The largest excess that is no chance, mm; 0 where there is none. NaN where one is NaN.
 double telling_excess_mm(const std::vector<Misfit>& misfits);

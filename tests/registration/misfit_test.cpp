@@ -224,31 +224,69 @@ ImagePose fanning_hand_at(int f) {
   return {turn, Vec(0, 0, 30 * (t - 0.5)) - turn * Vec(0, 45, 0)};
 }
 
+/// A fan whose pictures lie elsewhere on the probe.
+Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
+  static const Sweep fan =
+      test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
+  std::vector<TrackedFrame> frames = fan.frames();
+  for (TrackedFrame& tracked : frames) {
+    const UltrasoundFrame& frame = tracked.frame;
+    const Vec middle =
+        frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1)).mm;
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    if (turn_rad.norm() > 0) turn = Eigen::AngleAxisd(turn_rad.norm(), turn_rad.normalized());
+    const Transform<frames::Image, frames::Image> error(turn, middle - turn * middle + shift_mm);
+    tracked.reference_from_image = tracked.reference_from_image * error;
+  }
+  return *Sweep::create(std::move(frames), "shifted");
+}
+
 TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
-  const Sweep fan = test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
-  const auto shifted = [&](const Vec& mm) {
-    const Transform<frames::Image, frames::Image> error(Eigen::Quaterniond::Identity(), mm);
-    std::vector<TrackedFrame> frames = fan.frames();
-    for (TrackedFrame& tracked : frames) {
-      tracked.reference_from_image = tracked.reference_from_image * error;
-    }
-    return registered(*Sweep::create(std::move(frames), "shifted"));
-  };
-  const auto right = shifted({0, 0, 0});
+  const auto right = registered(fan_off_by({0, 0, 0}));
   const Misfit known = by_cause(right.misfits).at(MisfitCause::kCalibration);
   ASSERT_EQ(known.unnoticed_along.size(), 3U);
   EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
   EXPECT_GT(known.unnoticed, 20);
   EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
   // It is hidden indeed: the pose takes it up.
-  const auto across = shifted({8, 0, 0});
+  const auto across = registered(fan_off_by({8, 0, 0}));
   EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
   EXPECT_NEAR(test::cube_error_mm(across.ct_from_reference, test::true_pose()), 8, 0.5);
   // Others are not.
-  EXPECT_FALSE(decide(shifted({0, 8, 0}), {}, {{0, 0, 0}}).accepted);
+  EXPECT_FALSE(decide(registered(fan_off_by({0, 8, 0})), {}, {{0, 0, 0}}).accepted);
   // A probe that turns about two axes hides none of that size.
   EXPECT_LT(by_cause(registered(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed,
             10);
+}
+
+TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
+  constexpr double kSigmaMm = 1.5;
+  constexpr double kTurnRad = kSigmaMm / 60;
+  const Point<frames::Ct> target{{20, -10, 30}};
+  const auto known = registered(fan_off_by({0, 0, 0}));
+  ImageRegistrationOptions solver = options();
+  solver.calibration_sigma_mm = kSigmaMm;
+  const auto unsure = registered(fan_off_by({0, 0, 0}), solver);
+  EXPECT_EQ(unsure.ct_from_reference.matrix(), known.ct_from_reference.matrix());
+  // The variance of six independent errors is what each moves the target by, squared.
+  const auto at = [&](const ImageRegistrationResult& result) {
+    return (result.ct_from_reference * (test::true_pose().inverse() * target)).mm;
+  };
+  double squares = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    squares += (at(registered(fan_off_by(kSigmaMm * Vec::Unit(axis)))) - at(known)).squaredNorm();
+    squares += (at(registered(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis)))) - at(known))
+                   .squaredNorm();
+  }
+  EXPECT_GT(squares, kSigmaMm * kSigmaMm);  // All of the shift across alone.
+  const double more =
+      std::pow(unsure.tre_rms_mm(target), 2) - std::pow(known.tre_rms_mm(target), 2);
+  EXPECT_NEAR(std::sqrt(more), std::sqrt(squares), 0.15 * std::sqrt(squares));
+  solver.similarity = Similarity::kMutualInformation;
+  EXPECT_FALSE(validate(solver).has_value());
+  solver = options();
+  solver.calibration_sigma_mm = -1;
+  EXPECT_FALSE(validate(solver).has_value());
 }
 
 TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
