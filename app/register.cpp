@@ -216,6 +216,22 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   return Solver{solver, registration::limits_for(*effort)};
 }
 
+/// A needle that is tracked by itself is off by what the pose took up of a wrong calibration, which
+/// pictures do not show: a warning where that may be a lot and is not predicted; else empty.
+std::string hidden_from_needle(const SessionConfig& config, const RegisterOptions& options,
+                               const registration::ImageRegistrationResult& result) {
+  constexpr double kMostMm = 2;
+  if (config.source.needle_frame.empty() || options.calibration_sigma_mm > 0) return "";
+  for (const registration::Misfit& misfit : result.misfits) {
+    const bool calibration = misfit.cause == registration::MisfitCause::kCalibration;
+    if (!calibration || !(misfit.unnoticed > kMostMm)) continue;
+    return "needle: " + registration::unnoticed_in_words({misfit}) +
+           ": turn the probe about another axis too, or say how well it is calibrated "
+           "(--calibration-sigma-mm)";
+  }
+  return "";
+}
+
 Result<Sweep> read_sweep(RecordedSession& session, const std::string& calibration_id) {
   std::vector<TrackedFrame> frames;
   const auto played = session.play([&](const tracking::PairedFrame& paired) {
@@ -357,6 +373,10 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   motion->result.total_s = seconds_since(begin);
   const auto& answer = motion->result;
   auto& decision = motion->decision;
+  if (const auto hidden = hidden_from_needle(config, options, answer);
+      decision.accepted && !hidden.empty()) {
+    decision.warnings.push_back(hidden);
+  }
   report_warnings(decision.warnings, console);
   // Told already, before the registration; what is accepted keeps it.
   if (decision.accepted && !moved.empty()) decision.warnings.push_back(moved);

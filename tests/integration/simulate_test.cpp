@@ -104,7 +104,8 @@ struct Recorded {
   Json truth;
   /// patient_ct: a recorded CT; empty: a patient whose CT is written.
   Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
-           const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0) {
+           const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0,
+           const std::string& needle = "none") {
     const std::string name = std::to_string(seed);
     options.out = folder / (name + ".igs.mha");
     options.patient_ct = patient_ct;
@@ -114,6 +115,7 @@ struct Recorded {
     options.duration_s = 3;
     options.ct_spacing_mm = 2;
     options.picture_offset_ms = picture_offset_ms;
+    options.needle = needle;
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
@@ -127,8 +129,10 @@ struct Recorded {
 /// What 'sonde register' says, whether it accepts or refuses.
 Json registered(const Recorded& sweep, const std::filesystem::path& ct,
                 const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
-                const RegisterOptions& options = {}, double temporal_offset_ms = 0) {
+                const RegisterOptions& options = {}, double temporal_offset_ms = 0,
+                const std::string& needle_frame = "") {
   SessionConfig config;
+  config.source.needle_frame = needle_frame;
   config.source.recording = sweep.options.out;
   config.source.temporal_offset_ms = temporal_offset_ms;
   config.ct.path = ct;
@@ -199,6 +203,33 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   EXPECT_LT(target_error_mm(sweep, found), 1);
   EXPECT_EQ(found.at("start").at("kind"), "skin");
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
+}
+
+TEST(SimulateTest, ANeedleIsWarnedOfWhatTheSweepHidesOfTheCalibration) {
+  const test::TemporaryFolder folder;
+  const Recorded fan(folder, 2, "fan", {}, 0, "straight");
+  const auto report = folder / "report.json";
+  const auto truth = fan.ct_from_reference();
+  const auto warnings = [&](double sigma_mm, const std::string& needle_frame) {
+    RegisterOptions options;
+    options.calibration_sigma_mm = sigma_mm;
+    const Json found = registered(fan, fan.options.ct, truth, report, options, 0, needle_frame);
+    const Json& registration = found.at("registration");
+    EXPECT_TRUE(registration.at("accepted")) << registration.dump(1);
+    EXPECT_EQ(found.at("calibration_sigma_mm"), sigma_mm);
+    return std::pair(registration.at("warnings").dump(),
+                     registration.at("predicted_target_error_rms_mm").get<double>());
+  };
+  const auto [plain, plain_mm] = warnings(0, "");
+  const auto [needle, needle_mm] = warnings(0, "NeedleTip");
+  const auto [known, known_mm] = warnings(1, "NeedleTip");
+  EXPECT_EQ(plain.find("needle"), std::string::npos) << plain;
+  EXPECT_NE(needle.find("across the pictures"), std::string::npos) << needle;
+  EXPECT_NE(needle.find("--calibration-sigma-mm"), std::string::npos) << needle;
+  EXPECT_EQ(known.find("--calibration-sigma-mm"), std::string::npos) << known;
+  EXPECT_EQ(needle_mm, plain_mm);
+  // The shift across goes into the pose whole.
+  EXPECT_GT(known_mm, std::hypot(plain_mm, 0.99));
 }
 
 TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
