@@ -42,6 +42,14 @@ std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pa
   return out;
 }
 
+/// LandmarkOutcome::mirrored_fre_rms_mm.
+std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
+  for (auto& pair : pairs) pair.reference.mm.x() = -pair.reference.mm.x();
+  const auto fit = registration::register_landmarks(pairs);
+  if (!fit || fit->fre_rms_mm > registration::LandmarkLimits{}.max_fre_rms_mm) return {};
+  return fit->fre_rms_mm;
+}
+
 Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
   registration::RobustLandmarkOptions options;
   if (!list.sigmas_given) options.inlier_sigmas = registration::LandmarkLimits{}.max_fre_rms_mm;
@@ -66,7 +74,9 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
     const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
     outcome.rejected.push_back({pair.name, off});
   }
-  if (robust) outcome.swapped = swapped(std::move(kept));  // Else it is refused anyway.
+  if (!robust) return outcome;  // It is refused anyway.
+  outcome.mirrored_fre_rms_mm = mirrored(kept);
+  outcome.swapped = swapped(std::move(kept));
   return outcome;
 }
 
@@ -104,6 +114,12 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
   if (outcome.fit.residuals.size() <= kNoneToSpare) {
     decision.warnings.push_back(
         "landmarks used: expected at least 4, so that a wrong one is seen, found 3");
+  } else if (outcome.mirrored_fre_rms_mm) {
+    decision.warnings.push_back(
+        "landmarks: expected some off the plane of the others, found all so near it that they fit "
+        "mirrored within " +
+        quantity(*outcome.mirrored_fre_rms_mm, 2, "mm") +
+        " too: left and right are not told apart");
   }
   constexpr double kSameTurnDeg = 5;
   constexpr double kDegrees = 180 / std::numbers::pi;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ struct LandmarkOutcome {
   std::string no_majority;  ///< Why no pairs were singled out although they disagree; else empty:
                             ///< the fit is then that of all pairs and never accepted.
   std::vector<SwappedLandmarks> swapped = {};  ///< Of up to kMostSwapped pairs with a majority.
+  /// Residual of the pairs with one frame mirrored, RMS, where it is within the limit: they lie
+  /// nearly in one plane, and do not tell left from right.
+  std::optional<double> mirrored_fre_rms_mm = {};
 };
 
 /// Longer lists have too many others to fit when two are swapped.
@@ -47,8 +51,8 @@ Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path
                                                Diagnostics& diagnostics);
 
 /// Whether the outcome may be used at a target. Warns where three pairs alone are used, which fit
-/// any wrong point somehow, and where two that are swapped move the target beyond the limit of its
-/// error.
+/// any wrong point somehow, where more fit as well mirrored, and where two that are swapped move
+/// the target beyond the limit of its error.
 registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target);
 
 /// docs/json.md, registration by landmarks. ct: adds the error over it; null: there is none.

@@ -112,6 +112,15 @@ TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
   EXPECT_EQ(warnings_of(unlike, unlike).size(), 1u);
   const std::vector<Eigen::Vector3d> four{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}, {0, 10, 90}};
   EXPECT_TRUE(warnings_of(four, four).empty());
+  // All in one plane: a mirrored list fits as well, so that either is warned of.
+  const std::vector<Eigen::Vector3d> flat{{0, 150, 0}, {-90, 0, 0}, {30, 0, 1}, {70, 90, 0}};
+  std::vector<Eigen::Vector3d> mirrored = flat;
+  for (Eigen::Vector3d& p : mirrored) p.x() = -p.x();
+  for (const auto& ct : {flat, mirrored}) {
+    const auto warnings = warnings_of(flat, ct);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("left and right are not told apart"), std::string::npos);
+  }
 }
 
 }  // namespace
