@@ -111,11 +111,19 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
 
 /// What landmarks say of a pose by shape: an offset that all points share (of the pointer, or of
 /// the segmentation) goes into that pose unseen, and landmarks are what can show it. Adds a reason
-/// where the two poses are farther apart at the target than their predicted errors explain.
+/// where the two poses are farther apart at the target than their predicted errors explain, a
+/// warning where there are none.
 Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
                     const Point<frames::Ct>& target, registration::Decision& decision) {
   constexpr double kSigmas = 3;
-  if (!ground.landmarks) return nullptr;
+  if (!ground.landmarks) {
+    if (decision.accepted) {
+      decision.warnings.emplace_back(
+          "points: expected --landmarks beside them, which show an offset that all points share, "
+          "found none: it is not in the predicted error");
+    }
+    return nullptr;
+  }
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> there =
       fit.ct_from_reference * (result.ct_from_reference.inverse() * target);

@@ -205,6 +205,35 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
 }
 
+TEST(RegisterTest, PointsWithoutLandmarksAreWarnedOfWhatTheyCannotShow) {
+  const test::TemporaryFolder folder;
+  // Three branches that bend apart, touched where they lie.
+  const auto lines = folder / "vessels.txt";
+  std::ofstream out(lines);
+  for (int branch = 0; branch < 3; ++branch) {
+    for (int i = 0; i <= 60; ++i) {
+      const double bend = 0.01 * i * i;
+      const double p[] = {branch == 0 ? i : bend, branch == 1 ? i : 0.4 * bend,
+                          branch == 2 ? i : -0.7 * bend};
+      out << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+    }
+    out << '\n';
+  }
+  out.close();
+  SessionConfig config;
+  config.placement.ct_from_reference = Eigen::Matrix4d::Identity();
+  RegisterOptions options;
+  options.shape.points = options.shape.centre_lines = lines;
+  Console console(false);
+  const auto report = folder / "report.json";
+  const auto done = run_register(config, options, report.string(), console);
+  ASSERT_TRUE(done) << done.error().message;
+  const Json found = read_json(report).at("registration");
+  EXPECT_EQ(found.at("verdict"), "warn");
+  EXPECT_NE(found.at("warnings").dump().find("an offset that all points share"), std::string::npos)
+      << found.at("warnings");
+}
+
 TEST(SimulateTest, ANeedleIsWarnedOfWhatTheSweepHidesOfTheCalibration) {
   const test::TemporaryFolder folder;
   const Recorded fan(folder, 2, "fan", {}, 0, "straight");
