@@ -107,11 +107,21 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   return scene;
 }
 
+std::string most_telling(const std::vector<std::string>& warnings) {
+  for (const char* first : {"predicted error", "needle"}) {
+    const auto found = std::find_if(warnings.begin(), warnings.end(), [&](const auto& warning) {
+      return warning.starts_with(first);
+    });
+    if (found != warnings.end()) return *found;
+  }
+  return warnings.empty() ? "" : warnings.front();
+}
+
 void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
   warning_.clear();
   if (warnings.empty()) return;
   const std::string count = warnings.size() > 1 ? " (" + std::to_string(warnings.size()) + ")" : "";
-  warning_ = "registration warned" + count + ": " + warnings.front();
+  warning_ = "registration warned" + count + ": " + most_telling(warnings);
 }
 
 Result<void> Presenter::choose_step(const Epoch& epoch) {

@@ -29,6 +29,10 @@ struct PresenterOptions {
   render::HuWindow window;                           ///< Of the CT slice.
 };
 
+/// Of warnings that a registration was accepted with the one that there is room for: how far off
+/// the target may be, then the needle, then the first; empty without any.
+std::string most_telling(const std::vector<std::string>& warnings);
+
 /// Turns epochs into pictures: the 3D view at the left, the live ultrasound and the CT along the
 /// same plane at the right, state and numbers below. Draws nothing anew that has not changed.
 /// Not thread-safe.
