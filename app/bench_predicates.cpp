@@ -32,8 +32,6 @@ Json row_json(const bench::PredicateBenchRow& row) {
           {"set_edit_whole_ms", row.edit.whole_ms}};
 }
 
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 Json gl_json(const bench::GlPredicateReport& report) {
   Json rows = Json::array();
   for (const auto& row : report.rows) {
@@ -43,8 +41,8 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"brute_force_ms", row.brute_ms},
                     {"paper_shader_ms", row.paper_ms},
                     {"max_difference_to_paper_shader", row.paper_difference},
-                    {"cpu_engine_ms", or_null(row.cpu_engine_ms)},
-                    {"cpu_max_difference_to_paper_shader", or_null(row.cpu_paper_difference)},
+                    {"cpu_engine_ms", json_number(row.cpu_engine_ms)},
+                    {"cpu_max_difference_to_paper_shader", json_number(row.cpu_paper_difference)},
                     {"max_error_early_termination", row.max_error},
                     {"skipping_is_bit_identical", row.identical},
                     {"importance_edit_ms", row.edit_ms},
@@ -67,24 +65,24 @@ Json report_json(const bench::PredicateBenchReport& report) {
     return report.gl ? Json((*report.gl.*value)()) : Json();
   };
   using Gl = bench::GlPredicateReport;
-  return {
-      {"scenes", std::move(rows)},
-      {"gl", report.gl ? gl_json(*report.gl) : Json()},
-      {"rays_checked", report.rays_checked},
-      {"naive_termination_error", report.naive_error},
-      {"engine_megabytes", or_null(report.megabytes)},
-      {"ratios",
-       {{"predicate_over_standard_fps", report.predicate_over_standard()},
-        {"predicate_over_brute_force_fps", report.brute_over_predicate()},
-        {"max_error_early_termination", report.max_error()},
-        {"bound_violations", report.bound_violations},
-        {"worst_set_edit_wall_ms", report.worst_set_edit_wall_ms()},
-        {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
-        {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
-        {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
-        {"gl_worst_set_edit_wall_ms", of_gl(&Gl::worst_set_edit_wall_ms)},
-        {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)},
-        {"cpu_vs_paper_shader", report.gl ? or_null(report.gl->cpu_vs_paper_shader()) : Json()}}}};
+  return {{"scenes", std::move(rows)},
+          {"gl", report.gl ? gl_json(*report.gl) : Json()},
+          {"rays_checked", report.rays_checked},
+          {"naive_termination_error", report.naive_error},
+          {"engine_megabytes", json_number(report.megabytes)},
+          {"ratios",
+           {{"predicate_over_standard_fps", report.predicate_over_standard()},
+            {"predicate_over_brute_force_fps", report.brute_over_predicate()},
+            {"max_error_early_termination", report.max_error()},
+            {"bound_violations", report.bound_violations},
+            {"worst_set_edit_wall_ms", report.worst_set_edit_wall_ms()},
+            {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
+            {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
+            {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
+            {"gl_worst_set_edit_wall_ms", of_gl(&Gl::worst_set_edit_wall_ms)},
+            {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)},
+            {"cpu_vs_paper_shader",
+             report.gl ? json_number(report.gl->cpu_vs_paper_shader()) : Json()}}}};
 }
 
 Json report_json(const bench::TwoVolumesReport& report) {

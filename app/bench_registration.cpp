@@ -238,10 +238,6 @@ void RegistrationBench::write(const std::vector<bench::Trial>& trials) {
   if (trials_.is_open()) trials_ << bench::to_csv(trials) << std::flush;
 }
 
-Json or_null(const std::optional<double>& value) {
-  return value ? json_number(*value) : Json(nullptr);
-}
-
 Json RegistrationBench::json() const {
   Json json;
   json["verb"] = "bench registration";
@@ -256,7 +252,8 @@ Json RegistrationBench::json() const {
   const auto ratios = peer_ ? peer_->ratios : std::nullopt;
   summary["cpu_ratio_elastix"] = ratios ? json_number(ratios->cpu) : Json(nullptr);
   summary["solve_cpu_ratio_elastix"] = ratios ? json_number(ratios->solve) : Json(nullptr);
-  summary["end_to_end_cpu_ratio_elastix"] = ratios ? or_null(ratios->end_to_end) : Json(nullptr);
+  summary["end_to_end_cpu_ratio_elastix"] =
+      ratios ? json_number(ratios->end_to_end) : Json(nullptr);
   summary["peer_ours"] = ratios ? Json(ratios->ours) : Json(nullptr);
   summary["peer_theirs"] = ratios ? Json(ratios->theirs) : Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";

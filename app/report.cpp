@@ -49,6 +49,10 @@ constexpr const char* kStyle =
 
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+Json json_number(const std::optional<double>& value) {
+  return value ? json_number(*value) : Json(nullptr);
+}
+
 Json json_of(const Eigen::Matrix4d& matrix) {
   Json numbers = Json::array();
   for (int row = 0; row < 4; ++row) {

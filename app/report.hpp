@@ -38,6 +38,8 @@ void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diag
 Json json_of(const Eigen::Matrix4d& matrix);
 /// A number, or null when it is not finite (JSON has no NaN).
 Json json_number(double value);
+/// The same; null where there is none.
+Json json_number(const std::optional<double>& value);
 
 /// Writes JSON where --json asked: a file, or standard output for "-".
 Result<void> write_json(const Json& json, const std::string& where);
