@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <limits>
 #include <map>
+#include <vector>
 
 #include "registration/acceptance.hpp"
 #include "tests/registration/synthetic.hpp"
@@ -262,26 +263,41 @@ TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
 TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
   constexpr double kSigmaMm = 1.5;
   constexpr double kTurnRad = kSigmaMm / 60;
-  const Point<frames::Ct> target{{20, -10, 30}};
   const auto known = registered(fan_off_by({0, 0, 0}));
   ImageRegistrationOptions solver = options();
   solver.calibration_sigma_mm = kSigmaMm;
   const auto unsure = registered(fan_off_by({0, 0, 0}), solver);
   EXPECT_EQ(unsure.ct_from_reference.matrix(), known.ct_from_reference.matrix());
-  // The variance of six independent errors is what each moves the target by, squared.
-  const auto at = [&](const ImageRegistrationResult& result) {
-    return (result.ct_from_reference * (test::true_pose().inverse() * target)).mm;
-  };
-  double squares = 0;
+  std::vector<ImageRegistrationResult> shifted;
+  std::vector<ImageRegistrationResult> turned;
   for (int axis = 0; axis < 3; ++axis) {
-    squares += (at(registered(fan_off_by(kSigmaMm * Vec::Unit(axis)))) - at(known)).squaredNorm();
-    squares += (at(registered(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis)))) - at(known))
-                   .squaredNorm();
+    shifted.push_back(registered(fan_off_by(kSigmaMm * Vec::Unit(axis))));
+    turned.push_back(registered(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis))));
   }
-  EXPECT_GT(squares, kSigmaMm * kSigmaMm);  // All of the shift across alone.
-  const double more =
-      std::pow(unsure.tre_rms_mm(target), 2) - std::pow(known.tre_rms_mm(target), 2);
-  EXPECT_NEAR(std::sqrt(more), std::sqrt(squares), 0.15 * std::sqrt(squares));
+  // The variance of six independent errors is what each moves a target by, squared. Far
+  // from the pictures turns count as much as shifts.
+  const Point<frames::Ct> near{{20, -10, 30}};
+  const Point<frames::Ct> far{{20, -10, 230}};
+  for (const Point<frames::Ct>& target : {near, far}) {
+    const auto squares_of = [&](const std::vector<ImageRegistrationResult>& results) {
+      double squares = 0;
+      const Point<frames::Reference> held = known.ct_from_reference.inverse() * target;
+      for (const auto& result : results) {
+        squares += (result.ct_from_reference * held - target).v.squaredNorm();
+      }
+      return squares;
+    };
+    const double shifts = squares_of(shifted);
+    const double turns = squares_of(turned);
+    EXPECT_GT(shifts, kSigmaMm * kSigmaMm);  // All of that across alone.
+    if (target.mm == far.mm) {
+      EXPECT_GT(turns, 0.8 * shifts);
+    }
+    const double more =
+        std::pow(unsure.tre_rms_mm(target), 2) - std::pow(known.tre_rms_mm(target), 2);
+    const double squares = shifts + turns;
+    EXPECT_NEAR(std::sqrt(more), std::sqrt(squares), 0.15 * std::sqrt(squares));
+  }
   solver.similarity = Similarity::kMutualInformation;
   EXPECT_FALSE(validate(solver).has_value());
   solver = options();
