@@ -79,7 +79,7 @@ bench::CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
   options.first_seed = first_seed;
   options.threads = options_.quick ? kQuickThreads : 1;
   if (options_.quick) {
-    options.patients = 2;
+    options.patients = 4;
     options.path_stride = 2;
     options.local_mm = {5, 10};
     options.global_mm = {10, 20, 40};

@@ -41,6 +41,7 @@ Json json_of(const bench::CohortSummary& s) {
           {"warned_p95_mm", json_number(s.warned_p95_mm)},
           {"hopeless_refused", json_number(s.hopeless_refused)},
           {"coverage_95", json_number(s.coverage_95)},
+          {"coverage_95_se", json_number(s.coverage_95_se)},
           {"coverage_95_clusters", json_number(s.coverage_95_clusters)},
           {"coverage_95_bootstrap", json_number(s.coverage_95_bootstrap)},
           {"predicted_over_actual", json_number(s.predicted_over_actual)},

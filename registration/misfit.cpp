@@ -376,8 +376,8 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
   for (const Misfit& misfit : misfits) {
     const double excess_mm = misfit.excess_mm();
     if (std::isnan(excess_mm)) return excess_mm;
-    const bool telling = excess_mm > kTellingMm[static_cast<std::size_t>(misfit.cause)];
-    if (telling) largest = std::max(largest, excess_mm);
+    const double share = excess_mm / kTellingMm[static_cast<std::size_t>(misfit.cause)];
+    largest = std::max(largest, excess_mm * std::clamp(2 * share - 1, 0.0, 1.0));
   }
   return largest;
 }

@@ -79,7 +79,8 @@ Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches
                                 const Transform<frames::Ct, frames::Reference>& pose,
                                 std::span<const PictureMotion> motions, double sigma_mm);
 
-/// The largest excess that is no chance, mm; 0 where there is none. NaN where one is NaN.
+/// The largest excess, each by how little it may be chance, mm: none of it up to half of
+/// kTellingMm, all of it from there on, linearly between. 0 without misfits. NaN where one is NaN.
 double telling_excess_mm(const std::vector<Misfit>& misfits);
 
 /// For the user: faults that this sweep would not show, by Misfit::unnoticed; empty without

@@ -470,7 +470,7 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
         registration_figure.drawing(report))
     keys = ["trials", "tre_median_mm", "tre_p95_mm", "success_local_10mm", "success_from_40mm",
             "false_accepts", "false_accept_bound", "false_refusals", "right", "hopeless_refused",
-            "coverage_95", "local_cpu_s", "global_cpu_s", "ct_cpu_s"]
+            "coverage_95", "coverage_95_se", "local_cpu_s", "global_cpu_s", "ct_cpu_s"]
     counts = {"trials", "false_accepts", "false_refusals", "right"}
     last = report["summary"]
     summary = table(["", "development", "evaluation"],

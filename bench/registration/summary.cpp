@@ -28,6 +28,26 @@ double mean(const std::vector<double>& values) {
                         : sum / static_cast<double>(values.size());
 }
 
+/// Values of one sweep, which are hardly independent of each other.
+struct SweepSum {
+  double sum = 0;
+  int count = 0;
+};
+using SweepSums = std::map<std::pair<std::uint64_t, SweepPath>, SweepSum>;
+
+/// Of the mean of all values.
+double standard_error(const SweepSums& sums, double mean) {
+  double squares = 0;
+  int values = 0;
+  for (const auto& [sweep, of] : sums) {
+    squares += std::pow(of.sum - of.count * mean, 2);
+    values += of.count;
+  }
+  const auto n = static_cast<double>(sums.size());
+  return n < 2 ? std::numeric_limits<double>::quiet_NaN()
+               : std::sqrt(squares * n / (n - 1)) / values;
+}
+
 /// Of starts that should succeed.
 bool in_reach(const Trial& trial) {
   return !trial.hopeless && trial.start_mm <= (trial.global ? kGlobalMm : kLocalMm);
@@ -35,11 +55,15 @@ bool in_reach(const Trial& trial) {
 
 void add_right(const std::vector<Trial>& trials, CohortSummary& out) {
   std::vector<double> errors, covered, clusters, bootstrap, ratios;
+  SweepSums covered_of;
   for (const Trial& trial : trials) {
     if (!in_reach(trial) || !trial.right()) continue;
     ++out.right;
     errors.push_back(trial.error_mm);
     covered.push_back(trial.covered);
+    SweepSum& of = covered_of[{trial.patient, trial.path}];
+    of.sum += trial.covered;
+    ++of.count;
     clusters.push_back(trial.covered_clusters);
     bootstrap.push_back(trial.covered_bootstrap);
     ratios.push_back(trial.predicted_mm / trial.error_mm);
@@ -48,6 +72,7 @@ void add_right(const std::vector<Trial>& trials, CohortSummary& out) {
   out.tre_median_mm = median(errors);
   out.tre_p95_mm = quantile(errors, 0.95);
   out.coverage_95 = mean(covered);
+  out.coverage_95_se = standard_error(covered_of, out.coverage_95);
   out.coverage_95_clusters = mean(clusters);
   out.coverage_95_bootstrap = mean(bootstrap);
   out.predicted_over_actual = median(ratios);
@@ -206,9 +231,10 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << "accepted " << s.accepted << ", with warnings " << s.warned << ": error median, p95 "
        << s.clear_median_mm << ", " << s.clear_p95_mm << " mm without, " << s.warned_median_mm
        << ", " << s.warned_p95_mm << " mm with\n"
-       << "95 % intervals cover " << s.coverage_95 << " (clusters alone " << s.coverage_95_clusters
-       << ", replicates alone, without a floor, " << s.coverage_95_bootstrap
-       << "), predicted over actual error, median " << s.predicted_over_actual << '\n'
+       << "95 % intervals cover " << s.coverage_95 << " +- " << s.coverage_95_se
+       << " (clusters alone " << s.coverage_95_clusters << ", replicates alone, without a floor, "
+       << s.coverage_95_bootstrap << "), predicted over actual error, median "
+       << s.predicted_over_actual << '\n'
        << "processor s: local " << s.local_cpu_s << " (solve " << s.local_solve_cpu_s
        << "), global " << s.global_cpu_s << " (solve " << s.global_solve_cpu_s << "), CT once "
        << s.ct_cpu_s << '\n';

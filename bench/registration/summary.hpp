@@ -46,6 +46,7 @@ struct CohortSummary {
   double warned_median_mm = 0, warned_p95_mm = 0;  ///< And with warnings; NaN without any.
   double hopeless_refused = 0;  ///< Share refused; those that came out right count as refused.
   double coverage_95 = 0;       ///< Mean share of targets in their ellipsoid, right results.
+  double coverage_95_se = 0;    ///< Its standard error, from sweep to sweep; NaN of fewer than two.
   /// The same of what the uncertainty is the larger of; the replicates without a floor.
   double coverage_95_clusters = 0, coverage_95_bootstrap = 0;
   double predicted_over_actual = 0;  ///< Median of predicted over actual target error, RMS.

@@ -56,6 +56,23 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   EXPECT_DOUBLE_EQ(s.predicted_over_actual, 1.5);
 }
 
+TEST(CohortSummaryTest, RegistrationsOfOneSweepCountAsOneForTheErrorOfTheCoverage) {
+  CohortResult result;
+  for (const std::uint64_t patient : {1, 2, 3}) {
+    for (int start = 0; start < 4; ++start) {
+      Trial t = trial(true, 10, 0.2, true);
+      t.patient = patient;
+      t.covered = patient == 3 ? 0.7 : 1;
+      result.trials.push_back(t);
+    }
+  }
+  const CohortSummary s = summarise(result);
+  EXPECT_DOUBLE_EQ(s.coverage_95, 0.9);
+  EXPECT_NEAR(s.coverage_95_se, 0.1, 1e-12);  // As of 1, 1 and 0.7.
+  result.trials.resize(4);
+  EXPECT_TRUE(std::isnan(summarise(result).coverage_95_se));
+}
+
 /// Name, right of four, error, processor s in memory, solve, from files.
 PeerRow row(const std::string& name, int right, double error_mm, double cpu_s, double solve_cpu_s,
             double end_to_end_cpu_s) {

@@ -354,10 +354,11 @@ TEST(MisfitTest, ExcessIsWhatIsBeyondNoise) {
 
 TEST(MisfitTest, OnlyWhatIsNoChanceIsPartOfThePredictedError) {
   const Misfit delay{MisfitCause::kDelay, 0.5, 0, 1};
-  const Misfit bend{MisfitCause::kBend, 0.9, 0, 1};  // May be chance.
-  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bend}), 0.5);
-  EXPECT_DOUBLE_EQ(telling_excess_mm({bend}), 0);
-  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, {MisfitCause::kBend, 1.0, 0, 1}}), 1.0);
+  const auto bent = [](double mm) { return Misfit{MisfitCause::kBend, mm, 0, 1}; };
+  EXPECT_EQ(telling_excess_mm({bent(0.47)}), 0);  // May be chance: less than half of 0.95.
+  EXPECT_DOUBLE_EQ(telling_excess_mm({bent(0.75 * 0.95)}), 0.5 * 0.75 * 0.95);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(0.6)}), 0.5);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(1)}), 1);
   EXPECT_EQ(telling_excess_mm({}), 0);
   EXPECT_TRUE(std::isnan(telling_excess_mm({delay, {MisfitCause::kMotion, NAN, 0, 1}})));
 }
