@@ -38,6 +38,7 @@ class RegistrationBench {
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
   Result<void> measure_faults(const std::string& seeds, std::uint64_t first_seed,
                               std::vector<bench::FaultPoint>& kept);
+  Result<void> measure_starts();
   void measure_effort();
   void measure_bootstrap();
   Result<void> compare();
@@ -65,6 +66,7 @@ class RegistrationBench {
   std::ofstream trials_;
   std::optional<bench::CohortSummary> development_, evaluation_;
   std::vector<bench::FaultPoint> development_faults_, evaluation_faults_;
+  std::vector<bench::StartPoint> starts_;
   std::vector<bench::EffortPoint> curve_;
   bench::BootstrapCurve bootstrap_;
   std::vector<bench::SkinCurvePoint> skin_;
@@ -122,6 +124,26 @@ Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::ui
   kept = bench::count_faults(*trials);
   std::cout << bench::to_text(kept, seeds + " seeds") << std::flush;
   return {};
+}
+
+Result<void> RegistrationBench::measure_starts() {
+  console_.begin("from several starts");
+  bench::StartCurveOptions starts;
+  starts.first_seed = kDevelopmentSeed;
+  starts.model = options_.model;
+  starts.effort = options_.effort;
+  if (options_.quick) {
+    starts.patients = 1;
+    starts.paths = {bench::SweepPath::kSlide};
+    starts.hands = {sim::HandPathKind::kRock};
+    starts.starts_mm = {3, 6, 9};
+    starts.duration_s = 4;
+    starts.keep = true;  // The other parts use it.
+  }
+  if (options_.patients > 0) starts.patients = options_.patients;
+  const auto sweeps = bench::run_starts(starts, store_, progress());
+  if (!sweeps) return sweeps.error();
+  return keep(Result(bench::count_starts(*sweeps)), starts_);
 }
 
 void RegistrationBench::measure_effort() {
@@ -264,6 +286,7 @@ Json RegistrationBench::json() const {
   if (development_) json["development"] = json_of(*development_);
   json["faults"] = json_of(development_faults_, "development");
   for (const Json& row : json_of(evaluation_faults_, "evaluation")) json["faults"].push_back(row);
+  json["starts"] = json_of(starts_);
   json["curve"] = json_of(curve_);
   json["bootstrap"] = json_of(bootstrap_);
   json["skin"] = json_of(skin_);
@@ -292,6 +315,9 @@ Result<void> RegistrationBench::run() {
         return ok;
       }
     }
+  }
+  if (wants("starts")) {
+    if (auto ok = measure_starts(); !ok) return ok;
   }
   if (wants("curve")) measure_effort();
   if (wants("bootstrap")) measure_bootstrap();

@@ -17,7 +17,7 @@ struct BenchRegistrationOptions {
   bool quick = false;    ///< A stratified part of the cohort: about two minutes on two cores.
   bool evaluate = true;  ///< False: only the development seeds.
   int patients = 0;      ///< Of each cohort; 0: as many as the cohort has.
-  registration::Effort effort = registration::Effort::kUsual;  ///< Of cohort and faults.
+  registration::Effort effort = registration::Effort::kUsual;  ///< Of cohort, faults, starts.
   /// How echoes of the sweeps are computed.
   sim::AcousticModel model = sim::AcousticModel::kRays;
   std::vector<std::string> parts;  ///< Of those of --part; none: all.

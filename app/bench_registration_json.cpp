@@ -69,6 +69,26 @@ Json json_of(const bench::PeerComparison& comparison) {
   return rows;
 }
 
+Json json_of(const std::vector<bench::StartPoint>& points) {
+  Json rows = Json::array();
+  for (const auto& p : points) {
+    rows.push_back({{"path", p.path},
+                    {"own_ct", p.own_ct},
+                    {"sweeps", p.sweeps},
+                    {"registrations", p.registrations},
+                    {"same", p.same},
+                    {"accepted", p.accepted},
+                    {"split", p.split},
+                    {"apart_mm", json_number(p.apart_mm)},
+                    {"apart_max_mm", json_number(p.apart_max_mm)},
+                    {"predicted_ratio", json_number(p.predicted_ratio)},
+                    {"predicted_ratio_max", json_number(p.predicted_ratio_max)},
+                    {"hidden_least_mm", json_number(p.hidden_least_mm)},
+                    {"hidden_most_mm", json_number(p.hidden_most_mm)}});
+  }
+  return rows;
+}
+
 Json json_of(const std::vector<bench::EffortPoint>& points) {
   Json rows = Json::array();
   for (const auto& p : points) {

@@ -13,6 +13,7 @@
 #include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
 #include "bench/registration/skin_curve.hpp"
+#include "bench/registration/start_curve.hpp"
 #include "bench/registration/summary.hpp"
 
 /// Parts of 'sonde bench registration --json'; the keys are in docs/json.md.
@@ -20,6 +21,7 @@ namespace nav::app {
 
 Json json_of(const bench::CohortSummary& s);
 Json json_of(const bench::PeerComparison& comparison);
+Json json_of(const std::vector<bench::StartPoint>& points);
 Json json_of(const std::vector<bench::EffortPoint>& points);
 Json json_of(const std::vector<bench::SkinCurvePoint>& points);
 Json json_of(const std::vector<bench::MotionPoint>& points);

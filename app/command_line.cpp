@@ -577,12 +577,14 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   add_choice<registration::Effort>(
       *verb, "--effort", bench_registration_.effort,
       {{"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}},
-      "of cohort and faults: quick or usual");
+      "of cohort, faults and starts: quick or usual");
   verb->add_option("--patients", bench_registration_.patients, "of each cohort")
       ->check(in_range(1, 100, "patients"));
-  verb->add_option("--part", bench_registration_.parts,
-                   "cohort, faults, curve, bootstrap, skin, motion, live, peer; default all")
-      ->check(among({"cohort", "faults", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
+  verb->add_option(
+          "--part", bench_registration_.parts,
+          "cohort, faults, starts, curve, bootstrap, skin, motion, live, peer; default all")
+      ->check(among(
+          {"cohort", "faults", "starts", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);

@@ -214,13 +214,15 @@ Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOpt
 Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {
   const bool cohort = asks_for(options.parts, "cohort");
   const bool faults = asks_for(options.parts, "faults");
+  const bool starts = asks_for(options.parts, "starts");
   const bool only_curve =
       !options.parts.empty() && std::all_of(options.parts.begin(), options.parts.end(),
                                             [](const auto& part) { return part == "curve"; });
   return refuse_idle(
       verb,
       {{{"--trials"}, cohort, "--part cohort", "others"},
-       {{"--effort", "--no-evaluation"}, cohort || faults, "--part cohort or faults", "others"},
+       {{"--no-evaluation"}, cohort || faults, "--part cohort or faults", "others"},
+       {{"--effort"}, cohort || faults || starts, "--part cohort, faults or starts", "others"},
        {{"--patients"}, !only_curve, "a --part other than curve", "curve alone"}});
 }
 

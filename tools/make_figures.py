@@ -449,6 +449,35 @@ the runs where one is named. Looking for causes takes
 """
 
 
+def start_section(report: dict) -> str:
+    """Empty where starts were not measured."""
+    starts = report.get("starts")
+    if not starts:
+        return ""
+
+    def hidden(p: dict) -> str:
+        if not p["own_ct"]:
+            return "–"
+        return " to ".join("any" if p[key] is None else number(p[key], 1)
+                           for key in ["hidden_least_mm", "hidden_most_mm"])
+
+    rows = [[p["path"], "own" if p["own_ct"] else "other", str(p["sweeps"]),
+             f"{p['same']}/{p['registrations']}", str(p["accepted"]), str(p["split"]),
+             f"{number(p['apart_mm'], 2)}, {number(p['apart_max_mm'], 2)}",
+             f"{number(p['predicted_ratio'], 2)}, {number(p['predicted_ratio_max'], 2)}",
+             hidden(p)] for p in starts]
+    header = ["sweep", "CT", "sweeps", "at the cheapest pose", "accepted", "two verdicts",
+              "apart, mm", "predicted, largest / smallest", "calibration hides, mm"]
+    return f"""
+One sweep from eight starts, 3 to 10 mm off: how many came to the pose that costs least in the sweep, how
+many of these are accepted, in how many sweeps from some starts only; median and maximum over sweeps of the
+largest distance from the cheapest and of the largest predicted error over the smallest; how far a
+calibration may be off in the direction that the sweep shows least of, before it would be warned of.
+
+{table(header, rows)}
+"""
+
+
 def registration_section(kept: dict, docs: pathlib.Path) -> str:
     """Cohort, curve, peer and faults; draws the curve."""
     report = kept["result"]
@@ -502,7 +531,7 @@ In brackets median mm, and processor s from images in memory, solving alone, and
 files where it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
 
 {success_lines(report["peer"])}
-{fault_section(report)}"""
+{fault_section(report)}{start_section(report)}"""
 
 
 PARTS = ["demo", "registration", "render", "live", "scaling", "poses"]

@@ -45,6 +45,26 @@ TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
   }
 }
 
+TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
+  bench::StartPoint point{"session rock", true};
+  point.sweeps = 4;
+  point.registrations = 31;
+  point.same = 29;
+  point.accepted = 28;
+  point.split = 1;
+  point.apart_mm = 0.125;
+  point.apart_max_mm = 0.25;
+  point.predicted_ratio = 1.5;
+  point.predicted_ratio_max = 2.5;
+  point.hidden_least_mm = 48;
+  point.hidden_most_mm = INFINITY;
+  const Json expected = Json::parse(R"([{"path": "session rock", "own_ct": true, "sweeps": 4,
+      "registrations": 31, "same": 29, "accepted": 28, "split": 1, "apart_mm": 0.125,
+      "apart_max_mm": 0.25, "predicted_ratio": 1.5, "predicted_ratio_max": 2.5,
+      "hidden_least_mm": 48.0, "hidden_most_mm": null}])");
+  EXPECT_EQ(json_of(std::vector<bench::StartPoint>{point}), expected);
+}
+
 TEST(BenchRegistrationJsonTest, FaultsAreSummedUp) {
   Json summary = Json::object();
   add_totals({planted(), planted()}, summary);

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "bench/registration/start_curve.hpp"
+
+namespace nav::bench {
+namespace {
+
+/// A result so far along x from the truth.
+StartTrial result(double along_mm, double cost, bool accepted, double predicted_mm) {
+  return {CtPose(Eigen::Quaterniond::Identity(), {along_mm, 0, 0}), cost, accepted, predicted_mm,
+          40.0};
+}
+
+StartSweep planted(std::vector<StartTrial> trials) {
+  return {"fan", true, std::move(trials), {Point<frames::Reference>{{0, 0, 50}}}};
+}
+
+TEST(StartCurveTest, CountsWhatCameToTheCheapestPose) {
+  const StartSweep sweep = planted({result(0, 0.2, true, 0.2), result(0.3, 0.21, true, 0.4),
+                                    result(0.1, 0.22, false, 0.3), result(9, 0.3, false, 7)});
+  const auto points = count_starts({sweep});
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].sweeps, 1);
+  EXPECT_EQ(points[0].registrations, 4);
+  EXPECT_EQ(points[0].same, 3);  // The fourth is elsewhere.
+  EXPECT_EQ(points[0].accepted, 2);
+  EXPECT_EQ(points[0].split, 1);
+  EXPECT_NEAR(points[0].apart_max_mm, 0.3, 1e-12);
+  EXPECT_NEAR(points[0].predicted_ratio_max, 2, 1e-12);
+  EXPECT_EQ(points[0].hidden_least_mm, 40);
+}
+
+TEST(StartCurveTest, OneVerdictIsNotSplit) {
+  const auto accepted = planted({result(0, 0.2, true, 0.2), result(0, 0.2, true, 0.2)});
+  const auto refused = planted({result(0, 0.2, false, 0.2), result(9, 0.3, true, 0.2)});
+  EXPECT_EQ(count_starts({accepted, refused})[0].split, 0);
+}
+
+TEST(StartCurveTest, GroupsByPathAndCt) {
+  StartSweep other = planted({result(0, 0.5, false, 3)});
+  other.own_ct = false;
+  StartSweep slide = planted({result(0, 0.2, true, 0.2)});
+  slide.path = "slide";
+  const auto points = count_starts({planted({result(0, 0.2, true, 0.2)}), other, slide, slide});
+  ASSERT_EQ(points.size(), 3U);
+  EXPECT_FALSE(points[1].own_ct);
+  EXPECT_EQ(points[2].path, "slide");
+  EXPECT_EQ(points[2].sweeps, 2);
+  const std::string text = to_text(points);
+  EXPECT_NE(text.find("other CT: 1 sweeps"), std::string::npos) << text;
+}
+
+TEST(StartCurveTest, NothingPredictedFromSomeStartsIsInfinitelyApart) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const auto some = planted({result(0, 0.2, true, 0.2), result(0, 0.2, false, kInf)});
+  EXPECT_TRUE(std::isinf(count_starts({some})[0].predicted_ratio_max));
+  const auto none = planted({result(0, 0.2, false, kInf), result(0, 0.2, false, kInf)});
+  EXPECT_EQ(count_starts({none})[0].predicted_ratio_max, 1);
+}
+
+TEST(StartCurveTest, SweepsWithoutAPoseAreCounted) {
+  const auto points = count_starts({planted({})});
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].sweeps, 1);
+  EXPECT_EQ(points[0].registrations, 0);
+  EXPECT_TRUE(std::isnan(points[0].apart_max_mm));
+}
+
+TEST(StartCurveTest, ASweepHasOneVerdictAndAFanHidesAShift) {
+  StartCurveOptions options;
+  options.first_seed = 21;
+  options.patients = 1;
+  options.paths = {SweepPath::kFan};
+  options.hands = {};
+  options.starts_mm = {3, 6, 9};
+  CaseStore store;
+  const auto sweeps = run_starts(options, store);
+  ASSERT_TRUE(sweeps.has_value());
+  const auto points = count_starts(*sweeps);
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_TRUE(points[0].own_ct);
+  EXPECT_EQ(points[0].same, 3);
+  EXPECT_EQ(points[0].accepted, 3);
+  EXPECT_LT(points[0].apart_max_mm, 0.2);
+  EXPECT_LT(points[0].predicted_ratio_max, 1.5);
+  EXPECT_GT(points[0].hidden_least_mm, 5);
+  EXPECT_EQ(points[1].accepted, 0);  // Another patient's CT.
+}
+
+}  // namespace
+}  // namespace nav::bench
