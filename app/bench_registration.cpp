@@ -12,6 +12,7 @@
 #include "app/bench.hpp"
 #include "app/bench_registration_json.hpp"
 #include "app/register_by_command.hpp"
+#include "bench/registration/slice_curve.hpp"
 
 namespace nav::app {
 namespace {
@@ -162,6 +163,18 @@ void RegistrationBench::measure_effort() {
     effort.quick_shares = {1};
   }
   curve_ = bench::measure_effort(effort, store_, progress());
+  console_.end();
+  console_.begin("thick slices");
+  bench::SliceOptions slices;
+  slices.first_seed = kDevelopmentSeed;
+  slices.local = effort.local;
+  if (options_.quick) {
+    slices.patients = 2;
+    slices.thickness_mm = {2, 5};
+    slices.keep = true;  // The other parts use them.
+  }
+  const auto by_thickness = bench::measure_slices(slices, store_, progress());
+  curve_.insert(curve_.end(), by_thickness.begin(), by_thickness.end());
   console_.end();
   std::cout << bench::to_text(curve_) << std::flush;
 }

@@ -449,6 +449,20 @@ the runs where one is named. Looking for causes takes
 """
 
 
+def slice_section(report: dict) -> str:
+    """Empty where slices were not measured."""
+    points = [p for p in report["curve"] if p["axis"] == "slices"]
+    if not points:
+        return ""
+    rows = [[f"{p['x']:g} mm", f"{p['right']}/{p['trials']}", number(p["error_median_mm"], 2),
+             number(p["error_p95_mm"], 2), number(p["cpu_s"], 3)] for p in points]
+    return f"""
+Slices of a CT averaged to thicker ones, local from 5 mm, a sweep for each patient:
+
+{table(["slices", "right", "median mm", "p95 mm", "processor s"], rows)}
+"""
+
+
 def start_section(report: dict) -> str:
     """Empty where starts were not measured."""
     starts = report.get("starts")
@@ -531,7 +545,7 @@ In brackets median mm, and processor s from images in memory, solving alone, and
 files where it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
 
 {success_lines(report["peer"])}
-{fault_section(report)}{start_section(report)}"""
+{slice_section(report)}{fault_section(report)}{start_section(report)}"""
 
 
 PARTS = ["demo", "registration", "render", "live", "scaling", "poses"]

@@ -18,7 +18,8 @@ registration::ImageRegistrationOptions with_patch_share(
 struct EffortPoint {
   /// "patches" (share of the default), "pictures" (evenly chosen of the sweep's), "levels" (of the
   /// pyramid, finest left out), "iterations" (of each solve, at most), "precision" (mm between
-  /// samples of the finest level), "quick" (share of the patches of a quick registration).
+  /// samples of the finest level), "quick" (share of the patches of a quick registration), "slices"
+  /// (thickness of the CT's, mm).
   std::string axis;
   double x;
   int trials, right;

@@ -145,7 +145,7 @@ std::vector<Fault> default_faults() {
     all.push_back({kind, 4});
   }
   for (const double mm : {6, 12}) all.push_back({FaultKind::kBreathing, mm});
-  for (const double mm : {4, 8}) all.push_back({FaultKind::kDeformation, mm});
+  for (const double mm : {2, 4, 8}) all.push_back({FaultKind::kDeformation, mm});
   return all;
 }
 

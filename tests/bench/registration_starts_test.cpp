@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <vector>
 
+#include "bench/registration/slice_curve.hpp"
 #include "bench/registration/start_curve.hpp"
 
 namespace nav::bench {
@@ -89,6 +93,40 @@ TEST(StartCurveTest, ASweepHasOneVerdictAndAFanHidesAShift) {
   EXPECT_LT(points[0].predicted_ratio_max, 1.5);
   EXPECT_GT(points[0].hidden_least_mm, 5);
   EXPECT_EQ(points[1].accepted, 0);  // Another patient's CT.
+}
+
+TEST(SliceCurveTest, ThickSlicesAreMeansOfThoseThatTheyHold) {
+  VoxelGrid grid;
+  grid.size = {2, 1, 5};
+  grid.spacing_mm = {1, 1, 2};
+  grid.origin_mm = {0, 0, 10};
+  const auto thin = Volume::create(grid, {0, 100, 10, 110, 20, 121, 30, 130, 900, 900}, "thin");
+  ASSERT_TRUE(thin.has_value());
+  const Volume thick = with_thick_slices(*thin, 2);
+  EXPECT_EQ(thick.grid().size, (std::array{2, 1, 2}));
+  EXPECT_EQ(thick.grid().spacing_mm.z(), 4);
+  EXPECT_EQ(thick.grid().origin_mm.z(), 11);  // Between the two.
+  const std::vector<std::int16_t> found(thick.hu().begin(), thick.hu().end());
+  EXPECT_EQ(found, (std::vector<std::int16_t>{5, 105, 25, 126}));  // The last slice is left over.
+  const Volume same = with_thick_slices(*thin, 1);
+  EXPECT_TRUE(std::ranges::equal(same.hu(), thin->hu()));
+}
+
+TEST(SliceCurveTest, ThickSlicesStillRegister) {
+  SliceOptions options;
+  options.first_seed = 21;
+  options.patients = 1;
+  options.thickness_mm = {2, 5};
+  options.local = default_cohort().local;
+  CaseStore store;
+  const auto points = measure_slices(options, store);
+  ASSERT_EQ(points.size(), 2U);
+  for (const EffortPoint& point : points) {
+    EXPECT_EQ(point.axis, "slices");
+    EXPECT_EQ(point.trials, 1);
+    EXPECT_EQ(point.right, 1);
+    EXPECT_LT(point.error_median_mm, 0.6) << point.x;
+  }
 }
 
 }  // namespace
