@@ -384,8 +384,12 @@ void CommandLine::add_slices() {
   verb->add_option("--window-width", o.width_hu, "HU")->capture_default_str();
   verb->add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
   verb->add_option("--mm-per-pixel", o.mm_per_pixel, "0: the CT fits")->capture_default_str();
-  verb->callback(
-      [this] { verb_ = [this](Console& console) { return run_slices(slices_, console); }; });
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) -> Result<void> {
+      if (const auto ok = refuse_idle_of_slices(*verb, slices_); !ok) return ok;
+      return run_slices(slices_, console);
+    };
+  });
 }
 
 void CommandLine::add_predicates() {
@@ -430,8 +434,12 @@ void CommandLine::add_derive() {
   verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
   verb->add_option("--unknown", o.unknown, "value of voxels that no picture reached");
   verb->add_option("--threads", o.threads, "0: all cores")->capture_default_str();
-  verb->callback(
-      [this] { verb_ = [this](Console& console) { return run_derive(derive_, console); }; });
+  verb->callback([this, verb] {
+    verb_ = [this, verb](Console& console) -> Result<void> {
+      if (const auto ok = refuse_idle_of_derive(*verb, derive_); !ok) return ok;
+      return run_derive(derive_, console);
+    };
+  });
 }
 
 void CommandLine::add_simulate() {

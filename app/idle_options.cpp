@@ -3,6 +3,7 @@
 #include "app/idle_options.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <string_view>
 
 namespace nav::app {
@@ -156,6 +157,27 @@ Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOpti
                              !options.scribbles.empty() || !options.strokes.empty(),
                              "--scribbles, --show or --hide"},
                             fan_of_face(options)});
+}
+
+Result<void> refuse_idle_of_slices(const CLI::App& verb, const SlicesOptions& options) {
+  return refuse_idle(verb, {{{"--mode"}, options.slab_mm > 0, "--slab", "thin slices"}});
+}
+
+Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& options) {
+  const auto any_of = [&](std::initializer_list<std::string_view> names) {
+    return options.features.empty() ||
+           std::ranges::any_of(options.features, [&](const std::string& feature) {
+             return std::ranges::find(names, feature) != names.end();
+           });
+  };
+  return refuse_idle(verb, {{{"--smallest-radius", "--largest-radius", "--bright"},
+                             any_of({"vesselness"}),
+                             "--feature vesselness",
+                             "others"},
+                            {{"--direction", "--apex"},
+                             any_of({"confidence", "gradient-angle", "depth"}),
+                             "--feature confidence, gradient-angle or depth",
+                             "others"}});
 }
 
 Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& o) {

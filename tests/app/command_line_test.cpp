@@ -540,6 +540,11 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
             "--effort: expected --part cohort, faults"},
            {"bench registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
            {"bench registration --part curve --patients 2", "--patients: expected a --part other"},
+           {"slices c.mha --out o --mode mean", "--mode: expected --slab beside it, found thin"},
+           {"derive u.mha --out o --feature snr --bright",
+            "--bright: expected --feature vesselness beside it, found others"},
+           {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
+            "--apex: expected --feature confidence, gradient-angle or depth beside it"},
            {"bench derived --quick --side 64",
             "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
     expect_refusal(arguments, 2, {refusal});
