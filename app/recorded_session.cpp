@@ -303,6 +303,14 @@ std::string moved_past_poses(const RecordedSession& session) {
   return text.str();
 }
 
+/// SweepSurvey::warning of a session that was played.
+std::string warning_of_moved(const RecordedSession& session) {
+  constexpr double kMostShare = 0.1;
+  const auto frames = static_cast<double>(session.total_frames());
+  if (!(static_cast<double>(count_moved(session)) > kMostShare * frames)) return "";
+  return "pictures without a pose: " + moved_past_poses(session);
+}
+
 /// Of a session that was played; any picture of it.
 RecordingRead recording_read(const RecordedSession& session, const UltrasoundFrame& picture) {
   constexpr double kMs = 1e3;
@@ -320,13 +328,6 @@ RecordingRead recording_read(const RecordedSession& session, const UltrasoundFra
 }
 
 }  // namespace
-
-std::string warning_of_moved(const RecordedSession& session) {
-  constexpr double kMostShare = 0.1;
-  const auto frames = static_cast<double>(session.total_frames());
-  if (!(static_cast<double>(count_moved(session)) > kMostShare * frames)) return "";
-  return "pictures without a pose: " + moved_past_poses(session);
-}
 
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   constexpr std::int64_t kSpread = 60;
@@ -367,6 +368,7 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   }
   if (const auto ok = check_frames(session, skip_bad_frames); !ok) return ok.error();
   found.recording = recording_read(session, found.spread.front().frame);
+  found.warning = warning_of_moved(session);
   found.centroid.mm = sum / static_cast<double>(found.paired);
   session.rewind();
   return found;

@@ -136,6 +136,9 @@ struct SweepSurvey {
   double picture_extent_mm = 0;                       ///< Diagonal of the last picture.
   std::vector<TrackedFrame> spread;                   ///< Evenly over the recording, about 60.
   std::vector<Point<frames::Reference>> corners;      ///< Of all pictures, four each.
+  /// What to warn of where the temporal offset left more than a tenth of the pictures without a
+  /// pose, one sentence; empty: nothing.
+  std::string warning;
 };
 /// The sector that the pictures of a recording show; absent where they say one themselves, are of a
 /// linear probe, or of several sizes.
@@ -145,9 +148,6 @@ std::optional<SectorOutline> sector_of(const SweepSurvey& sweep);
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);
 /// Refuses a recording with bad frames unless they are to be skipped.
 Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames);
-/// Of a session that was played: what to warn of where the temporal offset left more than a tenth
-/// of its pictures without a pose, one sentence; empty: nothing.
-std::string warning_of_moved(const RecordedSession& session);
 /// Plays the whole recording once and rewinds it. kMalformedData when no picture could be paired;
 /// the message gives the causes.
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames);

@@ -354,6 +354,8 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!session) return session.error();
   const auto surveyed = survey(*session, config.source.skip_bad_frames);
   if (!surveyed) return surveyed.error();
+  const std::string& moved = surveyed->warning;
+  if (!moved.empty()) console.report(Severity::kWarning, "recording", moved);
   auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();
   if (ground->landmarks) {
@@ -362,8 +364,6 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   }
   const auto sweep = read_sweep(*session, config.source.plus_config.string());
   if (!sweep) return sweep.error();
-  const std::string moved = warning_of_moved(*session);
-  if (!moved.empty()) console.report(Severity::kWarning, "recording", moved);
 
   console.begin("registration");
   const auto begin = std::chrono::steady_clock::now();

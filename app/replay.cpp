@@ -285,6 +285,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (sector) session->set_outline(*sector);
   console.end(std::to_string(sweep->paired) + " pictures with a pose" +
               (sector ? ", of a sector" : ""));
+  if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
   auto placement = place_ct(config, *shared_ct, *sweep, session->reference_frame());
   if (!placement) return placement.error();
 

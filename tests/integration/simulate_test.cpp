@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/simulate.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
@@ -327,6 +328,30 @@ TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
       << lost;
   const std::string few = warnings_of(150);
   EXPECT_EQ(few.find("pictures without a pose"), std::string::npos) << few;
+}
+
+TEST(SimulateTest, AReplayWarnsOfPicturesThatAnOffsetLoses) {
+  const test::TemporaryFolder folder;
+  const Recorded sweep(folder, 1, "sweep", {}, 600);
+  const auto warned = [&](double offset_ms) {
+    Console console(false);
+    SessionConfig config;
+    config.source.recording = sweep.options.out;
+    config.source.temporal_offset_ms = offset_ms;
+    config.ct.path = sweep.options.ct;
+    config.output.folder = folder / "replay";
+    config.output.frames = 1;
+    config.output.width = 64;
+    config.output.height = 48;
+    const auto ok = run_replay(config, std::nullopt, console);
+    EXPECT_TRUE(ok) << ok.error().message;
+    return std::ranges::any_of(console.entries(), [](const DiagnosticEntry& entry) {
+      return entry.severity == Severity::kWarning &&
+             entry.message.starts_with("pictures without a pose: by --temporal-offset-ms");
+    });
+  };
+  EXPECT_TRUE(warned(600));
+  EXPECT_FALSE(warned(0));
 }
 
 TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
