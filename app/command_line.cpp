@@ -21,6 +21,7 @@
 #include "app/info.hpp"
 #include "app/look_options.hpp"
 #include "app/option_checks.hpp"
+#include "app/option_keys.hpp"
 #include "app/predicate_command.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
@@ -220,7 +221,7 @@ void CommandLine::add_demo() {
   add_json(*demo);
   demo->callback([this, demo] {
     verb_ = [this, demo](Console& console) -> Result<void> {
-      if (const auto ok = validate(demo_config_); !ok) return ok;
+      if (const auto ok = as_given(*demo, validate(demo_config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_demo(*demo, demo_config_); !ok) return ok;
       if (const auto ok = validate_start(demo_); !ok) return ok;
       demo_.output = demo_config_.output;
@@ -267,7 +268,7 @@ void CommandLine::add_replay() {
     verb_ = [this, replay](Console& console) -> Result<void> {
       const bool registered = replay->count("--registration") > 0;
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
-      if (const auto ok = validate(config_); !ok) return ok;
+      if (const auto ok = as_given(*replay, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_replay(*replay, config_); !ok) return ok;
       if (print_session_) {
         std::cout << to_toml(config_);
@@ -336,7 +337,7 @@ void CommandLine::add_register() {
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
       if (const auto ok = apply_matrix(matrix_, false, config_); !ok) return ok;
-      if (const auto ok = validate(config_); !ok) return ok;
+      if (const auto ok = as_given(*verb, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_register(*verb, config_, register_); !ok) return ok;
       if (!target_.empty()) {
         for (const double coordinate : target_) {
@@ -379,7 +380,9 @@ void CommandLine::add_slices() {
           "x y z, LPS mm: the point that all three show; none: the middle")
       ->expected(3);
   verb->add_option("--slab", o.slab_mm, "thickness, mm; 0: thin")->capture_default_str();
-  verb->add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")->capture_default_str();
+  verb->add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")
+      ->check(among({"maximum", "minimum", "mean"}))
+      ->capture_default_str();
   verb->add_option("--window-level", o.level_hu, "HU")->capture_default_str();
   verb->add_option("--window-width", o.width_hu, "HU")->capture_default_str();
   verb->add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
@@ -400,7 +403,7 @@ void CommandLine::add_predicates() {
   verb->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
-      if (const auto ok = validate(config_); !ok) return ok;
+      if (const auto ok = as_given(*verb, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_predicates(*verb, config_.predicates); !ok) return ok;
       if (!print_session_) return run_predicates(config_, console);
       std::cout << to_toml(config_);

@@ -514,6 +514,31 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
   expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }
 
+TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByItsOptionAndItsKey) {
+  for (const auto& [arguments, refusal] : std::vector<Idle>{
+           {"replay s.mha --ct c --out o --width 0",
+            "--width (output.width_px): expected 16 to 8192, found 0"},
+           {"replay s.mha --ct c --out o --cutaway-inner 60 --cutaway-outer 50",
+            "--cutaway-inner (look.cutaway.theta1_deg): expected at most theta2_deg, found 60"},
+           {"replay s.mha --ct c --out o --temporal-offset-ms nan",
+            "--temporal-offset-ms (source.temporal_offset_ms): expected -10000 to 10000"},
+           {"register s.mha --ct c --threads 9999", "--threads (output.threads): expected 0"},
+           {"demo --out o --grey-width 0 --projection mean",
+            "--grey-width (look.grey_width_hu): expected more than 0"},
+           {"predicates --print-session --phantom neck --black 9 --white 5",
+            "--white (predicates.white): expected more than black, found 5"}}) {
+    expect_refusal(arguments, 2, {refusal});
+  }
+}
+
+TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "session.toml";
+  std::ofstream(file) << "[output]\nwidth_px = 0\n";
+  expect_refusal("replay s.mha --ct c --out o --session " + file.string(), 3,
+                 {"session.toml: output.width_px: expected 16 to 8192, found 0"});
+}
+
 TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefused) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",

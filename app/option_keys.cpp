@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/option_keys.hpp"
+
+#include <string>
+#include <utility>
+
+namespace nav::app {
+namespace {
+
+/// Keys of the session file whose values are checked together, and the options that set them.
+constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
+    {"output.engine", "--engine"},
+    {"output.width_px", "--width"},
+    {"output.height_px", "--height"},
+    {"output.threads", "--threads"},
+    {"output.step_voxels", "--step"},
+    {"output.rms_error", "--rms-error"},
+    {"output.pixel_error", "--pixel-error"},
+    {"output.frames", "--frames"},
+    {"view.azimuth_deg", "--azimuth"},
+    {"view.elevation_deg", "--elevation"},
+    {"view.distance_mm", "--distance"},
+    {"placement.follow", "--follow"},
+    {"source.temporal_offset_ms", "--temporal-offset-ms"},
+    {"look.style", "--shading"},
+    {"look.emphasis", "--emphasis"},
+    {"look.projection", "--projection"},
+    {"look.grey_level_hu", "--grey-level"},
+    {"look.grey_width_hu", "--grey-width"},
+    {"look.cutaway.theta1_deg", "--cutaway-inner"},
+    {"look.cutaway.theta2_deg", "--cutaway-outer"},
+    {"look.cutaway.overlay_mm", "--cutaway-overlay"},
+    {"predicates.phantom_side", "--phantom-side"},
+    {"predicates.scribble_share", "--scribble-share"},
+    {"predicates.black", "--black"},
+    {"predicates.white", "--white"},
+    {"predicates.opacity_length_mm", "--opacity-length-mm"},
+    {"predicates.face_radius_mm", "--face-radius-mm"},
+    {"predicates.smoothing_mm", "--smoothing-mm"},
+    {"predicates.smallest_radius_mm", "--smallest-radius"},
+    {"predicates.largest_radius_mm", "--largest-radius"},
+    {"predicates.ct_importance", "--ct-importance"},
+    {"predicates.scan_lines", "--scan-lines"},
+    {"predicates.layers", "--layers"},
+    {"predicates.apex_mm", "--apex"},
+    {"predicates.into", "--into"},
+    {"predicates.from", "--from"},
+    {"predicates.target", "--target"},
+    {"predicates.needle", "--needle"}};
+
+}  // namespace
+
+Result<void> as_given(const CLI::App& verb, Result<void> checked) {
+  if (checked) return checked;
+  const Error& said = checked.error();
+  for (const auto& [key, option] : kOptionsOfKeys) {
+    const std::string start = std::string(key) + ":";
+    if (!said.message.starts_with(start)) continue;
+    const CLI::Option* given = verb.get_option_no_throw(option);
+    if (given == nullptr || given->count() == 0) continue;
+    return Error{said.code,
+                 std::string(option) + " (" + key + ")" + said.message.substr(start.size() - 1)};
+  }
+  return checked;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+/// What validate() says of a session's key, as the user gave it: where an option of the verb set
+/// that key, "--width (output.width_px): expected …, found …". All else is passed on as it is.
+Result<void> as_given(const CLI::App& verb, Result<void> checked);
+
+}  // namespace nav::app
