@@ -90,7 +90,6 @@ Json json_of(const std::vector<registration::Misfit>& misfits) {
   Json list = Json::array();
   for (const registration::Misfit& misfit : misfits) {
     Json values = Json::array();
-    const bool sized = misfit.unnoticed > 0;
     for (const double value : misfit.values) values.push_back(json_number(value));
     list.push_back(
         {{"cause", registration::to_string(misfit.cause)},
@@ -98,7 +97,7 @@ Json json_of(const std::vector<registration::Misfit>& misfits) {
          {"found_mm", json_number(misfit.found_mm)},
          {"noise_mm", json_number(misfit.noise_mm)},
          {"gain", json_number(misfit.gain)},
-         {"unnoticed", sized ? json_number(misfit.unnoticed) : Json(nullptr)},
+         {"unnoticed", json_number(misfit.unnoticed)},
          {"unnoticed_along",
           misfit.unnoticed_along.size() == 3 ? Json(misfit.unnoticed_along) : Json(nullptr)},
          {"values", values}});

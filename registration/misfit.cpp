@@ -120,6 +120,12 @@ struct Sized {
   Index first = 0, count = 0;
 };
 
+/// What a cause must be found to move the patches by for a warning, mm.
+double least_noticed_mm(const Misfit& misfit) {
+  const double telling_mm = kTellingMm[static_cast<std::size_t>(misfit.cause)];
+  return std::hypot(telling_mm, std::sqrt(kNoiseShare) * misfit.noise_mm);
+}
+
 /// Misfit::unnoticed and unnoticed_along: of the direction of a cause's sized numbers that least of
 /// is found of.
 void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Sized& sized,
@@ -133,12 +139,10 @@ void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Siz
         .block(sized.first, sized.first, sized.count, sized.count);
   };
   const auto found = eigenpairs<Eigen::Dynamic>(block(squares));
-  const double telling_mm = kTellingMm[static_cast<std::size_t>(out.cause)];
-  const double least_mm = std::hypot(telling_mm, std::sqrt(kNoiseShare) * out.noise_mm);
   const Eigen::VectorXd along = found.vectors.col(0);
   out.unnoticed_along.assign(along.begin(), along.end());
   const bool some = found.values[0] > kLeastNet * std::max(found.values[sized.count - 1], 1.0);
-  if (some) out.unnoticed = least_mm / std::sqrt(found.values[0]);
+  if (some) out.unnoticed = least_noticed_mm(out) / std::sqrt(found.values[0]);
 }
 
 /// Joint step and its noise.
@@ -146,7 +150,7 @@ template <class Cause>
 Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
            const Sized& sized = {}) {
   Misfit out{kind};
-  if (sized.count > 0) out.unnoticed = std::numeric_limits<double>::infinity();
+  out.unnoticed = std::numeric_limits<double>::infinity();
   const Reduced by = reduced(cause.system(witnesses), witnesses);
   const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
   const auto [inverse, kept] = inverse_above(by.curvature, kLeastCurvature * by_shift);
@@ -160,7 +164,10 @@ Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
   out.found_mm = square_root(step.dot(by.moves * step));
   out.noise_mm = square_root((by.moves * inverse * scatter * inverse).trace());
   out.gain = -by.score.dot(step);
-  if (sized.count == 0) return out;
+  if (sized.count == 0) {
+    out.unnoticed = least_noticed_mm(out);
+    return out;
+  }
   out.values.assign(numbers.begin(), numbers.end());
   find_unnoticed(by, inverse, sized, out);
   return out;
@@ -284,6 +291,35 @@ std::string picture_direction(const std::vector<double>& along) {
   return text.str();
 }
 
+/// A fault that is just not noticed.
+std::string fault_in_words(const Misfit& misfit) {
+  const bool any = std::isinf(misfit.unnoticed);
+  const auto size = [&](double factor) {
+    std::ostringstream text;
+    text << std::setprecision(2) << factor * misfit.unnoticed;
+    return text.str();
+  };
+  switch (misfit.cause) {
+    case MisfitCause::kDelay:
+      return any ? "any delay between pictures and poses"
+                 : "a delay between pictures and poses below " + size(1000) + " ms";
+    case MisfitCause::kPixelSize:
+      return any ? "pixels of any wrong size" : "pixels less than " + size(100) + " % off";
+    case MisfitCause::kCalibration:
+      return "a calibration of the probe off by " +
+             (any ? "any amount" : "less than " + size(1) + " mm") + ' ' +
+             picture_direction(misfit.unnoticed_along) +
+             " (which a needle that is tracked by itself would be off by)";
+    case MisfitCause::kMotion:
+      return any ? "a patient who moves"
+                 : "a patient who moves by less than " + size(1) + " mm RMS";
+    case MisfitCause::kBend:
+      break;
+  }
+  return any ? "tissue that lies otherwise than in the CT"
+             : "tissue that lies otherwise than in the CT by less than " + size(1) + " mm RMS";
+}
+
 }  // namespace
 
 const char* to_string(MisfitCause cause) {
@@ -384,25 +420,8 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
 
 std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
   std::ostringstream text;
-  text.precision(2);
   for (const Misfit& misfit : misfits) {
-    if (!(misfit.unnoticed > 0)) continue;
-    text << (text.tellp() == 0 ? "this sweep would not show " : ", ");
-    const bool any = std::isinf(misfit.unnoticed);
-    if (misfit.cause == MisfitCause::kDelay) {
-      if (any) text << "any delay between pictures and poses";
-      if (!any)
-        text << "a delay between pictures and poses below " << 1000 * misfit.unnoticed << " ms";
-    } else if (misfit.cause == MisfitCause::kPixelSize) {
-      if (any) text << "pixels of any wrong size";
-      if (!any) text << "pixels less than " << 100 * misfit.unnoticed << " % off";
-    } else {
-      text << "a calibration of the probe off by ";
-      if (any) text << "any amount";
-      if (!any) text << "less than " << misfit.unnoticed << " mm";
-      text << ' ' << picture_direction(misfit.unnoticed_along)
-           << " (which a needle that is tracked by itself would be off by)";
-    }
+    text << (text.tellp() == 0 ? "this sweep would not show " : ", ") << fault_in_words(misfit);
   }
   return text.str();
 }

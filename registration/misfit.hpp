@@ -48,8 +48,9 @@ struct Misfit {
   std::vector<double> values = {};
 
   /// How large a fault would be only just worth a warning in this sweep: a delay, s, a share of
-  /// depth, a shift of the calibration in the direction that it shows least of, mm; infinite where
-  /// the sweep never shows it. 0: the cause has no size.
+  /// depth, a shift of the calibration in the direction that it shows least of, mm, how far a
+  /// motion or a bend moves what the pictures show besides what a pose takes up, RMS, mm; infinite
+  /// where the sweep never shows it.
   double unnoticed = 0;
   /// kCalibration: that direction in the picture's axes, a unit vector. A probe that turns about
   /// one axis shows nothing of a shift along it, and one that does not turn of none: the pose takes

@@ -486,7 +486,8 @@ def start_section(report: dict) -> str:
 One sweep from eight starts, 3 to 10 mm off: how many came to the pose that costs least in the sweep, how
 many of these are accepted, in how many sweeps from some starts only; median and maximum over sweeps of the
 largest distance from the cheapest and of the largest predicted error over the smallest; how far a
-calibration may be off in the direction that the sweep shows least of, before it would be warned of.
+calibration may be off in the direction that the sweep shows least of, before it would be warned of. –: from some
+starts nothing is predicted. Rocks swing within one plane, which tells little.
 
 {table(header, rows)}
 """
