@@ -78,6 +78,7 @@ Json json_of(const std::vector<bench::StartPoint>& points) {
                     {"registrations", p.registrations},
                     {"same", p.same},
                     {"accepted", p.accepted},
+                    {"elsewhere", p.elsewhere},
                     {"split", p.split},
                     {"apart_mm", json_number(p.apart_mm)},
                     {"apart_max_mm", json_number(p.apart_max_mm)},

@@ -476,15 +476,15 @@ def start_section(report: dict) -> str:
                            for key in ["hidden_least_mm", "hidden_most_mm"])
 
     rows = [[p["path"], "own" if p["own_ct"] else "other", str(p["sweeps"]),
-             f"{p['same']}/{p['registrations']}", str(p["accepted"]), str(p["split"]),
+             f"{p['same']}/{p['registrations']}", f"{p['accepted']} ({p['elsewhere']})", str(p["split"]),
              f"{number(p['apart_mm'], 2)}, {number(p['apart_max_mm'], 2)}",
              f"{number(p['predicted_ratio'], 2)}, {number(p['predicted_ratio_max'], 2)}",
              hidden(p)] for p in starts]
-    header = ["sweep", "CT", "sweeps", "at the cheapest pose", "accepted", "two verdicts",
+    header = ["sweep", "CT", "sweeps", "at the cheapest pose", "accepted (elsewhere)", "two verdicts",
               "apart, mm", "predicted, largest / smallest", "calibration hides, mm"]
     return f"""
 One sweep from eight starts, 3 to 10 mm off: how many came to the pose that costs least in the sweep, how
-many of these are accepted, in how many sweeps from some starts only; median and maximum over sweeps of the
+many of these are accepted, and of those that came elsewhere, in how many sweeps one pose from some starts only; median and maximum over sweeps of the
 largest distance from the cheapest and of the largest predicted error over the smallest; how far a
 calibration may be off in the direction that the sweep shows least of, before it would be warned of. –: from some
 starts nothing is predicted. Rocks swing within one plane, which tells little.

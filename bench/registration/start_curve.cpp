@@ -133,7 +133,7 @@ class StartRunner {
 
 /// Of one sweep, of its results at the pose that costs least.
 struct OfSweep {
-  int same = 0, accepted = 0;
+  int same = 0, accepted = 0, elsewhere = 0;
   double apart_mm = 0;
   double predicted_ratio = 1;
   std::optional<double> hidden_mm;
@@ -151,7 +151,10 @@ OfSweep at_cheapest(const StartSweep& sweep) {
   double most = best.predicted_mm;
   for (const StartTrial& trial : sweep.trials) {
     const double apart_mm = target_error_mm(trial.pose, best.pose, targets);
-    if (!(apart_mm <= kSamePoseMm)) continue;
+    if (!(apart_mm <= kSamePoseMm)) {
+      out.elsewhere += trial.accepted ? 1 : 0;
+      continue;
+    }
     ++out.same;
     out.accepted += trial.accepted ? 1 : 0;
     out.apart_mm = std::max(out.apart_mm, apart_mm);
@@ -174,6 +177,7 @@ StartPoint counted(const std::vector<const StartSweep*>& sweeps) {
     const OfSweep of = at_cheapest(*sweep);
     out.same += of.same;
     out.accepted += of.accepted;
+    out.elsewhere += of.elsewhere;
     out.split += of.accepted > 0 && of.accepted < of.same ? 1 : 0;
     apart.push_back(of.apart_mm);
     ratios.push_back(of.predicted_ratio);
@@ -223,9 +227,10 @@ std::string to_text(const std::vector<StartPoint>& points) {
     text << "  " << std::setw(13) << std::left << p.path << std::right
          << (p.own_ct ? "own CT" : "other CT") << ": " << p.sweeps << " sweeps, " << p.same
          << " of " << p.registrations << " at the cheapest pose (within " << std::setprecision(2)
-         << p.apart_max_mm << " mm), accepted " << p.accepted << ", two verdicts in " << p.split
-         << ", predicted errors up to " << p.predicted_ratio << " times each other (median), "
-         << p.predicted_ratio_max << " (most)";
+         << p.apart_max_mm << " mm), accepted " << p.accepted << " (and " << p.elsewhere
+         << " elsewhere), two verdicts in " << p.split << ", predicted errors up to "
+         << p.predicted_ratio << " times each other (median), " << p.predicted_ratio_max
+         << " (most)";
     if (p.own_ct) {
       text << "; calibration hides " << std::setprecision(1) << p.hidden_least_mm << " to "
            << p.hidden_most_mm << " mm";

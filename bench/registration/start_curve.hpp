@@ -47,6 +47,7 @@ struct StartPoint {
   int registrations = 0;  ///< That found a pose,
   int same = 0;           ///< and that of the cheapest one of the sweep.
   int accepted = 0;       ///< Of these.
+  int elsewhere = 0;      ///< Of the others, accepted too.
   int split = 0;          ///< Sweeps where that pose was accepted from some starts only.
   /// Of a sweep the largest distance from its cheapest result at the targets, RMS: median and
   /// maximum over sweeps, mm.

@@ -51,6 +51,7 @@ TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
   point.registrations = 31;
   point.same = 29;
   point.accepted = 28;
+  point.elsewhere = 2;
   point.split = 1;
   point.apart_mm = 0.125;
   point.apart_max_mm = 0.25;
@@ -59,7 +60,7 @@ TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
   point.hidden_least_mm = 48;
   point.hidden_most_mm = INFINITY;
   const Json expected = Json::parse(R"([{"path": "session rock", "own_ct": true, "sweeps": 4,
-      "registrations": 31, "same": 29, "accepted": 28, "split": 1, "apart_mm": 0.125,
+      "registrations": 31, "same": 29, "accepted": 28, "elsewhere": 2, "split": 1, "apart_mm": 0.125,
       "apart_max_mm": 0.25, "predicted_ratio": 1.5, "predicted_ratio_max": 2.5,
       "hidden_least_mm": 48.0, "hidden_most_mm": null}])");
   EXPECT_EQ(json_of(std::vector<bench::StartPoint>{point}), expected);

@@ -32,6 +32,7 @@ TEST(StartCurveTest, CountsWhatCameToTheCheapestPose) {
   EXPECT_EQ(points[0].registrations, 4);
   EXPECT_EQ(points[0].same, 3);  // The fourth is elsewhere.
   EXPECT_EQ(points[0].accepted, 2);
+  EXPECT_EQ(points[0].elsewhere, 0);
   EXPECT_EQ(points[0].split, 1);
   EXPECT_NEAR(points[0].apart_max_mm, 0.3, 1e-12);
   EXPECT_NEAR(points[0].predicted_ratio_max, 2, 1e-12);
@@ -41,7 +42,9 @@ TEST(StartCurveTest, CountsWhatCameToTheCheapestPose) {
 TEST(StartCurveTest, OneVerdictIsNotSplit) {
   const auto accepted = planted({result(0, 0.2, true, 0.2), result(0, 0.2, true, 0.2)});
   const auto refused = planted({result(0, 0.2, false, 0.2), result(9, 0.3, true, 0.2)});
-  EXPECT_EQ(count_starts({accepted, refused})[0].split, 0);
+  const auto points = count_starts({accepted, refused});
+  EXPECT_EQ(points[0].split, 0);
+  EXPECT_EQ(points[0].elsewhere, 1);  // The other pose of the second.
 }
 
 TEST(StartCurveTest, GroupsByPathAndCt) {
