@@ -74,9 +74,7 @@ class StartRunner {
       const std::uint64_t seed = options_.first_seed + static_cast<std::uint64_t>(patient);
       run_sweeps(seed);
       if (!options_.keep) store_.forget(seed);
-      for (const sim::HandPathKind hand : options_.hands) {
-        if (auto ok = run_session(seed, hand); !ok) return ok.error();
-      }
+      if (auto ok = run_sessions(seed); !ok) return ok.error();
     }
     if (!options_.keep) {
       store_.forget(options_.first_seed + static_cast<std::uint64_t>(options_.patients));
@@ -99,20 +97,27 @@ class StartRunner {
     }
   }
 
-  Result<void> run_session(std::uint64_t seed, sim::HandPathKind hand) {
+  Result<void> run_sessions(std::uint64_t seed) {
     sim::SimulatedSessionOptions session;
     session.seed = seed;
-    session.path.kind = hand;
     session.probe.model = options_.model;
     session.duration_s = options_.duration_s;
-    const auto made = make_faulty_session({}, session);
-    if (!made) return made.error();
-    auto ct = PreparedCt::create(made->ct, default_cohort(options_.effort).global);
-    if (!ct) return ct.error();
-    const FaultCase usual = fault_case(*made, seed, nullptr);
-    const StartCase one{usual.sweep, usual.truth, usual.targets,
-                        10000 * seed + 1000 * (1 + static_cast<std::uint64_t>(hand))};
-    add(std::string("session ") + sim::to_string(hand), true, from_all_starts(one, *ct, options_));
+    std::optional<PreparedCt> ct;  // Of the patient at rest: the same in all sessions.
+    for (const sim::HandPathKind hand : options_.hands) {
+      session.path.kind = hand;
+      const auto made = make_faulty_session({}, session);
+      if (!made) return made.error();
+      if (!ct) {
+        auto prepared = PreparedCt::create(made->ct, default_cohort(options_.effort).global);
+        if (!prepared) return prepared.error();
+        ct = std::move(*prepared);
+      }
+      const FaultCase usual = fault_case(*made, seed, nullptr);
+      const StartCase one{usual.sweep, usual.truth, usual.targets,
+                          10000 * seed + 1000 * (1 + static_cast<std::uint64_t>(hand))};
+      add(std::string("session ") + sim::to_string(hand), true,
+          from_all_starts(one, *ct, options_));
+    }
     return {};
   }
 
