@@ -159,30 +159,37 @@ struct Avx512 : LaneMath<Avx512> {
   /// Four pairs of voxels of every lane, given those of one lane: fetched lane by lane, since
   /// gathers are slower on some processors.
   template <class OfLane>
-  __attribute__((always_inline)) static void load_pairs(const OfLane& of, F (*pairs)[2]) {
+  __attribute__((always_inline)) static void load_words(const OfLane& of, F* words) {
     const F four[4] = {join(of(0), of(4), of(8), of(12)), join(of(1), of(5), of(9), of(13)),
                        join(of(2), of(6), of(10), of(14)), join(of(3), of(7), of(11), of(15))};
-    F words[4];
     transpose(four, words);
+  }
+  template <class OfLane>
+  __attribute__((always_inline)) static void load_pairs(const OfLane& of, F (*pairs)[2]) {
+    F words[4];
+    load_words(of, words);
     for (int i = 0; i < 4; ++i) {
       pairs[i][0] = low_half(_mm512_castps_si512(words[i]));
       pairs[i][1] = high_half(_mm512_castps_si512(words[i]));
     }
   }
   /// Voxels at and at + 1, at a place and one row, one slice, and both further on.
-  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
-                                                        const Lanes& lanes, F (*pairs)[2]) {
-    const auto pair = [](const std::int16_t* q) {
+  __attribute__((always_inline)) static __m128 load_cell(const std::int16_t* q, int row,
+                                                         int slice) {
+    const auto pair = [](const std::int16_t* at) {
       int word;
-      __builtin_memcpy(&word, q, sizeof word);
+      __builtin_memcpy(&word, at, sizeof word);
       return word;
     };
+    __m128i c = _mm_cvtsi32_si128(pair(q));
+    c = _mm_insert_epi32(c, pair(q + row), 1);
+    c = _mm_insert_epi32(c, pair(q + slice), 2);
+    return _mm_castsi128_ps(_mm_insert_epi32(c, pair(q + row + slice), 3));
+  }
+  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
+                                                        const Lanes& lanes, F (*pairs)[2]) {
     const auto of = [&](int lane) __attribute__((always_inline)) {
-      const std::int16_t* q = p + lanes.at[lane];
-      __m128i c = _mm_cvtsi32_si128(pair(q));
-      c = _mm_insert_epi32(c, pair(q + row), 1);
-      c = _mm_insert_epi32(c, pair(q + slice), 2);
-      return _mm_castsi128_ps(_mm_insert_epi32(c, pair(q + row + slice), 3));
+      return load_cell(p + lanes.at[lane], row, slice);
     };
     load_pairs(of, pairs);
   }

@@ -124,6 +124,28 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 }  // namespace
 
+OpacityPieces opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
+  OpacityPieces out{};
+  for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
+    const double octave = std::ldexp(1.0, piece / 4 - 8);
+    const auto opacity = [&](double beyond) {
+      const double z = octave * (1 + 0.25 * (piece % 4) + beyond);
+      const double x = (OpacityPieces::kMost - z) / OpacityPieces::kScale;
+      return -std::expm1(-extinction.tau(x) * step_mm);
+    };
+    // Newton's differences at thirds.
+    constexpr double kThird = 0.25 / 3;
+    const double at[4] = {opacity(0), opacity(kThird), opacity(2 * kThird), opacity(3 * kThird)};
+    const double first = (at[1] - at[0]) / kThird;
+    const double second = (at[2] - 2 * at[1] + at[0]) / (2 * kThird * kThird);
+    const double third = (at[3] - 3 * at[2] + 3 * at[1] - at[0]) / (6 * kThird * kThird * kThird);
+    const double of[4] = {at[0], first - kThird * (second - 2 * kThird * third),
+                          second - 3 * kThird * third, third};
+    for (int i = 0; i < 4; ++i) out.of[i][piece] = static_cast<float>(of[i]);
+  }
+  return out;
+}
+
 void CpuPredicates::update(const Scene& scene, int threads, std::optional<double> beside) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   set_ = std::move(set);
@@ -167,20 +189,13 @@ void CpuPredicates::prepare(const PredicateSet::Channel& channel, int threads,
 
 void CpuPredicates::make_opacities(const Scene& scene) {
   const IntensityOpacity extinction(scene.predicates->opacity_length_mm);
-  const double step = spec::step_mm(scene.quality, scene.ct->grid());
   const std::span<const float> tau = extinction.entries();
-  const auto opacity = [&](std::size_t i) {
-    return static_cast<float>(-std::expm1(-static_cast<double>(tau[i]) * step));
-  };
   tau_.resize(2 * tau.size());
-  opacity_.resize(tau_.size());
   for (std::size_t i = 0; i < tau.size(); ++i) {
-    const std::size_t next = std::min(i + 1, tau.size() - 1);
     tau_[2 * i] = tau[i];
-    tau_[2 * i + 1] = tau[next] - tau[i];
-    opacity_[2 * i] = opacity(i);
-    opacity_[2 * i + 1] = opacity(next) - opacity(i);
+    tau_[2 * i + 1] = tau[std::min(i + 1, tau.size() - 1)] - tau[i];
   }
+  opacity_ = opacity_pieces(extinction, spec::step_mm(scene.quality, scene.ct->grid()));
 }
 
 void CpuPredicates::take_channels(int threads) {
@@ -357,13 +372,11 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
 void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   const PredicateScene& predicates = *scene.predicates;
   const PredicateSet::Channel& volume = set_->channels()[0];
-  const double last = PredicateScene::kTauEntries - 1;
-  in.intensity_offset = static_cast<float>(volume.offset * last);
-  in.intensity_scale = static_cast<float>(volume.scale * last);
-  in.per_entry = static_cast<float>(1 / last);
-  in.last_entry = static_cast<float>(last);
+  in.intensity_offset = static_cast<float>(volume.offset);
+  in.intensity_scale = static_cast<float>(volume.scale);
+  in.last_entry = static_cast<float>(PredicateScene::kTauEntries - 1);
   in.tau = tau_.data();
-  in.opacity = opacity_.data();
+  in.opacity = opacity_.of[0];
   const double greatest = std::max(set_->greatest_impact(), 1e-30);
   in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
   in.cutaway_greatest = static_cast<float>(greatest);

@@ -17,6 +17,9 @@
 
 namespace nav::render {
 
+/// Of cells of a length, > 0.
+OpacityPieces opacity_pieces(const IntensityOpacity& extinction, double step_mm);
+
 /// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
 /// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
 class CpuPredicates {
@@ -81,8 +84,8 @@ class CpuPredicates {
   std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
   std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
   std::vector<std::int32_t> look_numbers_;
-  std::vector<float> tau_;
-  std::vector<float> opacity_;    ///< As tau_, of a whole cell.
+  std::vector<float> tau_;  ///< PredicateInputs::tau.
+  OpacityPieces opacity_{};
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.
 };
 

@@ -10,19 +10,43 @@
 /// here also has the integer logic of predicate_lanes_*.hpp, and for where this may be included.
 namespace nav::render {
 
+/// What pair weights are parts of: 16 bit hold it with a sign, so that values are interpolated
+/// along x by products of whole numbers, for half of the arithmetic. Equal ones stay as they are.
+inline constexpr float kWhole = 16384;
+
 /// One sample of the volume in every lane.
 template <class V>
 struct LaneSample {
-  typename V::F cell;
-  typename V::F volume;  ///< Code of channel 0.
-  typename Sampler<V>::Place place;
+  using F = typename V::F;
+  using I = typename V::I;
 
-  void take(const PredicateInputs& in, const Sampler<V>& sampler, typename V::F at) {
+  F cell;
+  F volume;  ///< Code of channel 0.
+  I base;    ///< Sampler::Place, with the weights along x in pairs.
+  I along_x;
+  F along_y;
+  F along_z;
+
+  void take(const PredicateInputs& in, const Sampler<V>& sampler, F at) {
     cell = at;
-    place = sampler.locate(at);
-    typename V::F v[4][2];
-    V::load_cells(in.codes[0], in.base.row_stride, in.base.slice_stride, place.base, v);
-    volume = Sampler<V>::interpolate(v, place);
+    const auto place = sampler.locate(at);
+    base = place.base;
+    along_x = V::pair_weights(place.w[0]);
+    along_y = place.w[1];
+    along_z = V::mul(place.w[2], V::set(1 / kWhole));
+    I words[4];
+    load(in, 0, words);
+    volume = interpolate(words);
+  }
+  void load(const PredicateInputs& in, int channel, I* words) const {
+    V::load_cell_words(in.codes[channel], in.base.row_stride, in.base.slice_stride, base, words);
+  }
+  F interpolate(const I* words) const {
+    F rows[4];
+    for (int i = 0; i < 4; ++i) rows[i] = V::weigh(words[i], along_x);
+    const F near = Sampler<V>::lerp(rows[0], rows[1], along_y);
+    const F far = Sampler<V>::lerp(rows[2], rows[3], along_y);
+    return V::madd(along_z, V::sub(far, near), V::mul(near, V::set(1 / kWhole)));
   }
 };
 
@@ -35,24 +59,21 @@ struct LeafTests {
 
   const PredicateInputs& in;
   const Sampler<V>& sampler;
-  const F& cell;
-  const F& volume;
-  const typename Sampler<V>::Place& place;
-
-  LeafTests(const PredicateInputs& inputs, const Sampler<V>& s, const LaneSample<V>& sample)
-      : in(inputs), sampler(s), cell(sample.cell), volume(sample.volume), place(sample.place) {}
+  const LaneSample<V>& sample;
 
   /// Code of a channel; defined: lanes where all eight voxels have one.
   F code(int channel, M& defined) const {
-    if (channel == 0) return volume;
-    F v[4][2];
-    V::load_cells(in.codes[channel], in.base.row_stride, in.base.slice_stride, place.base, v);
+    if (channel == 0) return sample.volume;
+    I words[4];
+    sample.load(in, channel, words);
     if (in.has_undefined[channel]) {
-      F least = V::min(v[0][0], v[0][1]);
-      for (int i = 1; i < 4; ++i) least = V::min(least, V::min(v[i][0], v[i][1]));
+      F least = V::set(0.0F);
+      for (const I word : words) {
+        least = V::min(least, V::min(V::first_of(word), V::second_of(word)));
+      }
       defined = V::both(defined, V::less(V::set(-32767.5F), least));
     }
-    return Sampler<V>::interpolate(v, place);
+    return sample.interpolate(words);
   }
 
   static M between(F x, float low, float high) {
@@ -60,11 +81,11 @@ struct LeafTests {
   }
 
   F position(int axis) const {
-    return V::mul(sampler.coordinate(axis, cell), V::set(in.spacing_mm[axis]));
+    return V::mul(sampler.coordinate(axis, sample.cell), V::set(in.spacing_mm[axis]));
   }
 
   M wedge(const PredicateAtom& atom) const {
-    M defined = V::not_less(place.w[0], place.w[0]);
+    M defined = V::not_less(sample.cell, sample.cell);
     F v[2];
     for (int i = 0; i < 2; ++i) {
       v[i] = V::madd(code(atom.channel[i], defined), V::set(atom.scale[i]), V::set(atom.offset[i]));
@@ -103,7 +124,7 @@ struct LeafTests {
   M bits(const PredicateAtom& atom) const {
     I index[3];
     for (int axis = 0; axis < 3; ++axis) {
-      index[axis] = V::truncate(V::add(sampler.coordinate(axis, cell), V::set(0.5F)));
+      index[axis] = V::truncate(V::add(sampler.coordinate(axis, sample.cell), V::set(0.5F)));
     }
     const I at = V::add(V::add(V::mul(index[2], V::set_int(in.label_slice)),
                                V::mul(index[1], V::set_int(in.label_row))),
@@ -113,7 +134,7 @@ struct LeafTests {
   }
 
   M range(const PredicateAtom& atom) const {
-    M defined = V::not_less(place.w[0], place.w[0]);
+    M defined = V::not_less(sample.cell, sample.cell);
     const F value = code(atom.channel[0], defined);
     return V::both(defined, between(value, atom.low, atom.high));
   }
@@ -138,7 +159,7 @@ struct LeafTests {
 
   M test(const PredicateAtom& atom) const {
     const bool of_volume = atom.kind == PredicateAtom::kRange && atom.channel[0] == 0;
-    return of_volume ? between(volume, atom.low, atom.high) : test_other(atom);
+    return of_volume ? between(sample.volume, atom.low, atom.high) : test_other(atom);
   }
 };
 
@@ -209,7 +230,7 @@ class PredicateMarcher {
   /// What a sample of every lane looks like.
   struct Part {
     LaneSample<V> sample;
-    F entry;   ///< Of the table of extinctions.
+    F x;       ///< Intensity.
     M shown;   ///< Lanes in which it may be seen.
     I leaves;  ///< That are true there.
     F look[4];
@@ -221,6 +242,7 @@ class PredicateMarcher {
   /// and marching get to the end of those too.
   F leave_out(F cell, M active) {
     M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
+    if (!V::any(open)) return cell;
     open = V::both(open, asks(cell));
     while (V::any(open)) {
       const auto brick = bricks_.find(cell);
@@ -314,7 +336,7 @@ class PredicateMarcher {
       for (int i = 0; i < run; ++i) {
         Part& part = parts[i];
         if (n >= in_.cheap_leaves && !matters(leaf, known, part.leaves, part.shown)) continue;
-        const LeafTests<V> tests(in_, sampler_, part.sample);
+        const LeafTests<V> tests{in_, sampler_, part.sample};
         const M is = V::both(part.shown, tests.test(in_.atoms[leaf]));
         part.leaves = V::or_where(is, V::set_int(static_cast<int>(bit)), part.leaves);
       }
@@ -416,11 +438,11 @@ class PredicateMarcher {
     part.sample.take(in_, sampler_, cell);
     active = V::both(active, V::less(cell, end_));
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
-    const F entry =
+    const F x =
         V::madd(part.sample.volume, V::set(in_.intensity_scale), V::set(in_.intensity_offset));
     const F zero = V::set(0.0F);
-    part.shown = V::both(active, V::less(zero, entry));
-    part.entry = V::min(V::max(entry, zero), V::set(in_.last_entry));
+    part.shown = V::both(active, V::less(zero, x));
+    part.x = V::min(V::max(x, zero), V::set(1.0F));
   }
 
   void classify(Part& part) {
@@ -431,7 +453,7 @@ class PredicateMarcher {
     const F cell = part.sample.cell;
     const F t_a = V::max(cell, begin_);
     const F t_b = V::min(ahead(cell, 1), end_);
-    part.opacity = opacity_of(part.entry, part.look[3], t_a, t_b, part.shown);
+    part.opacity = opacity_of(part.x, part.look[3], t_a, t_b, part.shown);
   }
 
   /// Of the part from t_a to t_b of a cell; 0 where nothing is shown.
@@ -444,22 +466,35 @@ class PredicateMarcher {
       counts_.faded += static_cast<std::uint64_t>(V::count(faded));
     }
     const M special = V::either(faded, V::negate(whole));
-    const F plain = entry(in_.opacity, x);
+    const F plain = whole_opacity(x);
     if (!V::any(V::both(shown, special))) return V::mask(shown, plain);
-    F tau = entry(in_.tau, x);
+    F tau = tau_of(x);
     if constexpr (kFade) tau = fade(tau, importance, t_a, t_b);
     const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), length);
     const F exact = V::one_minus_exp(V::max(depth, V::set(0.0F)));
     return V::mask(shown, V::select(special, exact, plain));
   }
 
-  /// A table of values and differences at x.
-  F entry(const float* table, F x) const {
-    const F floor = V::floor(V::min(x, V::set(in_.last_entry - 1)));
+  /// OpacityPieces at x.
+  F whole_opacity(F x) const {
+    I piece;
+    F t;
+    const F z = V::madd(V::set(-OpacityPieces::kScale), x, V::set(OpacityPieces::kMost));
+    V::quarter_octave(z, piece, t);
+    const auto factor = [&](int i) {
+      return V::pick(in_.opacity + i * OpacityPieces::kPieces, OpacityPieces::kEights, piece);
+    };
+    return V::madd(V::madd(V::madd(factor(3), t, factor(2)), t, factor(1)), t, factor(0));
+  }
+
+  /// Extinction per mm.
+  F tau_of(F x) const {
+    const F at = V::mul(x, V::set(in_.last_entry));
+    const F floor = V::floor(V::min(at, V::set(in_.last_entry - 1)));
     F value;
     F rise;
-    V::load_float_pair(table, V::truncate(V::add(floor, floor)), value, rise);
-    return V::madd(V::sub(x, floor), rise, value);
+    V::load_float_pair(in_.tau, V::truncate(V::add(floor, floor)), value, rise);
+    return V::madd(V::sub(at, floor), rise, value);
   }
 
   /// The looks of lanes that are asked for.
@@ -498,7 +533,7 @@ class PredicateMarcher {
   void blend(const Part& part, F opacity) {
     const F one = V::set(1.0F);
     const F zero = V::set(0.0F);
-    const F x = V::mul(part.entry, V::set(in_.per_entry));
+    const F x = part.x;
     const F importance = part.look[3];
     const M counts = V::less(zero, opacity);
     F a = alpha_;

@@ -42,6 +42,18 @@ struct alignas(16) PredicateLook {
 /// How a packet is composited.
 enum class PredicateBlend { kOver, kWeight, kLog };
 
+/// Opacity of a whole cell of an intensity x in [0, 1], from registers: a cubic for each quarter
+/// of an octave of z = kMost - kScale · x, which lies in (2^-8, 1), since opacities are steep where
+/// x is near 1. Cubics meet the opacity at their ends and at thirds.
+struct alignas(64) OpacityPieces {
+  static constexpr int kPieces = 32;
+  static constexpr int kEights = kPieces / 8;
+  static constexpr float kMost = 0.99999994F;  ///< The last before 1.
+  static constexpr float kScale = 1 - 1.0F / 256 - 1.0F / (1 << 20);
+  /// Of the fraction t in [0, 1/4) of z's mantissa beyond the begin of its piece: sum of of[i] t^i.
+  float of[4][kPieces];
+};
+
 /// What all rays of a picture by predicates share.
 struct PredicateInputs {
   MarchInputs base;  ///< Grid, bricks, step and cutaway; its voxels and table are not used.
@@ -77,12 +89,11 @@ struct PredicateInputs {
   /// Per brick: no sample has more importance, in the measure of PredicateLook.
   const float* brick_importance;
 
-  float intensity_offset;  ///< Of codes[0], in entries of the table of extinctions.
+  float intensity_offset;  ///< Of codes[0].
   float intensity_scale;
-  float per_entry;       ///< Entries to intensity.
   const float* tau;      ///< Per entry: extinction per mm, what to add to reach the next.
-  const float* opacity;  ///< The same of the opacity of a whole cell.
   float last_entry;      ///< kTauEntries - 1.
+  const float* opacity;  ///< OpacityPieces::of.
 
   float leave_out_from;  ///< spec::EarlyEnds; infinity: never.
   float leave_out_for;

@@ -17,6 +17,29 @@ struct PredicateAvx2 : Avx2 {
     const __m256i none = _mm256_cmpeq_epi32(_mm256_and_si256(a.v, mask.v), _mm256_setzero_si256());
     return negate({_mm256_castsi256_ps(none)});
   }
+  /// As PredicateAvx512.
+  static void load_cell_words(const std::int16_t* p, int row, int slice, I at, I* words) {
+    const Lanes lanes(at);
+    F two[4];
+    for (int i = 0; i < 4; ++i) {
+      const __m128i low = load_cell(p + lanes.at[i], row, slice);
+      const __m128i high = load_cell(p + lanes.at[i + 4], row, slice);
+      two[i] = _mm256_castsi256_ps(_mm256_set_m128i(high, low));
+    }
+    F found[4];
+    transpose(two, found);
+    for (int i = 0; i < 4; ++i) words[i] = {_mm256_castps_si256(found[i])};
+  }
+  static F first_of(I word) { return low_half(word.v); }
+  static F second_of(I word) { return high_half(word.v); }
+  static I pair_weights(F w) {
+    const __m256i second = _mm256_cvtps_epi32(mul(w, set(kWhole)));
+    const __m256i both = _mm256_sub_epi32(_mm256_slli_epi32(second, 16), second);
+    return {_mm256_add_epi32(both, _mm256_set1_epi32(static_cast<int>(kWhole)))};
+  }
+  static F weigh(I word, I weights) {
+    return _mm256_cvtepi32_ps(_mm256_madd_epi16(word.v, weights.v));
+  }
   /// a | (m ? bits : 0).
   static I or_where(M m, I bits, I a) {
     return {_mm256_or_si256(a.v, _mm256_and_si256(_mm256_castps_si256(m.v), bits.v))};
@@ -65,6 +88,14 @@ struct PredicateAvx2 : Avx2 {
     const __m256i found =
         _mm256_or_si256(_mm256_and_si256(low, word(0)), _mm256_and_si256(high, word(32)));
     return _mm256_testz_si256(found, found) == 0;
+  }
+  /// As PredicateAvx512.
+  static void quarter_octave(F z, I& quarter, F& beyond) {
+    const __m256i bits = _mm256_castps_si256(z);
+    quarter = {_mm256_sub_epi32(_mm256_srli_epi32(bits, 21), _mm256_set1_epi32(4 * 119))};
+    const __m256i rest = _mm256_and_si256(bits, _mm256_set1_epi32(0x001fffff));
+    const __m256i one = _mm256_set1_epi32(0x3f800000);
+    beyond = sub(_mm256_castsi256_ps(_mm256_or_si256(rest, one)), set(1.0F));
   }
   /// An entry of a table of eights of floats, aligned.
   static F pick(const float* table, int eights, I at) {

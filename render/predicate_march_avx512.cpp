@@ -12,6 +12,28 @@ struct PredicateAvx512 : Avx512 {
   static I load_int(const std::int32_t* p, I at) { return {_mm512_i32gather_epi32(at.v, p, 4)}; }
   static void store_int(std::int32_t* p, I a) { _mm512_storeu_si512(p, a.v); }
   static M has_bits(I a, I mask) { return {_mm512_test_epi32_mask(a.v, mask.v)}; }
+  /// The pairs of load_cells() as words.
+  __attribute__((always_inline)) static void load_cell_words(const std::int16_t* p, int row,
+                                                             int slice, I at, I* words) {
+    const Lanes lanes(at);
+    const auto of = [&](int lane) __attribute__((always_inline)) {
+      return load_cell(p + lanes.at[lane], row, slice);
+    };
+    F found[4];
+    load_words(of, found);
+    for (int i = 0; i < 4; ++i) words[i] = {_mm512_castps_si512(found[i])};
+  }
+  static F first_of(I word) { return low_half(word.v); }
+  static F second_of(I word) { return high_half(word.v); }
+  /// Whole numbers of 1 / kWhole for both of a pair.
+  static I pair_weights(F w) {
+    const __m512i second = _mm512_cvtps_epi32(mul(w, set(kWhole)));
+    const __m512i both = _mm512_sub_epi32(_mm512_slli_epi32(second, 16), second);
+    return {_mm512_add_epi32(both, _mm512_set1_epi32(static_cast<int>(kWhole)))};
+  }
+  static F weigh(I word, I weights) {
+    return _mm512_cvtepi32_ps(_mm512_madd_epi16(word.v, weights.v));
+  }
   /// a | (m ? bits : 0).
   static I or_where(M m, I bits, I a) { return {_mm512_mask_or_epi32(a.v, m.v, a.v, bits.v)}; }
   /// Pairs of floats of lanes i, i + 1, i + 4, i + 5, …, i + 13.
@@ -52,8 +74,18 @@ struct PredicateAvx512 : Avx512 {
     return (half(_mm512_castsi512_si256(a.v), m.v & 0xFFU) |
             half(_mm512_extracti64x4_epi64(a.v, 1), m.v >> 8)) != 0;
   }
+  /// Of z in [2^-8, 1): in which quarter of an octave it lies, counted from 2^-8, and the mantissa
+  /// beyond the begin of that.
+  static void quarter_octave(F z, I& quarter, F& beyond) {
+    const __m512i bits = _mm512_castps_si512(z);
+    quarter = {_mm512_sub_epi32(_mm512_srli_epi32(bits, 21), _mm512_set1_epi32(4 * 119))};
+    const __m512i rest = _mm512_and_si512(bits, _mm512_set1_epi32(0x001fffff));
+    const __m512i one = _mm512_set1_epi32(0x3f800000);
+    beyond = sub(_mm512_castsi512_ps(_mm512_or_si512(rest, one)), set(1.0F));
+  }
   /// An entry of a table of eights of floats, aligned to 32 bytes.
   static F pick(const float* table, int eights, I at) {
+    if (eights == 4) return _mm512_permutex2var_ps(load(table), at.v, load(table + 16));
     const F first = _mm512_broadcast_f32x8(_mm256_load_ps(table));
     if (eights == 1) return _mm512_permutexvar_ps(at.v, first);
     F out = _mm512_permutexvar_ps(at.v, load(table));

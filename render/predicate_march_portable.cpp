@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <cstring>
 
 #include "render/cpu_lanes_scalar.hpp"
 #include "render/predicate_kernel.hpp"
@@ -11,6 +12,23 @@ namespace {
 /// With what predicates need besides.
 struct PredicateScalar : Scalar {
   static F log(F x) { return std::log(x); }
+  /// As PredicateAvx512.
+  static void load_cell_words(const std::int16_t* p, int row, int slice, I at, I* words) {
+    const std::int16_t* pairs[4] = {p + at, p + at + row, p + at + slice, p + at + row + slice};
+    for (int i = 0; i < 4; ++i) std::memcpy(words + i, pairs[i], sizeof *words);
+  }
+  static F first_of(I word) { return static_cast<F>(half(word, 0)); }
+  static F second_of(I word) { return static_cast<F>(half(word, 1)); }
+  static I pair_weights(F w) { return static_cast<I>(std::lrint(w * kWhole)); }
+  static F weigh(I word, I second) {
+    return static_cast<F>(half(word, 0) * (static_cast<I>(kWhole) - second) +
+                          half(word, 1) * second);
+  }
+  static I half(I word, int i) {
+    std::int16_t halves[2];
+    std::memcpy(halves, &word, sizeof halves);
+    return halves[i];
+  }
   static I load_int(const std::int32_t* p, I at) { return p[at]; }
   static void load_float_pair(const float* p, I at, F& a, F& b) {
     a = p[at];
@@ -26,6 +44,15 @@ struct PredicateScalar : Scalar {
   static M has_bits(I a, I mask) { return (a & mask) != 0; }
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
   static bool any_among(I a, M m, std::uint64_t values) { return m && (values >> a & 1U) != 0; }
+  /// As PredicateAvx512.
+  static void quarter_octave(F z, I& quarter, F& beyond) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &z, sizeof bits);
+    quarter = static_cast<I>(bits >> 21) - 4 * 119;
+    bits = (bits & 0x001fffffU) | 0x3f800000U;
+    std::memcpy(&beyond, &bits, sizeof bits);
+    beyond -= 1;
+  }
   static F pick(const float* table, int /*eights*/, I at) { return table[at]; }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     for (int i = 0; i < 3; ++i) out[i] = looks[0]->tint[i];

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <gtest/gtest.h>
+
+#include "render/cpu_predicates.hpp"
+
+namespace nav::render {
+namespace {
+
+double exact(const IntensityOpacity& extinction, double x, double step_mm) {
+  return -std::expm1(-extinction.tau(x) * step_mm);
+}
+
+/// As the lanes find it.
+double by_pieces(const OpacityPieces& pieces, float x) {
+  const float z = OpacityPieces::kMost - OpacityPieces::kScale * x;
+  const auto bits = std::bit_cast<std::uint32_t>(z);
+  const int piece = static_cast<int>(bits >> 21) - 4 * 119;
+  EXPECT_GE(piece, 0) << x;
+  EXPECT_LT(piece, OpacityPieces::kPieces) << x;
+  const float t = std::bit_cast<float>((bits & 0x001fffffU) | 0x3f800000U) - 1;
+  float sum = 0;
+  for (int i = 3; i >= 0; --i) sum = sum * t + pieces.of[i][piece];
+  return sum;
+}
+
+/// Of intensities of which the least and the greatest are told; relative: in parts of the opacity.
+double greatest_error(double step_mm, float from, float up_to, bool relative) {
+  const IntensityOpacity extinction(2);
+  const OpacityPieces pieces = opacity_pieces(extinction, step_mm);
+  double most = 0;
+  constexpr int kCount = 200000;
+  for (int i = 0; i <= kCount; ++i) {
+    const float x = from + (up_to - from) * static_cast<float>(i) / kCount;
+    const double truth = exact(extinction, x, step_mm);
+    const double error = std::abs(by_pieces(pieces, x) - truth);
+    most = std::max(most, relative ? error / truth : error);
+  }
+  return most;
+}
+
+TEST(OpacityPieces, MeetsTheOpacityOfEveryStep) {
+  // 254/255 is the greatest intensity but white itself. There the definition, which is linear
+  // between entries, has corners.
+  for (const double step_mm : {0.005, 0.05, 0.3, 1.0, 3.0}) {
+    EXPECT_LT(greatest_error(step_mm, 0, 0.95F, false), 2e-5) << step_mm;
+    EXPECT_LT(greatest_error(step_mm, 0, 254.0F / 255, false), 5e-4) << step_mm;
+    EXPECT_LT(greatest_error(step_mm, 1.0F / 255, 0.95F, true), 2e-4) << step_mm;
+  }
+}
+
+TEST(OpacityPieces, WhiteIsExact) {
+  const IntensityOpacity extinction(2);
+  for (const double step_mm : {0.005, 0.3, 3.0}) {
+    const OpacityPieces pieces = opacity_pieces(extinction, step_mm);
+    const double truth = exact(extinction, 1, step_mm);
+    EXPECT_NEAR(by_pieces(pieces, 1.0F), truth, 1e-3 * truth) << step_mm;
+  }
+}
+
+TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
+  const IntensityOpacity extinction(2);
+  const OpacityPieces pieces = opacity_pieces(extinction, 0.05);
+  EXPECT_NEAR(by_pieces(pieces, 0.0F), 0, 1e-8);
+  for (const float x : {1e-6F, 1e-4F, 1.0F / 255}) {
+    const double truth = exact(extinction, x, 0.05);
+    EXPECT_NEAR(by_pieces(pieces, x), truth, 2e-4 * truth + 3e-9) << x;
+  }
+}
+
+TEST(OpacityPieces, RisesWithTheIntensity) {
+  const OpacityPieces pieces = opacity_pieces(IntensityOpacity(2), 0.1);
+  double before = 0;
+  for (int i = 1; i <= 4096; ++i) {
+    const double now = by_pieces(pieces, static_cast<float>(i) / 4096);
+    EXPECT_GE(now, before) << i;
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace nav::render
