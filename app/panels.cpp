@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <utility>
+#include <vector>
 
 #include "app/plane_view.hpp"
 
@@ -50,6 +52,25 @@ void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& fr
                 4, kNeedleColour);
 }
 
+/// What lies within this of the plane is drawn in it, mm: about half the thickness of a beam.
+constexpr double kSliceHalfMm = 2;
+
+/// Where the needle goes through the plane: a dot where its shaft does, a ring where it would if it
+/// went on.
+void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& hub,
+                   const Eigen::Vector3d& tip, const Eigen::Vector3d& ahead) {
+  const auto mark = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius,
+                        double width) {
+    const bool in_plane = std::max(std::abs(a.z()), std::abs(b.z())) <= kSliceHalfMm;
+    if (in_plane || (a.z() > 0) == (b.z() > 0)) return;
+    const Eigen::Vector3d there = a + (b - a) * (a.z() / (a.z() - b.z()));
+    const Eigen::Vector2d p = view.pixel_of(there.head<2>());
+    if (view.contains(p)) canvas.circle(p, radius, width, kNeedleColour);
+  };
+  mark(hub, tip, 2, 4);
+  mark(tip, ahead, 5, 1.5);
+}
+
 /// Needle and target where they meet the plane.
 void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
   const Epoch& epoch = context.epoch;
@@ -71,17 +92,21 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, 150}}).mm;
   const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
                            double dash) {
-    // In short pieces, so that nothing leaves the panel.
+    // In short pieces, so that nothing leaves the panel or lies off the plane.
     constexpr int kPieces = 150;
     for (int i = 0; i < kPieces; ++i) {
       if (dash > 0 && i / 4 % 2 == 1) continue;
-      const Eigen::Vector2d p = view.pixel_of((a + (b - a) * i / kPieces).head<2>());
-      const Eigen::Vector2d q = view.pixel_of((a + (b - a) * (i + 1) / kPieces).head<2>());
+      const Eigen::Vector3d from = a + (b - a) * i / kPieces;
+      const Eigen::Vector3d to = a + (b - a) * (i + 1) / kPieces;
+      if (std::abs(from.z()) > kSliceHalfMm || std::abs(to.z()) > kSliceHalfMm) continue;
+      const Eigen::Vector2d p = view.pixel_of(from.head<2>());
+      const Eigen::Vector2d q = view.pixel_of(to.head<2>());
       if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, kNeedleColour);
     }
   };
   segment(hub, tip, 2, 0);
   segment(tip, ahead, 1, 1);
+  draw_crossing(canvas, view, hub, tip, ahead);
 }
 
 /// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
@@ -91,6 +116,22 @@ std::string shorten(const Canvas& canvas, int size, std::string words, int width
   return words + "...";
 }
 
+/// Words in lines of at most a width, cut at spaces; a word that is wider stands alone.
+std::vector<std::string> wrapped(const Canvas& canvas, int size, const std::string& words,
+                                 int width) {
+  std::vector<std::string> lines;
+  std::istringstream stream(words);
+  for (std::string word; stream >> word;) {
+    const std::string longer = lines.empty() ? word : lines.back() + " " + word;
+    if (lines.empty() || canvas.text_width(size, longer) > width) {
+      lines.push_back(word);
+    } else {
+      lines.back() = longer;
+    }
+  }
+  return lines;
+}
+
 /// A line of words at the left of a panel, cut to its width.
 void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
                 int size = 15) {
@@ -98,6 +139,17 @@ void draw_label(Canvas& canvas, int x, int y, int width, const std::string& word
   // On a ground of its own: a picture below may be as bright as the words.
   canvas.fill(x + 1, y - size - 2, canvas.text_width(size, shown) + 14, size + 9, kBackground);
   canvas.text(x + 8, y, size, shown, colour);
+}
+
+/// Whole sentences, numbers among them, from a base line on; returns the next one.
+int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
+  constexpr int kSize = 13;
+  constexpr int kLineHeight = 24;
+  for (const std::string& line : wrapped(canvas, kSize, words, width - 16)) {
+    draw_label(canvas, 0, y, width, line, colour_of(SafetyState::kDegraded), kSize);
+    y += kLineHeight;
+  }
+  return y;
 }
 
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
@@ -146,7 +198,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   const int base = y + height / 2 + 6;
   int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.ultrasound);
   x = draw_lamp(canvas, x, base, "CT", epoch.placement);
-  const bool has_needle = context.plan.has_value();
+  const bool has_needle = context.plan || context.needle_expected;
   if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
   const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
   if (epoch.guidance) {
@@ -207,16 +259,13 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   constexpr int kSmallestWidth = 400;
   if (view_3d.height() >= kSmallestHeight && canvas.width() >= kSmallestWidth) {
     draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
-    if (!context.note.empty()) {
-      draw_label(canvas, 0, 44, view_3d.width(), context.note, colour_of(SafetyState::kDegraded),
-                 13);
-    }
-    if (!context.warning.empty()) {
-      draw_label(canvas, 0, 68, view_3d.width(), context.warning, colour_of(SafetyState::kDegraded),
-                 13);
-    }
+    const int next = draw_note(canvas, 44, view_3d.width(), context.note);
+    draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
+  } else {
+    // Whose picture it is, and that it is not registered, is said however small it is.
+    draw_note(canvas, view_3d.height() + 16, canvas.width(), context.banner);
   }
   return canvas.picture();
 }

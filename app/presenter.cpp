@@ -152,8 +152,8 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     note_ = rendered->statistics.note;
     if (empty) empty_view_ = view;
   }
-  PanelContext context{epoch,   *ct_,          plan_, options_.window,
-                       banner_, wanted.camera, note_, warning_};
+  PanelContext context{epoch,         *ct_,  plan_,    options_.window, banner_,
+                       wanted.camera, note_, warning_, needle_expected_};
   return compose_panels(view, context);
 }
 

@@ -59,6 +59,8 @@ class Presenter {
     ultrasound_ = std::move(ultrasound);
     without_ct_ = alone;
   }
+  /// A needle is tracked, or ought to be: its state is shown also while it is lost.
+  void expect_needle() { needle_expected_ = true; }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 
@@ -78,6 +80,8 @@ class Presenter {
   /// The step and pixel error that were chosen for rms_error, once a 3D view was cast; absent where
   /// it was given, and in views by predicates and projections.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
+  /// What the engine said of its last picture ("down-sampled …"); may be empty.
+  [[nodiscard]] const std::string& note() const { return note_; }
   /// Seconds of the casting, all views.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
@@ -94,6 +98,7 @@ class Presenter {
   bool without_ct_ = false;  ///< The 3D view shows the ultrasound volume alone.
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
+  bool needle_expected_ = false;
   Point<frames::Ct> focus_ct_;
   std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
   double typical_extent_mm_ = 0;

@@ -119,6 +119,10 @@ class Replay {
   Result<void> show(const Epoch& epoch) {
     auto picture = presenter_.present(epoch);
     if (!picture) return picture.error();
+    if (presenter_.note() != note_) {
+      note_ = presenter_.note();
+      if (!note_.empty()) console_.report(Severity::kWarning, "render", note_);
+    }
     char name[64];
     std::snprintf(name, sizeof name, "replay_%05d.png", shown_++);
     if (auto written = out_.write_picture(name, *picture); !written) return written;
@@ -171,6 +175,7 @@ class Replay {
   std::int64_t stride_ = 1;
   std::int64_t paired_ = 0;
   int shown_ = 0;
+  std::string note_;  ///< Of the engine, that was reported.
   std::vector<Image2d<Rgba8>> animation_;
 };
 
@@ -321,6 +326,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   presenter->set_banner(banner_of(*placement, follower.has_value()));
   presenter->set_registration_warnings(placement->warnings);
   report_warnings(placement->warnings, console);
+  if (!config.source.needle_frame.empty()) presenter->expect_needle();
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }

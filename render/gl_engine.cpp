@@ -40,19 +40,28 @@ class GlEngine final : public Engine {
 
   Result<RenderedImage> render(const Scene& scene) override {
     if (auto ok = validate(scene); !ok) return ok.error();
-    if (!window_) {
-      auto opened = OffscreenWindow::create(16, 16);
-      if (!opened) return opened.error();
-      use(std::move(opened).value());
-    }
+    const bool kept = window_ != nullptr;
+    if (auto ok = open(); !ok) return ok.error();
     auto image = draw(scene);
-    // A context that is lost, or that failed half way, is not worth keeping: the next picture gets
-    // a new one.
+    // A context that is lost, or that failed half way, is not worth keeping.
+    if (!image) close();
+    // What was lost since the last picture is opened and sent anew, once: a second loss is told.
+    if (image || !kept || image.error().code != ErrorCode::kUnavailable) return image;
+    if (auto ok = open(); !ok) return ok.error();
+    image = draw(scene);
     if (!image) close();
     return image;
   }
 
  private:
+  Result<void> open() {
+    if (window_) return {};
+    auto opened = OffscreenWindow::create(16, 16);
+    if (!opened) return opened.error();
+    use(std::move(opened).value());
+    return {};
+  }
+
   void use(std::unique_ptr<OffscreenWindow> window) {
     window_ = std::move(window);
     device_ = window_->device();
@@ -70,8 +79,7 @@ class GlEngine final : public Engine {
     const CurrentContext current(*window_);
     if (!window_->window().IsCurrent()) {
       return Error{ErrorCode::kUnavailable,
-                   "OpenGL: expected the context of " + device_ +
-                       ", found it lost; the next picture is drawn with a new one"};
+                   "OpenGL: expected the context of " + device_ + ", found it lost"};
     }
     window_->window().SetSize(scene.width, scene.height);
     // The view keeps no share of the scene beyond this call.

@@ -51,5 +51,110 @@ TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
   EXPECT_GT(changed, 500);
 }
 
+/// A live black picture of 40 mm in the plane z = 0 of the CT, with a needle along +z of its frame.
+Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
+  UltrasoundFrame frame;
+  constexpr int kSide = 80;
+  frame.pixels = Image2d<std::uint8_t>(kSide, kSide, std::vector<std::uint8_t>(kSide * kSide, 0));
+  frame.grid = PixelGrid::centred(kSide, 0.5, 0.5);
+  const SafetyState valid = SafetyState::kValid;
+  Epoch epoch;
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  const auto still = Eigen::Quaterniond::Identity();
+  epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
+                             Duration::zero(), false};
+  epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
+  // The picture's middle column lies at x = 20 of the CT.
+  epoch.ct_from_image = Transform<frames::Ct, frames::Image>(still, {20, 0, 0});
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along);
+  epoch.ct_from_needle = Transform<frames::Ct, frames::Needle>(turn, tip);
+  return epoch;
+}
+
+Image2d<Rgba8> composed(const Epoch& epoch, int width = kWidth, int height = kHeight,
+                        const std::string& banner = "", bool needle = false) {
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(
+      width, height,
+      std::vector<Rgba8>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                         {40, 40, 40, 255}));
+  PanelContext context{epoch, *ct, {}, {}, banner, {}, "", ""};
+  context.needle_expected = needle;
+  return compose_panels(view, context);
+}
+
+/// Pixels of the flat panels in which two pictures differ.
+int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
+  int changed = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth; x < a.width(); ++x) changed += a.at(x, y) == b.at(x, y) ? 0 : 1;
+  }
+  return changed;
+}
+
+TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
+  const auto none = [] {
+    Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
+    epoch.needle = {SafetyState::kLost, ""};
+    return composed(epoch);
+  }();
+  const auto changed = [&](const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
+    return changed_in_panels(composed(with_needle(tip, along)), none);
+  };
+  const Eigen::Vector3d down(0, 1, 0);
+  const int in_plane = changed({20, 20, 0}, down);
+  EXPECT_GT(in_plane, 300);
+  EXPECT_EQ(changed({20, 20, 1}, down), in_plane) << "within the thickness of a slice";
+  EXPECT_EQ(changed({20, 20, 27}, down), 0) << "far from the plane and along it";
+  EXPECT_EQ(changed({20, 20, -27}, down), 0);
+  EXPECT_EQ(changed({20, 20, 27}, {0, 0, 1}), changed({20, 20, 90}, {0, 0, 1}))
+      << "a dot where the shaft goes through";
+  const int dot = changed({20, 20, 27}, {0, 0, 1});
+  EXPECT_GT(dot, 10);
+  EXPECT_LT(dot, 300);
+  const int ring = changed({20, 20, -27}, {0, 0, 1});
+  EXPECT_GT(ring, 10) << "a ring where it would";
+  EXPECT_LT(ring, 600);
+  EXPECT_NE(ring, dot);
+}
+
+TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
+  Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
+  epoch.needle = {SafetyState::kLost, "no needle pose"};
+  const auto without = composed(epoch);
+  const auto with = composed(epoch, kWidth, kHeight, "", true);
+  int changed = 0;
+  for (int y = kHeight; y < with.height(); ++y) {
+    for (int x = 0; x < with.width(); ++x) changed += with.at(x, y) == without.at(x, y) ? 0 : 1;
+  }
+  EXPECT_GT(changed, 200);
+}
+
+TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
+  const std::string start =
+      "the volume of 4096 x 4 x 4 voxels exceeds the device: it is drawn from means of 2 x 1 x 1 "
+      "voxels; values differ by ";
+  const auto one = composed(start + "12.5 HU rms");
+  const auto other = composed(start + "98.7 HU rms");
+  bool differ = false;
+  for (int y = 0; y < one.height() && !differ; ++y) {
+    for (int x = 0; x < one.width(); ++x) differ = differ || !(one.at(x, y) == other.at(x, y));
+  }
+  EXPECT_TRUE(differ);
+}
+
+TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
+  const Epoch epoch;
+  const auto without = composed(epoch, 300, 200);
+  const auto with = composed(epoch, 300, 200, "CT NOT REGISTERED");
+  int changed = 0;
+  for (int y = 200; y < with.height(); ++y) {
+    for (int x = 0; x < with.width(); ++x) changed += with.at(x, y) == without.at(x, y) ? 0 : 1;
+  }
+  EXPECT_GT(changed, 100);
+}
+
 }  // namespace
 }  // namespace nav::app

@@ -26,7 +26,7 @@ TEST(GlRecoveryTest, AProgramThatDoesNotLinkSaysWhy) {
   EXPECT_TRUE(test::refuses(linked, ErrorCode::kUnsupportedData, {"shader", "the driver says"}));
 }
 
-TEST(GlRecoveryTest, ALostContextIsAnErrorOnceAndThenANewContextDraws) {
+TEST(GlRecoveryTest, ALostContextIsReplacedBeforeThePictureIsGivenUp) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
@@ -42,7 +42,6 @@ TEST(GlRecoveryTest, ALostContextIsAnErrorOnceAndThenANewContextDraws) {
     (*other)->release_thread();
     ASSERT_TRUE(eglTerminate(display));
   }
-  EXPECT_TRUE(test::refuses((*gl)->render(scene), ErrorCode::kUnavailable, {"lost"}));
   const auto after = (*gl)->render(scene);
   ASSERT_TRUE(test::has_value(after));
   const auto a = before->pixels.pixels();
