@@ -13,7 +13,11 @@ namespace {
 Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, const Volume& ct,
                                              const std::optional<LookFile>& file) {
   const auto base = [&]() -> Result<render::TransferFunction> {
-    if (file) return transfer_for(*file, ct);
+    if (file) {
+      auto laid = transfer_for(*file, ct);
+      if (laid) return laid;
+      return Error{laid.error().code, look.file.string() + ": " + laid.error().message};
+    }
     if (!look.nodes.empty()) return render::TransferFunction::create("session file", look.nodes);
     return render::preset_for(look.preset, ct);
   }();

@@ -91,6 +91,16 @@ render::Cutaway read_cutaway(const Json& json, const std::string& where,
   member.flag("around_needle", c.around_needle);
   member.flag("around_targets", c.around_spheres);
   member.refuse_unknown();
+  // In the words and units of the file, before the scene names its own.
+  constexpr double kDegPerRad = 180 / M_PI;
+  for (const auto& [key, angle] :
+       {std::pair("theta1_deg", c.theta1_rad), std::pair("theta2_deg", c.theta2_rad)}) {
+    if (!(angle > 0 && angle < M_PI / 2))
+      member.fail(key, "an angle in (0, 90)", angle * kDegPerRad);
+  }
+  if (c.theta1_rad > c.theta2_rad) {
+    member.fail("theta1_deg", "at most theta2_deg", c.theta1_rad * kDegPerRad);
+  }
   return c;
 }
 
@@ -231,9 +241,13 @@ Result<void> write_look_file(const std::filesystem::path& path, const LookFile& 
   return io::write_file(path, to_json_text(look));
 }
 
-render::TransferFunction transfer_for(const LookFile& look, const Volume& volume) {
+Result<render::TransferFunction> transfer_for(const LookFile& look, const Volume& volume) {
   if (!look.value_range) return look.transfer;
-  return render::rescaled(look.transfer, *look.value_range, render::value_range(volume));
+  auto laid = render::rescaled(look.transfer, *look.value_range, render::value_range(volume));
+  if (laid) return laid;
+  return Error{laid.error().code,
+               "value_range: expected one whose nodes stay apart over the volume's, found that " +
+                   laid.error().message};
 }
 
 }  // namespace nav::app

@@ -36,7 +36,8 @@ std::string to_json_text(const LookFile& look);
 Result<void> write_look_file(const std::filesystem::path& path, const LookFile& look);
 
 /// The transfer function for a volume: values are carried over from look.value_range to the
-/// volume's own where the file has one; otherwise they are absolute.
-render::TransferFunction transfer_for(const LookFile& look, const Volume& volume);
+/// volume's own where the file has one; otherwise they are absolute. Refuses nodes that fall
+/// together there.
+Result<render::TransferFunction> transfer_for(const LookFile& look, const Volume& volume);
 
 }  // namespace nav::app

@@ -12,6 +12,7 @@ namespace {
 
 using PresetJson = nlohmann::json;
 constexpr std::size_t kMostPoints = 4096;
+constexpr double kMostPosition = 1e9;
 
 /// A point of a piecewise-linear curve: x and one value (opacity) or three (colour).
 struct Point {
@@ -42,16 +43,17 @@ std::string text_of(double x) {
   return text.str();
 }
 
-/// As VTK keeps points: in order, the last of equal ones.
+/// As Slicer keeps points: in order, all of them. One at the place of the one before is a step and
+/// moves to the next single-precision number.
 Curve sorted(Curve curve) {
   std::stable_sort(curve.begin(), curve.end(),
                    [](const Point& a, const Point& b) { return a.x < b.x; });
-  Curve unique;
-  for (Point& point : curve) {
-    if (!unique.empty() && unique.back().x == point.x) unique.pop_back();
-    unique.push_back(std::move(point));
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 1; i < curve.size(); ++i) {
+    const double before = curve[i - 1].x;
+    if (curve[i].x <= before) curve[i].x = std::nextafter(static_cast<float>(before), kFar);
   }
-  return unique;
+  return curve;
 }
 
 Result<void> check_curve(const std::string& where, const Curve& curve, std::size_t least) {
@@ -60,7 +62,9 @@ Result<void> check_curve(const std::string& where, const Curve& curve, std::size
                    std::to_string(curve.size()));
   }
   for (const Point& point : curve) {
-    if (!std::isfinite(point.x)) return refusal(where, "finite positions", text_of(point.x));
+    if (!(std::abs(point.x) <= kMostPosition)) {
+      return refusal(where, "positions of at most 1e9", text_of(point.x));
+    }
     for (const double y : point.y) {
       if (!(y >= 0 && y <= 1)) return refusal(where, "values in [0, 1]", text_of(y));
     }
@@ -134,8 +138,8 @@ Result<LookFile> to_look(const std::string& name, SlicerProperty property) {
   for (const double x : values) {
     const double opacity = std::min(gradient->factor * at(property.opacity, x)[0], kMostOpaque);
     const auto rgb = at(property.colour, x);
-    component.nodes.push_back(
-        {x, {rgb[0], rgb[1], rgb[2]}, -std::expm1(std::log1p(-opacity) / property.unit_mm), 0.5});
+    const double of_1_mm = -std::expm1(std::log1p(-opacity) / property.unit_mm);
+    component.nodes.push_back({x, {rgb[0], rgb[1], rgb[2]}, std::min(of_1_mm, kMostOpaque), 0.5});
   }
   auto transfer = render::TransferFunction::blend(name, {component});
   if (!transfer) return transfer.error();
@@ -308,8 +312,11 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
   JsonReader reader(name);
   SlicerProperty property;
   property.shade = reader.flag(component, "shade", true);
-  if (component.contains("lighting") && component["lighting"].is_object()) {
+  if (component.contains("lighting")) {
     const PresetJson& lighting = component["lighting"];
+    if (!lighting.is_object()) {
+      return refusal(name + ": lighting", "an object", lighting.dump().substr(0, 40));
+    }
     property.diffuse = reader.number(lighting, "diffuse", property.diffuse, 0, 10);
     property.ambient = reader.number(lighting, "ambient", property.ambient, 0, 10);
     property.specular = reader.number(lighting, "specular", property.specular, 0, 10);

@@ -12,9 +12,9 @@ namespace nav::app {
 /// 3D Slicer's volume properties as a look of one component, importance 1/2 everywhere (Slicer has
 /// none: --importance adds it).
 /// - Opacities are per scalarOpacityUnitDistance (.vp: 1 mm) and at most kMostOpaque.
-/// - Points are sorted, the last of equal ones counts, as VTK does it. Midpoints and sharpness
-/// other
-///   than VTK's defaults are refused: the curves they make are not piecewise linear.
+/// - Points are sorted; equal ones are a step, as in Slicer. Midpoints and sharpness other than
+/// VTK's
+///   defaults are refused: the curves they make are not piecewise linear.
 /// - A gradient opacity that is one value throughout scales the opacity; one that rises from 0 to a
 ///   plateau and may fall back to 0 becomes a GradientWindow; any other is refused. VTK multiplies
 ///   opacity by it, Sonde extinction: on the ramps of the window an opaque material stays denser.

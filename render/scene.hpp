@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -111,9 +112,9 @@ struct MeshObject {
 /// surface of theta1), clear (only importance 1 is left). The equations: ray_spec_cutaway.hpp.
 /// Simple cutaway: theta1 = theta2, overlay_mm = 0.
 struct Cutaway {
-  double theta1_rad = 0.52;     ///< Angle of the inner surface about the ray, (0, pi/2).
-  double theta2_rad = 0.87;     ///< Of the outer one, [theta1, pi/2).
-  double overlay_mm = 15;       ///< d, along the ray, >= 0; infinity: no clear region.
+  double theta1_rad = 30 * M_PI / 180;  ///< Angle of the inner surface about the ray, (0, pi/2).
+  double theta2_rad = 50 * M_PI / 180;  ///< Of the outer one, [theta1, pi/2).
+  double overlay_mm = 15;               ///< d, along the ray, >= 0; infinity: no clear region.
   bool around_plane = true;     ///< The ultrasound picture's true outline, when it is drawn.
   bool around_needle = false;   ///< When it is drawn.
   bool around_spheres = false;  ///< Target, margin, entry.

@@ -115,8 +115,8 @@ ValueRange value_range(const Volume& volume) {
   return {low, std::max(static_cast<double>(last) + kLeastHu, low + 1)};
 }
 
-TransferFunction rescaled(const TransferFunction& function, const ValueRange& from,
-                          const ValueRange& to) {
+Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
+                                  const ValueRange& to) {
   NAV_CHECK(from.high > from.low && to.high > to.low, from.low, from.high, to.low, to.high);
   const double factor = (to.high - to.low) / (from.high - from.low);
   std::vector<TransferComponent> components = function.components();
@@ -126,9 +126,7 @@ TransferFunction rescaled(const TransferFunction& function, const ValueRange& fr
     GradientWindow& w = *component.gradient;
     for (double* edge : {&w.zero_below, &w.full_from, &w.full_to, &w.zero_above}) *edge *= factor;
   }
-  auto made = TransferFunction::blend(function.name(), std::move(components));
-  NAV_CHECK(made.has_value());
-  return *std::move(made);
+  return TransferFunction::blend(function.name(), std::move(components));
 }
 
 Result<TransferFunction> with_importance(const TransferFunction& function,

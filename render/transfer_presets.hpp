@@ -26,9 +26,10 @@ ValueRange value_range(const Volume& volume);
 Result<TransferFunction> preset_for(const std::string& name, const Volume& volume);
 
 /// The same look on other values: from maps linearly to to. Gradient windows scale by the same
-/// factor. Precondition: from.high > from.low and to.high > to.low, otherwise a Bug.
-TransferFunction rescaled(const TransferFunction& function, const ValueRange& from,
-                          const ValueRange& to);
+/// factor. Refuses nodes that fall together or leave the numbers that a double holds.
+/// Precondition: from.high > from.low and to.high > to.low, otherwise a Bug.
+Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
+                                  const ValueRange& to);
 
 /// Importance for a range of values, of one component or of all.
 struct ImportanceRule {

@@ -128,7 +128,7 @@ TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
   }
   const auto volume = *Volume::create(grid, values, "other scanner");
   LookFile look = full_look();
-  const auto there = transfer_for(look, volume);
+  const auto there = *transfer_for(look, volume);
   const auto range = render::value_range(volume);
   for (const double share : {0.0, 0.4, 1.0}) {
     const double here = 12 + share * (345.5 - 12);
@@ -136,7 +136,7 @@ TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
     EXPECT_NEAR(there.at(value, 1e6).tau_per_mm, look.transfer.at(here, 1e6).tau_per_mm, 1e-9);
   }
   look.value_range.reset();
-  EXPECT_TRUE(render::same_classification(transfer_for(look, volume), look.transfer));
+  EXPECT_TRUE(render::same_classification(*transfer_for(look, volume), look.transfer));
 }
 
 TEST_F(LookFileTest, ReadsSlicersVp) {
@@ -152,6 +152,27 @@ TEST_F(LookFileTest, ReadsSlicersVp) {
   EXPECT_EQ(look->transfer.at(45.3791).importance, 0.5);
   EXPECT_TRUE(look->shading->enabled);
   EXPECT_EQ(look->shading->shininess, 10);
+}
+
+TEST_F(LookFileTest, StepsOfSlicersCurvesStaySteps) {
+  const std::string opacities =
+      "14 -3024 0 -86.9767 0 45.3791 0.169643 139.919 0.589286 347.907 0.607143 1224.16 0.607143 "
+      "3071 0.616071";
+  const auto look = read(replaced(kVp, opacities, "8 -1000 0 100 0 100 0.5 300 0.5"));
+  ASSERT_TRUE(test::has_value(look));
+  const auto opacity = [&](double hu) { return -std::expm1(-look->transfer.at(hu).tau_per_mm); };
+  EXPECT_EQ(opacity(-500), 0);
+  EXPECT_EQ(opacity(99.9), 0);
+  EXPECT_EQ(opacity(100), 0);
+  EXPECT_NEAR(opacity(100.1), 0.5, 1e-12);
+  EXPECT_NEAR(opacity(250), 0.5, 1e-12);
+}
+
+TEST_F(LookFileTest, OpacitiesOfShortDistancesStayBelowOne) {
+  const auto look = read(replaced(replaced(kVpJson, "Distance\": 2.0", "Distance\": 0.2"),
+                                  "\"y\": 0.75", "\"y\": 1.0"));
+  ASSERT_TRUE(test::has_value(look));
+  EXPECT_NEAR(-std::expm1(-look->transfer.at(300, 100).tau_per_mm), 0.9999, 1e-9);
 }
 
 TEST_F(LookFileTest, ReadsSlicersJson) {
@@ -195,6 +216,12 @@ TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
   EXPECT_TRUE(refused(replaced(kVpJson, "[0.5, 0.1, 0.1]", "[0.5, 0.1]"), {"three colours"}));
   EXPECT_TRUE(refused(replaced(kVpJson, "Distance\": 2.0", "Distance\": 0"),
                       {"scalarOpacityUnitDistance"}));
+  EXPECT_TRUE(refused(replaced(kVp, "14 -3024", "14 -1e300"), {"scalar opacity", "1e9"}));
+  EXPECT_TRUE(refused(replaced(kVpJson,
+                               "{\"diffuse\": 0.8, \"ambient\": 0.15, \"specular\": 0.3, "
+                               "\"specularPower\": 12.0}",
+                               "[1, 2]"),
+                      {"lighting", "object", "[1,2]"}));
   EXPECT_TRUE(refused(R"({"volumeProperties": []})", {"one volume property"}));
   EXPECT_TRUE(refused(R"({"volumeProperties": [{"components": 3}]})", {"one volume property"}));
 }
@@ -208,6 +235,31 @@ TEST_F(LookFileTest, RefusesWhatSlicerHasAndSondeHasNot) {
       refused(replaced(kVpJson, "\"y\": 0.75, \"midpoint\": 0.5", "\"y\": 0.75, \"midpoint\": 0.3"),
               {"midpoint"}));
   EXPECT_TRUE(refused(R"({"volumeProperties": [{"components": [{}, {}]}]})", {"components", "2"}));
+}
+
+TEST_F(LookFileTest, RefusesNodesThatFallTogetherOnAVolume) {
+  LookFile look = full_look();
+  look.value_range = render::ValueRange{-1e308, 1e308};
+  VoxelGrid grid;
+  grid.size = {2, 1, 1};
+  const auto volume = *Volume::create(grid, {0, 100}, "two voxels");
+  EXPECT_TRUE(test::refuses(transfer_for(look, volume), ErrorCode::kMalformedData,
+                            {"value_range", "node"}));
+}
+
+TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {
+  const std::string good = to_json_text(full_look());
+  const auto at = good.find("\"theta1_deg\": ");
+  ASSERT_NE(at, std::string::npos);
+  const auto end = good.find_first_of(",\n", at);
+  for (const auto& [degrees, expected] :
+       {std::pair("80.0", "at most theta2_deg"), std::pair("-3.0", "(0, 90)")}) {
+    std::string text = good;
+    text.replace(at, end - at, "\"theta1_deg\": " + std::string(degrees));
+    EXPECT_TRUE(
+        test::refuses(read(text), ErrorCode::kMalformedData, {"cutaway.theta1_deg", expected}))
+        << degrees;
+  }
 }
 
 TEST_F(LookFileTest, RefusesBrokenLooks) {

@@ -77,14 +77,25 @@ TEST(RescaledTest, MapsValuesAndGradientWindows) {
   TransferComponent c{"edge", {{0, {1, 0, 0}, 0.1, 0.3}, {10, {0, 1, 0}, 0.5, 0.6}}, {}};
   c.gradient = GradientWindow{1, 2, 3, 4};
   const auto f = *TransferFunction::blend("f", {c});
-  const auto g = rescaled(f, {0, 10}, {100, 300});
+  const auto g = *rescaled(f, {0, 10}, {100, 300});
   for (const double share : {0.0, 0.3, 1.0}) {
     const auto a = f.at(10 * share, 1.5);
     const auto b = g.at(100 + 200 * share, 30);
     EXPECT_NEAR(a.tau_per_mm, b.tau_per_mm, 1e-12);
     EXPECT_NEAR((a.rgb - b.rgb).norm(), 0, 1e-12);
   }
-  EXPECT_TRUE(same_classification(f, rescaled(f, {0, 10}, {0, 10})));
+  EXPECT_TRUE(same_classification(f, *rescaled(f, {0, 10}, {0, 10})));
+}
+
+TEST(RescaledTest, RefusesWhatFallsTogetherOrLeavesTheNumbers) {
+  const auto near = *TransferFunction::create(
+      "near", {{0, {1, 0, 0}, 0.1, 0.3}, {std::nextafter(0.0, 1.0), {0, 1, 0}, 0.5, 0.6}});
+  EXPECT_TRUE(test::refuses(rescaled(near, {0, 10}, {100, 300}), ErrorCode::kMalformedData,
+                            {"near", "node 1"}));
+  const auto far = *TransferFunction::create(
+      "far", {{-1e308, {1, 0, 0}, 0.1, 0.3}, {1e308, {0, 1, 0}, 0.5, 0.6}});
+  EXPECT_TRUE(test::refuses(rescaled(far, {0, 1}, {100, 300}), ErrorCode::kMalformedData,
+                            {"far", "finite"}));
 }
 
 TEST(WithImportanceTest, SetsItInARangeAndChangesNothingElse) {
