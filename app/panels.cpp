@@ -24,20 +24,6 @@ constexpr Rgba8 kFaint = rgb8(0x7a8590);
 constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
 constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
 
-Rgba8 colour_of(SafetyState state) {
-  switch (state) {
-    case SafetyState::kValid:
-      return rgb8(0x2fd060);
-    case SafetyState::kDegraded:
-      return rgb8(0xffb400);
-    case SafetyState::kStale:
-      return rgb8(0x9a9a9a);
-    case SafetyState::kLost:
-      return rgb8(0xe04040);
-  }
-  return rgb8(0xe04040);
-}
-
 /// Depth marks every 10 mm at the right edge and the dot that marks the probe's marked side.
 void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
   const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
@@ -202,11 +188,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
   const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
   if (epoch.guidance) {
-    char numbers[160];
-    std::snprintf(numbers, sizeof numbers,
-                  "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
-                  epoch.guidance->tip_to_target_mm, epoch.guidance->lateral_mm,
-                  epoch.guidance->angle_to_plan_rad * 180 / M_PI);
+    const std::string numbers = guidance_words(*epoch.guidance);
     // A number is drawn whole or not at all.
     if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kWords);
   } else {
@@ -233,6 +215,28 @@ void draw_orientation(Canvas& canvas, int width, int height, const render::Camer
 }
 
 }  // namespace
+
+Rgba8 colour_of(SafetyState state) {
+  switch (state) {
+    case SafetyState::kValid:
+      return rgb8(0x2fd060);
+    case SafetyState::kDegraded:
+      return rgb8(0xffb400);
+    case SafetyState::kStale:
+      return rgb8(0x9a9a9a);
+    case SafetyState::kLost:
+      return rgb8(0xe04040);
+  }
+  return rgb8(0xe04040);
+}
+
+std::string guidance_words(const NeedleGuidance& guidance) {
+  char numbers[160];
+  std::snprintf(
+      numbers, sizeof numbers, "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
+      guidance.tip_to_target_mm, guidance.lateral_mm, guidance.angle_to_plan_rad * 180 / M_PI);
+  return numbers;
+}
 
 std::string patient_direction(const Eigen::Vector3d& direction_ct) {
   const Eigen::Vector3d d = direction_ct.normalized();

@@ -25,6 +25,12 @@ struct PanelContext {
   bool needle_expected = false;  ///< Its state is shown, as that of a planned one.
 };
 
+/// Green, amber, grey, red.
+Rgba8 colour_of(SafetyState state);
+
+/// "tip to target 12.3 mm …": the numbers of a needle.
+std::string guidance_words(const NeedleGuidance& guidance);
+
 /// Where a direction of the CT (LPS) points in the patient: letters of R, L, A, P, S, I, the
 /// strongest first, those above a third of the whole; "RA" is right and, less, anterior.
 std::string patient_direction(const Eigen::Vector3d& direction_ct);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/panels.hpp"
+#include "app/window_words.hpp"
 
 namespace nav::app {
 
@@ -152,9 +153,16 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     note_ = rendered->statistics.note;
     if (empty) empty_view_ = view;
   }
-  PanelContext context{epoch,         *ct_,  plan_,    options_.window, banner_,
-                       wanted.camera, note_, warning_, needle_expected_};
-  return compose_panels(view, context);
+  return compose_panels(view, context(epoch, wanted.camera));
+}
+
+PanelContext Presenter::context(const Epoch& epoch, const render::Camera& camera) const {
+  return {epoch, *ct_, plan_, options_.window, banner_, camera, note_, warning_, needle_expected_};
+}
+
+std::vector<render::WindowWords> Presenter::words(const Epoch& epoch, const render::Camera& camera,
+                                                  bool ended) const {
+  return window_words(context(epoch, camera), ended);
 }
 
 }  // namespace nav::app

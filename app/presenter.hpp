@@ -9,11 +9,13 @@
 
 #include "app/look.hpp"
 #include "app/navigator.hpp"
+#include "app/panels.hpp"
 #include "app/session_config.hpp"
 #include "render/canvas.hpp"
 #include "render/engine.hpp"
 #include "render/slice.hpp"
 #include "render/step_search.hpp"
+#include "render/window.hpp"
 
 namespace nav::app {
 
@@ -69,6 +71,10 @@ class Presenter {
 
   /// The whole picture of an epoch.
   Result<Image2d<Rgba8>> present(const Epoch& epoch);
+  /// What a window says over the 3D scene of an epoch: window_words().
+  [[nodiscard]] std::vector<render::WindowWords> words(const Epoch& epoch,
+                                                       const render::Camera& camera,
+                                                       bool ended) const;
   /// Finds the step for the error that was asked for, once; present() does so by itself.
   Result<void> choose_step(const Epoch& epoch);
   /// The 3D scene of an epoch, as every engine draws it.
@@ -89,6 +95,7 @@ class Presenter {
   Presenter(const PresenterOptions& options, ResolvedLook look, std::shared_ptr<const Volume> ct,
             std::unique_ptr<render::Engine> engine);
   [[nodiscard]] render::Camera camera() const;
+  [[nodiscard]] PanelContext context(const Epoch& epoch, const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
 
   PresenterOptions options_;

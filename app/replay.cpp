@@ -61,6 +61,8 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
   return {};
 }
 
+constexpr const char* kEnded = "the recording has ended";
+
 class Replay {
  public:
   Replay(const SessionConfig& config, Console& console, OutputFolder out,
@@ -142,6 +144,7 @@ class Replay {
   Result<void> play_in_window() {
     std::optional<Error> failure;
     bool ended = false;
+    std::optional<Epoch> seen;
     const auto source = [&]() -> std::shared_ptr<const render::Scene> {
       if (failure || ended) return nullptr;
       const auto epoch = advance();
@@ -151,12 +154,19 @@ class Replay {
       }
       if (!*epoch) {
         ended = true;
-        return nullptr;
+        // Once more, for the words that say so; what was live is not any longer.
+        if (seen) seen->ultrasound = seen->plane = {SafetyState::kStale, kEnded};
+        return seen ? std::make_shared<const render::Scene>(presenter_.scene(*seen)) : nullptr;
       }
       if (const auto shown = show(**epoch); !shown) failure = shown.error();
-      return std::make_shared<const render::Scene>(presenter_.scene(**epoch));
+      seen = **epoch;
+      return std::make_shared<const render::Scene>(presenter_.scene(*seen));
     };
-    auto window = render::show_window(source, {});
+    render::WindowOptions options;
+    options.words = [&](const render::Camera& camera) {
+      return seen ? presenter_.words(*seen, camera, ended) : std::vector<render::WindowWords>{};
+    };
+    auto window = render::show_window(source, options);
     if (failure) return *failure;
     if (!window) return window;
     return play();  // What the window did not live to see.

@@ -13,8 +13,7 @@ namespace nav::app {
 /// none: --importance adds it).
 /// - Opacities are per scalarOpacityUnitDistance (.vp: 1 mm) and at most kMostOpaque.
 /// - Points are sorted; equal ones are a step, as in Slicer. Midpoints and sharpness other than
-/// VTK's
-///   defaults are refused: the curves they make are not piecewise linear.
+///   those of VTK are refused: the curves they make are not piecewise linear.
 /// - A gradient opacity that is one value throughout scales the opacity; one that rises from 0 to a
 ///   plateau and may fall back to 0 becomes a GradientWindow; any other is refused. VTK multiplies
 ///   opacity by it, Sonde extinction: on the ramps of the window an opaque material stays denser.

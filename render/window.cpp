@@ -16,6 +16,7 @@
 #include "render/gl_volume_prop.hpp"
 #include "render/refinement.hpp"
 #include "render/vtk_convert.hpp"
+#include "render/vtk_words.hpp"
 // Last: X11 defines macros with everyday names.
 #include <X11/Xlib.h>
 
@@ -45,8 +46,11 @@ class SceneStyle final : public vtkInteractorStyle {
   static SceneStyle* New();
   vtkTypeMacro(SceneStyle, vtkInteractorStyle)
 
-      void start(SceneView& view, const SceneSource& source, const WindowOptions& options) {
+      void start(SceneView& view, WordsLayer& layer, const SceneSource& source,
+                 const WindowOptions& options) {
     view_ = &view;
+    layer_ = &layer;
+    words_ = options.words;
     source_ = source;
     ProgressiveOptions progressive;
     if (!options.progressive) progressive.budget_s = std::numeric_limits<double>::infinity();
@@ -131,6 +135,7 @@ class SceneStyle final : public vtkInteractorStyle {
     if (!outcome_) close();
   }
   Result<void> draw(const Scene& scene) {
+    if (words_) layer_->set(words_(scene.camera));
     Refinement::Plan plan = refinement_.plan(scene, clock_.now());
     const auto drawn =
         view_->draw(std::make_shared<const Scene>(std::move(plan.scene)), plan.factor);
@@ -143,6 +148,8 @@ class SceneStyle final : public vtkInteractorStyle {
   }
 
   SceneView* view_ = nullptr;
+  WordsLayer* layer_ = nullptr;
+  WordsSource words_;
   SceneSource source_;
   std::shared_ptr<const Scene> scene_;
   std::optional<Camera> camera_;
@@ -173,6 +180,7 @@ Result<void> show_window(const SceneSource& source, const WindowOptions& options
   window->SetSize(first->width, first->height);
   window->SetWindowName(options.title.c_str());
   SceneView view(*window);
+  WordsLayer layer(*window);
   vtkNew<vtkRenderWindowInteractor> interactor;
   interactor->SetRenderWindow(window);
   vtkNew<SceneStyle> style;
@@ -180,7 +188,7 @@ Result<void> show_window(const SceneSource& source, const WindowOptions& options
   interactor->Initialize();
   bool asked = false;
   style->start(
-      view,
+      view, layer,
       [&]() {
         if (asked) return source();
         asked = true;
@@ -202,7 +210,7 @@ Result<void> show_window(const Scene& scene, const WindowOptions& options) {
   return show_window([&once]() { return std::exchange(once, nullptr); }, options);
 }
 
-Result<Image2d<Rgba8>> capture_window(const Scene& scene) {
+Result<Image2d<Rgba8>> capture_window(const Scene& scene, const std::vector<WindowWords>& words) {
   if (auto ok = validate(scene); !ok) return ok.error();
   const auto display = connect_display();
   if (!display) return display.error();
@@ -211,6 +219,8 @@ Result<Image2d<Rgba8>> capture_window(const Scene& scene) {
   window->SetMultiSamples(0);
   window->SetSize(scene.width, scene.height);
   SceneView view(*window);
+  WordsLayer layer(*window);
+  layer.set(words);
   auto drawn = view.draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene));
   if (!drawn) return drawn.error();
   const int* size = window->GetSize();

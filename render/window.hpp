@@ -5,12 +5,27 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
+
+/// A line of words that stands over the picture of a window.
+struct WindowWords {
+  enum class Align { kLeft, kCentre, kRight };
+  std::string words;  ///< UTF-8; empty: nothing is drawn.
+  Rgba8 colour;       ///< Its alpha is not used.
+  double x = 0;       ///< Of the aligned point, shares of the window, from its left …
+  double y = 0;       ///< … and of the words' middle, from its top.
+  Align align = Align::kLeft;
+  int size_px = 15;
+};
+/// What stands over the picture that is seen by a camera; asked on the thread of the window
+/// whenever it draws.
+using WordsSource = std::function<std::vector<WindowWords>(const Camera&)>;
 
 /// How the window behaves; never what it shows.
 struct WindowOptions {
@@ -21,6 +36,7 @@ struct WindowOptions {
   /// drawn with fewer rays, where that is not enough with fewer pixels, always of the newest scene,
   /// and in full within 300 ms of stillness where that takes no longer than 150 ms.
   bool progressive = true;
+  WordsSource words{};  ///< Null: none.
 };
 
 /// Asked once per refresh on the thread of the window; null: nothing has changed, nothing is drawn.
@@ -35,7 +51,8 @@ Result<void> show_window(const SceneSource& source, const WindowOptions& options
 Result<void> show_window(const Scene& scene, const WindowOptions& options = {});
 
 /// Draws once in a real X11 window and reads its pixels back, top row first; size of the scene.
-Result<Image2d<Rgba8>> capture_window(const Scene& scene);
+Result<Image2d<Rgba8>> capture_window(const Scene& scene,
+                                      const std::vector<WindowWords>& words = {});
 
 /// Camera after turning about the look-at point: yaw about the view's up axis (positive: the eye
 /// moves right), then pitch about its right axis (positive: the eye moves up), rad.

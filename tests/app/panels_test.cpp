@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <vector>
 
+#include "app/window_words.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -143,6 +145,32 @@ TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
     for (int x = 0; x < one.width(); ++x) differ = differ || !(one.at(x, y) == other.at(x, y));
   }
   EXPECT_TRUE(differ);
+}
+
+TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
+  Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
+  epoch.placement = {SafetyState::kDegraded, "placed by declaration"};
+  epoch.needle = {SafetyState::kLost, "no needle pose"};
+  epoch.guidance = NeedleGuidance{};
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const std::string banner = "CT NOT REGISTERED";
+  const render::Camera camera{{{0, -100, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
+  const PanelContext context{epoch, *ct, {}, {}, banner, camera, "a note", "a warning", true};
+  const auto said = [&](bool ended) {
+    std::string all;
+    for (const auto& line : window_words(context, ended)) all += line.words + "|";
+    return all;
+  };
+  for (const char* words :
+       {"ultrasound valid|", "CT degraded: placed by declaration|", "needle lost: no needle pose|",
+        "CT NOT REGISTERED|", "a note|", "a warning|", "tip to target", "R|L|S|I|"}) {
+    EXPECT_NE(said(false).find(words), std::string::npos) << words << " in " << said(false);
+  }
+  EXPECT_EQ(said(false).find("ended"), std::string::npos);
+  EXPECT_NE(said(true).find("ended"), std::string::npos);
+  EXPECT_EQ(said(true).find("tip to target"), std::string::npos) << "numbers are withdrawn";
 }
 
 TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {

@@ -44,6 +44,28 @@ TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
   EXPECT_EQ(found.fraction_above, 0) << found.max;
 }
 
+TEST(WindowTest, WordsStandOverThePictureAndChangeNothingElse) {
+  SONDE_REQUIRE_DISPLAY();
+  const Scene scene = test::ball_scene(test::oblique_grid(), 320, 240);
+  const auto silent = capture_window(scene);
+  ASSERT_TRUE(test::has_value(silent));
+  using Align = WindowWords::Align;
+  const auto spoken = capture_window(
+      scene, {{"CT NOT REGISTERED", {255, 180, 0, 255}, 0.99, 0.9, Align::kRight, 15},
+              {"", {255, 255, 255, 255}, 0.5, 0.5, Align::kCentre, 15}});
+  ASSERT_TRUE(test::has_value(spoken));
+  test::keep_picture("window-words", *spoken);
+  int changed = 0;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) {
+      if (silent->at(x, y) == spoken->at(x, y)) continue;
+      ++changed;
+      EXPECT_TRUE(y > 200 && y < 232 && x > 120) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 500);
+}
+
 TEST(WindowTest, ShowsUltrasoundInACtAndItsEditsAsTheHeadlessEngine) {
   SONDE_REQUIRE_DISPLAY();
   VoxelGrid where = test::centred_grid({15, 15, 15}, {1, 0.8, 0.9});

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vtk_words.hpp"
+
+#include <vtkCoordinate.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+
+namespace nav::render {
+namespace {
+
+void place(const WindowWords& line, vtkTextActor& actor) {
+  actor.SetInput(line.words.c_str());
+  actor.GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  actor.SetPosition(line.x, 1 - line.y);
+  vtkTextProperty& style = *actor.GetTextProperty();
+  style.SetFontSize(line.size_px);
+  style.SetColor(line.colour.r / 255.0, line.colour.g / 255.0, line.colour.b / 255.0);
+  // On a ground of its own: a picture below may be as bright as the words.
+  style.SetBackgroundColor(0.06, 0.08, 0.1);
+  style.SetBackgroundOpacity(0.75);
+  style.SetVerticalJustificationToCentered();
+  switch (line.align) {
+    case WindowWords::Align::kLeft:
+      return style.SetJustificationToLeft();
+    case WindowWords::Align::kCentre:
+      return style.SetJustificationToCentered();
+    case WindowWords::Align::kRight:
+      return style.SetJustificationToRight();
+  }
+}
+
+}  // namespace
+
+WordsLayer::WordsLayer(vtkRenderWindow& window)
+    : window_(window), renderer_(vtkSmartPointer<vtkRenderer>::New()) {
+  window_.SetNumberOfLayers(2);
+  renderer_->SetLayer(1);
+  renderer_->InteractiveOff();
+  window_.AddRenderer(renderer_);
+}
+
+WordsLayer::~WordsLayer() {
+  window_.MakeCurrent();
+  for (const auto& line : lines_) line->ReleaseGraphicsResources(&window_);
+  window_.RemoveRenderer(renderer_);
+}
+
+void WordsLayer::set(const std::vector<WindowWords>& words) {
+  while (lines_.size() < words.size()) {
+    lines_.push_back(vtkSmartPointer<vtkTextActor>::New());
+    renderer_->AddViewProp(lines_.back());
+  }
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const bool shown = i < words.size() && !words[i].words.empty();
+    lines_[i]->SetVisibility(shown ? 1 : 0);
+    if (shown) place(words[i], *lines_[i]);
+  }
+}
+
+}  // namespace nav::render
