@@ -159,7 +159,8 @@ MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway)
   } else if (scene.quality.classification == Classification::kPostClassified) {
     key.classify = MarchClassify::kPostClassified;
   }
-  if (scene.shading.enabled) {
+  // Where every weight of the shading is exactly 0, the march is the one without it.
+  if (scene.shading.enabled && cache.table().shades(scene.shading.emphasis)) {
     key.shade =
         scene.shading.style == ShadingStyle::kPhong ? MarchShade::kPhong : MarchShade::kGooch;
   }

@@ -221,7 +221,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
     features.classified = GlFeatures::Classified::kAtMiddle;
   }
   features.adaptive = adaptive_step(scene, textures.table()).has_value();
-  if (scene.shading.enabled) {
+  if (scene.shading.enabled && textures.table().shades(scene.shading.emphasis)) {
     features.shaded = scene.shading.style == ShadingStyle::kPhong ? GlFeatures::Shaded::kPhong
                                                                   : GlFeatures::Shaded::kGooch;
     features.emphasis = scene.shading.emphasis > 0;

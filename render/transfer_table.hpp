@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -66,6 +67,13 @@ class TransferTable {
   [[nodiscard]] bool visible(double low_hu, double high_hu) const;
   /// The greatest importance of the entries there, widened as for visible().
   [[nodiscard]] double max_importance(double low_hu, double high_hu) const;
+  /// Of all entries.
+  [[nodiscard]] double max_importance() const {
+    // The last level has two windows at most, which overlap.
+    return std::max(importance_levels_.back().front(), importance_levels_.back().back());
+  }
+  /// Some weight of a shading of this emphasis may be more than 0.
+  [[nodiscard]] bool shades(double emphasis) const { return emphasis < 1 || max_importance() > 0; }
   /// Up to here nothing is visible, HU: -infinity when the first entry is, infinity when none is.
   [[nodiscard]] double invisible_up_to_hu() const;
 

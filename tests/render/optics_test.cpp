@@ -137,6 +137,24 @@ TEST_P(OpticsTest, FlatTissueStaysUnshaded) {
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.5, 1e-5);
 }
 
+TEST_P(OpticsTest, ShadingThatWeighsNothingIsNoShading) {
+  const auto ct = test::make_volume(test::centred_grid({17, 17, 17}, {1, 1, 1}),
+                                    [](int i, int j, int k) { return 7 * i * j - 40 * k; });
+  Scene scene = test::plain_scene(ct, test::fog(0.3), test::frontal(100, 20, true));
+  scene.transfer = *TransferFunction::create(
+      "unimportant", {{-700, {0.2, 0.3, 0.4}, 0, 0}, {1900, {0.9, 0.5, 0.1}, 0.8, 0}});
+  const RenderedImage plain = test::draw(*engine_, scene);
+  scene.shading.enabled = true;
+  scene.shading.emphasis = 1;
+  const RenderedImage shaded = test::draw(*engine_, scene);
+  EXPECT_TRUE(test::same_bytes(plain, shaded));
+  EXPECT_EQ(shaded.statistics.gradient_samples, 0U);
+  EXPECT_EQ(shaded.statistics.volume_samples, plain.statistics.volume_samples);
+  scene.transfer = *TransferFunction::create(
+      "important at its end", {{-700, {0.2, 0.3, 0.4}, 0, 0}, {1900, {0.9, 0.5, 0.1}, 0.8, 0.5}});
+  EXPECT_GT(test::draw(*engine_, scene).statistics.gradient_samples, 0U);
+}
+
 TEST_P(OpticsTest, EarlyTerminationStaysWithinItsBound) {
   const auto ct =
       test::make_volume(test::centred_grid({33, 33, 33}, {1, 1, 1}),
