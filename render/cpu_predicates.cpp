@@ -53,11 +53,16 @@ void set_wedge(const PredicateForm& form, const PredicateSet& set, const Predica
                PredicateAtom& atom) {
   atom.kind = PredicateAtom::kWedge;
   atom.low = single(form.low * form.low);
+  double quantum[2] = {};
   for (std::size_t i = 0; i < 2; ++i) {
     const PredicateSet::Channel& channel = set.channels()[as_size(leaf.channels[i])];
     atom.offset[i] = static_cast<float>(channel.offset);
     atom.scale[i] = static_cast<float>(channel.scale);
+    quantum[i] = channel.quantum;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
+    atom.slack[i] = static_cast<float>(wedge_slack(form.wedge[i], quantum));
   }
 }
 

@@ -61,7 +61,10 @@ void append_numbers(const PredicateForm& form, std::size_t leaf, const LeafUnifo
     limits[3] = bits_of(range[1]);
   }
   if (form.kind == Kind::kWedge) {
-    rest = {numbers(uniforms.of(leaf, "wedge")), numbers(uniforms.of(leaf, "least")), Texel{}};
+    std::vector<double> limits_of_forms = uniforms.of(leaf, "slack");
+    limits_of_forms.push_back(uniforms.of(leaf, "least").front());
+    rest = {numbers(uniforms.of(leaf, "wedge")), numbers(limits_of_forms),
+            numbers(uniforms.of(leaf, "side"))};
   } else if (form.kind == Kind::kSegment) {
     rest = {numbers(uniforms.of(leaf, "a")), numbers(uniforms.of(leaf, "axis")),
             numbers(uniforms.of(leaf, "foot"))};

@@ -18,6 +18,8 @@ namespace {
 /// More than single precision takes from an interpolated code, an index and what follows of them.
 constexpr double kCodeSlack = 0.05;
 constexpr double kIndexSlack = 0.01;
+/// More than it takes from offset + scale · code, as a share of the greatest such value.
+constexpr double kValueSlack = 4.0 / (1 << 23);
 
 /// Where and what one brick is.
 class BrickReader {
@@ -54,8 +56,11 @@ class BrickReader {
       const ChannelBricks& bricks = *channels_[i];
       if (bricks.range.low[b] > bricks.range.high[b])
         return Truth::kFalse;  // Undefined, all of it.
-      bounds.value[c] = {channel.offset + channel.scale * (bricks.range.low[b] - kCodeSlack),
-                         channel.offset + channel.scale * (bricks.range.high[b] + kCodeSlack)};
+      const double low = channel.offset + channel.scale * (bricks.range.low[b] - kCodeSlack);
+      const double high = channel.offset + channel.scale * (bricks.range.high[b] + kCodeSlack);
+      const double greatest = std::max({std::abs(low), std::abs(high), std::abs(channel.offset)});
+      const double slack = kValueSlack * greatest;
+      bounds.value[c] = {low - slack, high + slack};
       bounds.quantum[c] = channel.quantum;
       bounds.undefined[c] = !bricks.undefined.empty() && bricks.undefined[b] != 0;
     }

@@ -92,9 +92,10 @@ struct LeafTests {
     }
     const F square = V::madd(v[0], v[0], V::mul(v[1], v[1]));
     M out = V::both(defined, V::not_less(square, V::set(atom.low)));
-    for (const auto& form : atom.wedge) {
+    for (int i = 0; i < 3; ++i) {
+      const auto& form = atom.wedge[i];
       const F side = V::madd(v[0], V::set(form[0]), V::mul(v[1], V::set(form[1])));
-      out = V::both(out, V::not_less(side, V::set(0.0F)));
+      out = V::both(out, V::not_less(side, V::set(-atom.slack[i])));
     }
     return out;
   }

@@ -26,7 +26,8 @@ struct PredicateAtom {
   float high;       ///< As low.
   float offset[2];  ///< Wedge: value = offset + scale · code.
   float scale[2];
-  float wedge[2][2];
+  float wedge[3][2];
+  float slack[3];  ///< Wedge: of each form, wedge_slack().
   std::int32_t mask;
   float a[3];     ///< Grid mm: end of a segment, normal of a slab.
   float axis[3];  ///< Grid mm: from a to the other end.

@@ -10,6 +10,10 @@ namespace nav::render {
 namespace {
 
 constexpr double kMostCode = 32767;
+/// Of numbers of this size values are steps apart.
+constexpr double kSinglePrecision = std::numeric_limits<float>::epsilon();
+/// Of a constant 0: far below anything that matters, and a normal number in single precision.
+constexpr double kLeastStep = 1e-30;
 
 Result<void> check_count(const VoxelGrid& grid, std::size_t count, const std::string& name) {
   if (const auto ok = validate(grid, name); !ok) return ok.error();
@@ -32,9 +36,12 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
     high = std::max<double>(high, v);
   }
   FeatureVolume out;
-  // One value alone is kept exactly.
+  // One value alone is kept exactly, with steps that tell it from any other number.
   out.offset_ = low <= high ? 0.5 * (low + high) : 0;
-  out.scale_ = low < high ? 0.5 * (high - low) / kMostCode : 1;
+  const double greatest = low <= high ? std::max(std::abs(low), std::abs(high)) : 0;
+  const double step = std::max(kSinglePrecision * greatest, kLeastStep);
+  out.scale_ = low < high ? 0.5 * (high - low) / kMostCode : step;
+  out.quantum_ = std::max(out.scale_, step);
   std::vector<std::int16_t> codes(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool defined = std::isfinite(values[i]);

@@ -33,8 +33,11 @@ class FeatureVolume {
   /// value = offset + scale · code, but for kUndefined.
   [[nodiscard]] const std::shared_ptr<const Volume>& codes() const { return codes_; }
   [[nodiscard]] double offset() const { return offset_; }
-  /// > 0; also the quantum: a stored value is within half of it.
+  /// > 0.
   [[nodiscard]] double scale() const { return scale_; }
+  /// A stored value is within half of it: a step of the codes, or of single precision where that
+  /// is more, as for constants.
+  [[nodiscard]] double quantum() const { return quantum_; }
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// What other voxels of the same codes are; has_undefined() stays.
   [[nodiscard]] FeatureVolume with_codes(std::shared_ptr<const Volume> codes) const {
@@ -48,6 +51,7 @@ class FeatureVolume {
   std::shared_ptr<const Volume> codes_;
   double offset_ = 0;
   double scale_ = 1;
+  double quantum_ = 1;
   bool has_undefined_ = false;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -54,8 +55,10 @@ struct PredicateBounds {
 /// The CPU block: one of the tests that the vectorised march knows, on the predicate's channels.
 struct PredicateForm {
   enum class Kind {
-    kRange,    ///< low <= value0 <= high.
-    kWedge,    ///< Two linear forms of (value0, value1) >= 0 and value0² + value1² >= low².
+    kRange,  ///< low <= value0 <= high.
+    /// Three linear forms of (value0, value1) >= 0, each within what half a quantum of either value
+    /// moves it (wedge_slack()), and value0² + value1² >= low².
+    kWedge,
     kBits,     ///< Some bit of the mask.
     kSegment,  ///< low <= distance from a segment <= high, mm.
     kSlab,     ///< low <= normal · position <= high, mm.
@@ -64,16 +67,23 @@ struct PredicateForm {
   Kind kind = Kind::kNever;
   double low = 0;
   double high = 0;
-  double wedge[2][2] = {};  ///< Coefficients of value0 and value1.
+  double wedge[3][2] = {};  ///< Coefficients of value0 and value1; zeros: no condition.
   std::uint32_t mask = 0;
   Eigen::Vector3d a = Eigen::Vector3d::Zero();  ///< Segment: one end. Slab: normal.
   Eigen::Vector3d b = Eigen::Vector3d::Zero();  ///< Segment: the other end.
 };
 
+/// How far below 0 a linear form of two values still counts as >= 0: by half a quantum of each, as
+/// ranges do.
+inline double wedge_slack(const double (&form)[2], const double (&quantum)[2]) {
+  return 0.5 * (std::abs(form[0]) * quantum[0] + std::abs(form[1]) * quantum[1]);
+}
+
 /// The GLSL block (§5.1): a header with the uniforms, a closed expression, and what to set. In the
 /// expression VALUE0 and VALUE1 stand for the channels (NaN never reaches it), LABELS for the bits
 /// (uint) and POSITION for the grid position in mm. A uniform of two numbers of a predicate that
-/// reads one channel is a range of its values: both are replaced by their codes together. No
+/// reads one channel is a range of its values: both are replaced by their codes together. A uniform
+/// <prefix>_slack of three numbers is given the wedge_slack() of each form of the wedge. No
 /// parameter may change header or expression: a new text is a new program.
 struct PredicateGlsl {
   struct Uniform {

@@ -172,8 +172,8 @@ class PredicateSetBuilder {
     }
     const FeatureVolume& volume = found->second;
     if (const auto ok = check_grid(name, volume.grid(), ct_->grid()); !ok) return ok.error();
-    set_.channels_.push_back({name, volume.codes(), volume.offset(), volume.scale(), volume.scale(),
-                              volume.has_undefined()});
+    set_.channels_.push_back({name, volume.codes(), volume.offset(), volume.scale(),
+                              volume.quantum(), volume.has_undefined()});
     return static_cast<int>(set_.channels_.size() - 1);
   }
 

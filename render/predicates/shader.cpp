@@ -88,9 +88,21 @@ std::string formula_of(const PredicateProgram& program) {
   return stack.front();
 }
 
+/// What half a quantum moves the forms of a wedge.
+void set_slack(const PredicateSet& set, const PredicateSet::Leaf& leaf,
+               PredicateGlsl::Uniform& uniform) {
+  const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
+  double quantum[2] = {};
+  for (std::size_t c = 0; c < leaf.channels.size(); ++c) {
+    quantum[c] = set.channels()[static_cast<std::size_t>(leaf.channels[c])].quantum;
+  }
+  for (std::size_t i = 0; i < 3; ++i) uniform.value[i] = wedge_slack(form.wedge[i], quantum);
+}
+
 /// A range over codes covers half a quantum more on either side, and what a device may round.
 void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
            PredicateGlsl::Uniform& uniform) {
+  if (uniform.name.ends_with("_slack")) set_slack(set, leaf, uniform);
   if (leaf.channels.size() != 1 || uniform.value.size() != 2) return;
   const PredicateSet::Channel& channel = set.channels()[static_cast<std::size_t>(leaf.channels[0])];
   constexpr double kRounding = 1.0 / 128;  // Below what bricks allow for.

@@ -37,8 +37,9 @@ bool is_within_wedge(int leaf, vec2 codes) {
   vec4 scales = leaf_numbers(leaf, 5);
   vec2 g = scales.xz + scales.yw * codes;
   vec4 wedge = leaf_numbers(leaf, 2);
-  float least = leaf_numbers(leaf, 3).x;
-  return dot(g, g) >= least * least && dot(wedge.xy, g) >= 0.0 && dot(wedge.zw, g) >= 0.0;
+  vec4 limits = leaf_numbers(leaf, 3);  // Slack of the three forms, least gradient.
+  vec3 forms = vec3(dot(wedge.xy, g), dot(wedge.zw, g), dot(leaf_numbers(leaf, 4).xy, g));
+  return dot(g, g) >= limits.w * limits.w && all(greaterThanEqual(forms, -limits.xyz));
 }
 
 float distance_to_segment(int leaf, vec3 position) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "render/predicates/registry.hpp"
@@ -24,12 +25,26 @@ struct Linear {
 /// sin(angle - low) and sin(high - angle), times the gradient: with all angles in [0, pi] both are
 /// >= 0 exactly within [low, high], without a division or an inverse cosine.
 Linear above(double low) { return {-std::sin(low), std::cos(low)}; }
-/// [.., pi] means no upper end, although sin(pi) is not quite 0 in floating point; and at high = 0
-/// the least sine tells 0 from pi, both of which have no part across.
+/// [.., pi] means no upper end, although sin(pi) is not quite 0 in floating point.
 Linear below(double high) {
-  constexpr double kLeastSine = 1e-12;
   if (high >= M_PI) return {0, 1};
-  return {std::max(std::sin(high), kLeastSine), -std::cos(high)};
+  return {std::sin(high), -std::cos(high)};
+}
+/// Tells 0 from pi, both of which have no part across: narrow ranges end before or behind a right
+/// angle.
+Linear side_of(double low, double high) {
+  if (high < M_PI / 2) return {1, 0};
+  if (low > M_PI / 2) return {-1, 0};
+  return {0, 0};
+}
+
+/// All three are >= 0 within [low, high].
+std::array<Linear, 3> wedge_of(std::span<const double> p) {
+  return {above(p[0]), below(p[1]), side_of(p[0], p[1])};
+}
+
+double slack_of(const Linear& form, const double (&quantum)[2]) {
+  return wedge_slack({form.along, form.across}, quantum);
 }
 
 Range squares(const Range& r) {
@@ -69,7 +84,10 @@ class GradientAngle final : public PredicateKind {
     const double along = s.value[0];
     const double across = s.value[1];
     if (!(along * along + across * across >= p[2] * p[2])) return false;
-    return above(p[0]).at(along, across) >= 0 && below(p[1]).at(along, across) >= 0;
+    const auto wedge = wedge_of(p);
+    return std::all_of(wedge.begin(), wedge.end(), [&](const Linear& form) {
+      return form.at(along, across) >= -slack_of(form, s.quantum);
+    });
   }
   [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace&,
                              std::span<const double> p) const override {
@@ -78,9 +96,12 @@ class GradientAngle final : public PredicateKind {
     const double least = p[2] * p[2];
     const Truth steep =
         not_negative({along.low + across.low - least, along.high + across.high - least});
-    const Truth angle = and_of(not_negative(above(p[0]).over(b.value[0], b.value[1])),
-                               not_negative(below(p[1]).over(b.value[0], b.value[1])));
-    const Truth found = and_of(steep, angle);
+    Truth found = steep;
+    for (const Linear& form : wedge_of(p)) {
+      const Range over = form.over(b.value[0], b.value[1]);
+      const double slack = slack_of(form, b.quantum);
+      found = and_of(found, not_negative({over.low + slack, over.high + slack}));
+    }
     return b.undefined[0] || b.undefined[1] ? and_of(found, Truth::kUnknown) : found;
   }
   [[nodiscard]] PredicateForm form(const PredicatePlace&,
@@ -88,8 +109,8 @@ class GradientAngle final : public PredicateKind {
     PredicateForm form;
     form.kind = PredicateForm::Kind::kWedge;
     form.low = p[2];
-    const Linear forms[2] = {above(p[0]), below(p[1])};
-    for (int i = 0; i < 2; ++i) {
+    const auto forms = wedge_of(p);
+    for (std::size_t i = 0; i < forms.size(); ++i) {
       form.wedge[i][0] = forms[i].along;
       form.wedge[i][1] = forms[i].across;
     }
@@ -97,15 +118,19 @@ class GradientAngle final : public PredicateKind {
   }
   [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace&,
                                    std::span<const double> p) const override {
-    const Linear a = above(p[0]);
-    const Linear b = below(p[1]);
+    const auto [a, b, side] = wedge_of(p);
     const std::string g = "vec2(VALUE0, VALUE1)";
-    return {
-        "uniform vec4 " + prefix + "_wedge;\nuniform float " + prefix + "_least;\n",
-        "(dot(" + g + ", " + g + ") >= " + prefix + "_least * " + prefix + "_least && dot(" +
-            prefix + "_wedge.xy, " + g + ") >= 0.0 && dot(" + prefix + "_wedge.zw, " + g +
-            ") >= 0.0)",
-        {{prefix + "_wedge", {a.along, a.across, b.along, b.across}}, {prefix + "_least", {p[2]}}}};
+    const std::string slack = prefix + "_slack";
+    return {"uniform vec4 " + prefix + "_wedge;\nuniform vec2 " + prefix + "_side;\nuniform vec3 " +
+                slack + ";\nuniform float " + prefix + "_least;\n",
+            "(dot(" + g + ", " + g + ") >= " + prefix + "_least * " + prefix + "_least && dot(" +
+                prefix + "_wedge.xy, " + g + ") >= -" + slack + ".x && dot(" + prefix +
+                "_wedge.zw, " + g + ") >= -" + slack + ".y && dot(" + prefix + "_side, " + g +
+                ") >= -" + slack + ".z)",
+            {{prefix + "_wedge", {a.along, a.across, b.along, b.across}},
+             {prefix + "_side", {side.along, side.across}},
+             {slack, {0, 0, 0}},
+             {prefix + "_least", {p[2]}}}};
   }
 };
 

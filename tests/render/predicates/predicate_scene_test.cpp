@@ -136,6 +136,21 @@ TEST_P(PredicateSceneTest, StrangeVolumesDraw) {
           test::feature(grid, feature::kSnr, [](int, int, int) { return std::nan(""); }));
       EXPECT_EQ(test::middle(test::draw(*engine_, scene)).r, 0)
           << "no gradient and no SNR, so nothing is true";
+      scene.predicates->model = test::model_of({{everything(), 1}});
+      const float all = test::middle(test::draw(*engine_, scene)).r;
+      EXPECT_EQ(all > 0, value > 0);
+      // What a constant volume gives: no gradient, no tube, and the SNR of rounding.
+      for (const char* name : {feature::kGradientMagnitude, feature::kVesselness, feature::kSnr}) {
+        const double constant = std::string(name) == feature::kSnr ? value * std::sqrt(12.0) : 0;
+        const auto volume = test::feature(grid, name, [&](int, int, int) { return constant; });
+        scene.predicates->features.volumes.insert_or_assign(name, volume);
+        const auto seen = [&](double low, double high) {
+          scene.predicates->model = test::model_of({{E::kind(name, {low, high}), 1}});
+          return test::middle(test::draw(*engine_, scene)).r;
+        };
+        EXPECT_EQ(seen(constant + 0.15, constant + 1), 0) << name << " of " << value;
+        EXPECT_EQ(seen(constant, constant + 0.5), all) << name << " of " << value;
+      }
     }
   }
 }
