@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Classification and compositing of predicates against their published definitions.
 #include <cmath>
+#include <complex>
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
@@ -303,6 +304,31 @@ TEST(EarlyTerminationTest, BothRulesTogetherStayWithinTheirError) {
   EXPECT_GT(worst, kError / 50) << "nothing was left out";
 }
 
+TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
+  constexpr double kRounding = 1e-9;  // Of 10^5 steps.
+  for (const double more : {0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0}) {
+    Ray ray(5, {Rgb<double>::Zero(), 0.9, 2});
+    ray.insert(ray.end(), 100'000, {Rgb<double>::Ones(), 1e-5, 2 + more});
+    ImportanceState<double> state;
+    for (std::size_t s = 0; s < 5; ++s) {
+      composite_log(state, ray[s].rgb, ray[s].alpha, ray[s].importance);
+    }
+    const ImportanceState<double> stop = state;
+    for (std::size_t s = 5; s < ray.size(); ++s) {
+      composite_log(state, ray[s].rgb, ray[s].alpha, ray[s].importance);
+    }
+    const double colour = (premultiplied(state) - premultiplied(stop)).cwiseAbs().maxCoeff();
+    const double through = std::exp(100'000 * std::log1p(-1e-5));
+    EXPECT_LE(colour, remaining_change(stop.alpha, stop.importance, 2 + more) + kRounding) << more;
+    const double tighter = remaining_change(stop.alpha, stop.importance, 2 + more, through);
+    EXPECT_LE(colour, tighter + kRounding) << more;
+    if (more >= 1e-3) EXPECT_GE(colour, 0.9 * tighter) << more << ": the worst ray there is";
+    constexpr double kError = 1.0 / 255;
+    const auto fast = terminated(ray, kError);
+    EXPECT_LE((premultiplied(state) - premultiplied(fast)).cwiseAbs().maxCoeff(), kError) << more;
+  }
+}
+
 /// Opaque at once, then pairs of a white sample a little more important than all before and a black
 /// one that is so by a little more: whoever leaves out the white ones and takes the black ones
 /// adds up errors.
@@ -357,21 +383,61 @@ TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
   EXPECT_GT(naive, 10 * kError) << "without an account the errors add up, and this must show it";
 }
 
+/// Eqs. 6 to 8 in extended precision against classify().
+void expect_formula(std::uint32_t mask, const std::vector<PredicateWeight>& weights) {
+  constexpr long double kRad = 0.017453292519943295769L;
+  long double sum = 0;
+  long double saturation = 0;
+  long double linear = 0;
+  std::complex<long double> pointer = 0;
+  int count = 0;
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    if (((mask >> j) & 1U) == 0) continue;
+    const long double impact = weights[j].impact;
+    const long double coloured = impact * static_cast<long double>(weights[j].saturation);
+    sum += impact;
+    saturation += coloured;
+    linear += coloured * static_cast<long double>(weights[j].hue_deg);
+    pointer += std::polar(coloured, kRad * static_cast<long double>(weights[j].hue_deg));
+    ++count;
+  }
+  const PredicateClass c = classify(mask, weights, HueMean::kCircular);
+  constexpr double kDigits = 1e-13;
+  const auto importance = static_cast<double>(count > 0 ? sum / count : 0);
+  ASSERT_NEAR(c.importance, importance, kDigits * (1 + importance)) << mask;
+  ASSERT_NEAR(c.saturation, static_cast<double>(sum > 0 ? saturation / sum : 0), kDigits) << mask;
+  if (!(saturation > 0)) return;
+  const auto hue = static_cast<double>(linear / saturation);
+  ASSERT_NEAR(classify(mask, weights, HueMean::kLinear).hue_deg, hue, 360 * kDigits) << mask;
+  // Pointers that all but cancel have no direction to speak of.
+  if (std::abs(pointer) < 1e-6L * saturation) return;
+  const long double turned = static_cast<long double>(c.hue_deg) - std::arg(pointer) / kRad;
+  ASSERT_LT(std::abs(std::remainder(static_cast<double>(turned), 360.0)), 1e-7) << mask;
+  ASSERT_TRUE(c.hue_deg >= 0 && c.hue_deg < 360) << mask;
+}
+
+std::vector<PredicateWeight> random_weights(RayMaker& make, std::size_t n) {
+  std::vector<double> kappas(n);
+  double sum = 0;
+  for (double& kappa : kappas) sum += kappa = make.below(5) == 0 ? 0 : make.unit();
+  for (double& kappa : kappas) kappa /= sum > 0 ? sum : 1;
+  auto weights = weights_of(kappas);
+  for (auto& weight : weights) {
+    weight.hue_deg = 359.99 * make.unit();
+    weight.saturation = make.below(6) == 0 ? 0 : make.unit();
+  }
+  return weights;
+}
+
 TEST(PredicateClassTest, EveryMaskEqualsTheFormula) {
-  const auto weights = weights_of({0.1, 0.4, 0.05, 0.2, 0.15, 0.1});
-  for (std::uint32_t mask = 0; mask < 64; ++mask) {
-    double sum = 0;
-    double saturation = 0;
-    int count = 0;
-    for (std::size_t j = 0; j < 6; ++j) {
-      if (((mask >> j) & 1U) == 0) continue;
-      sum += weights[j].impact;
-      saturation += weights[j].impact * weights[j].saturation;
-      ++count;
-    }
-    const PredicateClass c = classify(mask, weights, HueMean::kCircular);
-    EXPECT_DOUBLE_EQ(c.importance, count > 0 ? sum / count : 0);
-    EXPECT_DOUBLE_EQ(c.saturation, sum > 0 ? saturation / sum : 0);
+  RayMaker make(9);
+  for (std::size_t n = 1; n <= 12; ++n) {
+    const auto weights = random_weights(make, n);
+    for (std::uint32_t mask = 0; mask < 1U << n; ++mask) expect_formula(mask, weights);
+  }
+  for (int i = 0; i < 20'000; ++i) {
+    const auto mask = static_cast<std::uint32_t>(make.below(1U << 16) << 16 | make.below(1U << 16));
+    expect_formula(mask, random_weights(make, 32));
   }
 }
 
