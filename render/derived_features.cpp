@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived_features.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -49,13 +50,19 @@ Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const Voxe
   return lines_per_voxel(std::get<VoxelScan>(*scan), grid, predicates.features);
 }
 
+/// NaN stays.
+void limit(std::vector<float>& snr) {
+  constexpr auto kMost = static_cast<float>(kMostSnr);
+  for (float& x : snr) x = std::clamp(x, -kMost, kMost);
+}
+
 }  // namespace
 
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   derived::DerivedVolumes& service, PredicateScene& predicates) {
   const auto kinds = kinds_of(predicates.model);
-  const derived::ScalarVolume scalar = derived::ScalarVolume::of(volume);
+  const derived::ScalarVolume scalar = derived::ScalarVolume::of(volume, options.unknown);
   std::vector<std::pair<std::string, derived::DerivedVolumes::Ticket>> tickets;
   for (const auto& [name, how] :
        {std::pair<std::string, derived::DerivedOptions>{feature::kSnr, options.snr},
@@ -75,7 +82,9 @@ Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
   for (const auto& [name, ticket] : tickets) {
     const auto made = ticket.wait();
     if (!made) return made.error();
-    auto stored = FeatureVolume::create(made->volume.grid, *made->volume.values, name);
+    std::vector<float> values = *made->volume.values;
+    if (name == feature::kSnr) limit(values);
+    auto stored = FeatureVolume::create(made->volume.grid, values, name);
     if (!stored) return stored.error();
     predicates.features.volumes.emplace(name, *std::move(stored));
   }

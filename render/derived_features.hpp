@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "nav/result.hpp"
 #include "render/derived/service.hpp"
@@ -15,7 +17,13 @@ struct DerivedFeatureOptions {
   derived::SnrOptions snr;
   derived::VesselnessOptions vesselness;
   derived::ConfidenceOptions confidence;
+  std::optional<std::int16_t> unknown;  ///< Stored value of voxels that no picture reached.
 };
+
+/// Signal-to-noise ratios as predicates read them lie within this on either side: more than the 883
+/// that 8 bits can give. Saturated voxels of more bits give 10^5, beside which the steps of the
+/// codes would be larger than the ratios of tissue.
+inline constexpr double kMostSnr = 1000;
 
 /// Adds signal-to-noise ratio, vesselness and confidence where a predicate of the model asks for
 /// them and they are not there yet; computes nothing else. They are asked for all at once; waits

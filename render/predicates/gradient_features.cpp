@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "nav/index.hpp"
 #include "render/parallel.hpp"
@@ -40,7 +41,24 @@ std::vector<float> gaussian(double sigma_voxels) {
   return half;
 }
 
-void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
+/// One value of a line, of whose kernel only what is known counts. Unknown (NaN) stays unknown.
+float smoothed_where_known(const std::vector<float>& line, int i, const std::vector<float>& half) {
+  const int n = static_cast<int>(line.size());
+  float sum = half[0] * line[as_size(i)];
+  float weight = half[0];
+  if (std::isnan(sum)) return sum;
+  for (int d = 1; d < static_cast<int>(half.size()); ++d) {
+    for (const int at : {std::max(i - d, 0), std::min(i + d, n - 1)}) {
+      const float value = line[as_size(at)];
+      if (std::isnan(value)) continue;
+      sum += half[as_size(d)] * value;
+      weight += half[as_size(d)];
+    }
+  }
+  return sum / weight;
+}
+
+void smooth_along(int axis, double sigma_mm, int threads, bool all_known, Field& field) {
   const auto& size = field.grid.size;
   const int n = size[as_size(axis)];
   const double sigma = sigma_mm / field.grid.spacing_mm[axis];
@@ -58,7 +76,10 @@ void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
       p[as_size(axis)] = 1;
       const std::size_t stride = field.offset(p[0], p[1], p[2]) - start;
       for (int i = 0; i < n; ++i) line[as_size(i)] = field.values[start + as_size(i) * stride];
-      for (int i = 0; i < n; ++i) {
+      for (int i = 0; i < n && !all_known; ++i) {
+        field.values[start + as_size(i) * stride] = smoothed_where_known(line, i, half);
+      }
+      for (int i = 0; i < n && all_known; ++i) {
         float sum = half[0] * line[as_size(i)];
         for (int d = 1; d < static_cast<int>(half.size()); ++d) {
           sum += half[as_size(d)] *
@@ -70,17 +91,21 @@ void smooth_along(int axis, double sigma_mm, int threads, Field& field) {
   });
 }
 
-Field intensities(const Volume& volume, const PredicateScene::IntensityWindow& window) {
+Field intensities(const Volume& volume, const PredicateScene::IntensityWindow& window,
+                  std::optional<std::int16_t> unknown) {
   Field field{volume.grid(), std::vector<float>(volume.hu().size())};
   const double scale = 1 / (window.white - window.black);
-  std::transform(volume.hu().begin(), volume.hu().end(), field.values.begin(),
-                 [&](std::int16_t v) { return static_cast<float>((v - window.black) * scale); });
+  std::transform(volume.hu().begin(), volume.hu().end(), field.values.begin(), [&](std::int16_t v) {
+    return v == unknown ? std::numeric_limits<float>::quiet_NaN()
+                        : static_cast<float>((v - window.black) * scale);
+  });
   return field;
 }
 
 /// Along the axes of the grid, per mm.
 Eigen::Vector3d gradient_at(const Field& field, const std::array<int, 3>& p) {
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  if (std::isnan(field.at(p))) g.setConstant(std::nan(""));
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = as_size(axis);
     std::array<int, 3> low = p;
@@ -88,8 +113,8 @@ Eigen::Vector3d gradient_at(const Field& field, const std::array<int, 3>& p) {
     low[a] = std::max(p[a] - 1, 0);
     high[a] = std::min(p[a] + 1, field.grid.size[a] - 1);
     if (high[a] == low[a]) continue;
-    g[axis] = (static_cast<double>(field.at(high)) - static_cast<double>(field.at(low))) /
-              ((high[a] - low[a]) * field.grid.spacing_mm[axis]);
+    g[axis] += (static_cast<double>(field.at(high)) - static_cast<double>(field.at(low))) /
+               ((high[a] - low[a]) * field.grid.spacing_mm[axis]);
   }
   return g;
 }
@@ -118,18 +143,20 @@ struct Parts {
 Result<GradientFeatures> make_gradient_features(const Volume& volume,
                                                 const PredicateScene::IntensityWindow& intensity,
                                                 const std::optional<ScanGeometry>& scan,
-                                                double smoothing_mm, int threads) {
+                                                double smoothing_mm, int threads,
+                                                std::optional<std::int16_t> unknown) {
   const VoxelGrid& grid = volume.grid();
   if (!(smoothing_mm >= 0 && smoothing_mm <= 100)) {
-    return Error{ErrorCode::kMalformedData, "smoothing_mm: expected a number in [0, 100], found " +
-                                                std::to_string(smoothing_mm)};
+    std::ostringstream text;
+    text << "smoothing_mm: expected a number in [0, 100], found " << smoothing_mm;
+    return Error{ErrorCode::kMalformedData, text.str()};
   }
   if (scan) {
     if (const auto ok = validate(*scan, grid); !ok) return ok.error();
   }
-  Field field = intensities(volume, intensity);
+  Field field = intensities(volume, intensity, unknown);
   if (smoothing_mm > 0) {
-    for (int axis = 0; axis < 3; ++axis) smooth_along(axis, smoothing_mm, threads, field);
+    for (int axis = 0; axis < 3; ++axis) smooth_along(axis, smoothing_mm, threads, !unknown, field);
   }
   const std::size_t count = grid.voxel_count();
   Parts parts{std::vector<float>(count), std::vector<float>(scan ? count : 0),
@@ -155,15 +182,17 @@ Result<GradientFeatures> make_gradient_features(const Volume& volume,
 }
 
 Result<void> add_gradient_features(const Volume& volume, double smoothing_mm,
-                                   PredicateScene& predicates, int threads) {
+                                   PredicateScene& predicates, int threads,
+                                   std::optional<std::int16_t> unknown) {
   const std::set<std::string> kinds = kinds_of(predicates.model);
   auto& volumes = predicates.features.volumes;
   const bool magnitude =
       kinds.count("gradient_magnitude") != 0 && !volumes.count(feature::kGradientMagnitude);
   const bool angle = kinds.count("gradient_angle") != 0 && !volumes.count(feature::kGradientAlong);
   if (!magnitude && !angle) return {};
-  auto made = make_gradient_features(volume, predicates.intensity,
-                                     angle ? predicates.scan : std::nullopt, smoothing_mm, threads);
+  auto made =
+      make_gradient_features(volume, predicates.intensity, angle ? predicates.scan : std::nullopt,
+                             smoothing_mm, threads, unknown);
   if (!made) return made.error();
   if (magnitude) volumes.emplace(feature::kGradientMagnitude, made->magnitude);
   if (made->along) volumes.emplace(feature::kGradientAlong, *made->along);

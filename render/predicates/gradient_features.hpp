@@ -21,14 +21,18 @@ struct GradientFeatures {
 };
 
 /// smoothing_mm: sigma, >= 0, in mm; 0: none. Refuses a scan that does not fit the grid, smoothing
-/// outside [0, 100] mm. Uses at most threads threads; 0: all cores.
+/// outside [0, 100] mm. Uses at most threads threads; 0: all cores. unknown: stored value of voxels
+/// that no picture reached: they and their neighbours have no gradient, and nothing of them is
+/// smoothed into others.
 Result<GradientFeatures> make_gradient_features(const Volume& volume,
                                                 const PredicateScene::IntensityWindow& intensity,
                                                 const std::optional<ScanGeometry>& scan,
-                                                double smoothing_mm = 0, int threads = 0);
+                                                double smoothing_mm = 0, int threads = 0,
+                                                std::optional<std::int16_t> unknown = {});
 
 /// Adds those gradients that a model asks for and that are not there yet.
 Result<void> add_gradient_features(const Volume& volume, double smoothing_mm,
-                                   PredicateScene& predicates, int threads = 0);
+                                   PredicateScene& predicates, int threads = 0,
+                                   std::optional<std::int16_t> unknown = {});
 
 }  // namespace nav::render

@@ -5,9 +5,10 @@
 namespace nav::render {
 
 const PredicateKind& snr_predicate() {
+  // Features end at 1000 (derived_features.hpp): from there on there is no upper end.
   static const RangePredicate kind(
       "snr", "Signal-to-noise ratio of the neighbourhood within a range.", feature::kSnr,
-      {{"low", "1", -1e6, 1e6, 2}, {"high", "1", -1e6, 1e6, 1e6}});
+      {{"low", "1", -1e6, 1e3, 2}, {"high", "1", -1e6, 1e6, 1e6}});
   return kind;
 }
 

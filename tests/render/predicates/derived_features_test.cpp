@@ -4,7 +4,11 @@
 
 #include <cmath>
 #include <gmock/gmock.h>
+#include <random>
 
+#include "render/derived/snr.hpp"
+#include "render/predicates/gradient_features.hpp"
+#include "render/predicates/registry.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -67,6 +71,78 @@ TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
   };
   EXPECT_GT(at(16, 16), 0.5);
   EXPECT_LT(at(4, 16), 0.05);
+}
+
+/// Speckle of 16 bits beside a slab that is saturated.
+std::shared_ptr<const Volume> saturated() {
+  const VoxelGrid grid = test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5});
+  std::mt19937 random(6);
+  std::normal_distribution<double> noise(0, 1);
+  return test::make_volume(grid, [&](int, int j, int) {
+    return j > 20 ? 32767.0 : 2000 + (60 + 10.0 * j) * noise(random);
+  });
+}
+
+TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotTakeTheStepsOfTheSnrOfTissue) {
+  const auto volume = saturated();
+  derived::DerivedVolumes service;
+  PredicateScene scene = asking_for({"snr"});
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, {}, service, scene)));
+  const FeatureVolume& snr = scene.features.volumes.at(feature::kSnr);
+  const auto truth = derived::signal_to_noise(derived::ScalarVolume::of(volume));
+  ASSERT_TRUE(test::has_value(truth));
+  EXPECT_LT(snr.quantum(), 0.016);
+  int tissue = 0;
+  int above = 0;
+  for (std::size_t i = 0; i < truth->values->size(); ++i) {
+    const double exact = static_cast<double>((*truth->values)[i]);
+    above += exact > kMostSnr ? 1 : 0;
+    const PredicateSample sample{
+        {snr.offset() + snr.scale() * snr.codes()->hu()[i]}, {snr.quantum()}, 0, {0, 0, 0}};
+    EXPECT_NEAR(sample.value[0], std::min(exact, kMostSnr), 0.5 * snr.quantum() + 1e-4);
+    for (const double low : {10.0, 12.6, 20.0}) {
+      if (std::abs(exact - low) <= snr.quantum()) continue;
+      ++tissue;
+      const std::vector<double> upwards{low, 1e6};
+      EXPECT_EQ((*find_predicate_kind("snr"))->test(sample, {}, upwards), exact >= low) << exact;
+    }
+  }
+  EXPECT_GT(tissue, 1000);
+  EXPECT_GT(above, 1000);
+}
+
+TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
+  constexpr std::int16_t kNone = -7;
+  const VoxelGrid grid = test::centred_grid({30, 24, 20}, {0.5, 0.5, 0.5});
+  const auto at = [&](int i, int j, int k) {
+    return static_cast<std::size_t>((k * grid.size[1] + j) * grid.size[0] + i);
+  };
+  // A ramp; what no picture reached holds anything.
+  const auto with = [&](int other) {
+    return test::make_volume(grid, [&](int i, int j, int) {
+      return i >= 15 && j >= 8 ? static_cast<double>(other) : 40.0 + 5 * j;
+    });
+  };
+  PredicateScene scene = asking_for({"snr", "gradient_magnitude"});
+  DerivedFeatureOptions options;
+  options.unknown = kNone;
+  derived::DerivedVolumes service;
+  const auto volume = with(kNone);
+  ASSERT_TRUE(test::has_value(add_derived_features(volume, options, service, scene)));
+  ASSERT_TRUE(test::has_value(add_gradient_features(*volume, 1, scene, 1, kNone)));
+  for (const char* name : {feature::kSnr, feature::kGradientMagnitude}) {
+    const FeatureVolume& found = scene.features.volumes.at(name);
+    EXPECT_TRUE(found.has_undefined()) << name;
+    EXPECT_EQ(found.codes()->hu()[at(20, 12, 10)], FeatureVolume::kUndefined) << name;
+    EXPECT_NE(found.codes()->hu()[at(5, 12, 10)], FeatureVolume::kUndefined) << name;
+  }
+  // Beside the unknown, smoothed along a slope that goes on: only the slope.
+  const FeatureVolume& magnitude = scene.features.volumes.at(feature::kGradientMagnitude);
+  const double slope =
+      magnitude.offset() + magnitude.scale() * magnitude.codes()->hu()[at(13, 14, 10)];
+  EXPECT_NEAR(slope, 5 / 0.5 / 255, 1e-4);
+  EXPECT_EQ(magnitude.codes()->hu()[at(14, 14, 10)], FeatureVolume::kUndefined)
+      << "next to the unknown";
 }
 
 TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
