@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "nav/index.hpp"
 #include "render/derived/digest.hpp"
@@ -15,6 +16,18 @@ namespace {
 constexpr double kSteps = 32767;
 
 double side_of(double v) { return v < 0 ? -1.0 : 1.0; }
+
+/// Far beyond any probe, and with squares that stay exact.
+constexpr double kFurthestMm = 1e7;
+
+bool is_place(const Eigen::Vector3d& mm) { return (mm.cwiseAbs().array() <= kFurthestMm).all(); }
+
+template <class Found>
+Error refusal(const std::string& expected, const Found& found) {
+  std::ostringstream text;
+  text << "scan lines: expected " << expected << ", found " << found;
+  return {ErrorCode::kUsage, text.str()};
+}
 
 Eigen::Vector3d undefined() { return Eigen::Vector3d::Constant(std::nan("")); }
 
@@ -50,23 +63,22 @@ Eigen::Vector3d PackedDirection::unpack() const {
 
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
-  if (!away.v.allFinite() || !(away.v.norm() > 1e-12) || !on_face.mm.allFinite()) {
-    return Error{ErrorCode::kUsage,
-                 "scan lines: expected a finite direction of some length and a finite point, found "
-                 "length " +
-                     std::to_string(away.v.norm())};
+  const double largest = away.v.cwiseAbs().maxCoeff();
+  if (!away.v.allFinite() || !(largest > 1e-12)) {
+    return refusal("a finite direction of some length", away.v.transpose());
   }
+  if (!is_place(on_face.mm)) return refusal("a point within 1e7 mm", on_face.mm.transpose());
   ScanLines lines;
-  lines.direction_ = away.v.normalized();
+  // Divided by the largest first: squares of finite numbers may not be finite.
+  lines.direction_ = (away.v / largest).normalized();
   lines.point_mm_ = on_face.mm;
   return lines;
 }
 
 Result<ScanLines> ScanLines::fan(const Point<frames::Ct>& apex, double face_radius_mm) {
-  if (!apex.mm.allFinite() || !(face_radius_mm >= 0 && face_radius_mm <= 1e4)) {
-    return Error{ErrorCode::kUsage,
-                 "scan lines: expected a finite apex and a face radius of 0 to 10000 mm, found " +
-                     std::to_string(face_radius_mm)};
+  if (!is_place(apex.mm)) return refusal("an apex within 1e7 mm", apex.mm.transpose());
+  if (!(face_radius_mm >= 0 && face_radius_mm <= 1e4)) {
+    return refusal("a face radius of 0 to 10000 mm", face_radius_mm);
   }
   ScanLines lines;
   lines.kind_ = Kind::kFan;

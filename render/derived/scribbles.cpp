@@ -4,27 +4,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace nav::render::derived {
 namespace {
 
 Result<void> check(const Stroke& stroke) {
-  const auto refuse = [](const std::string& expected, const std::string& found) {
-    return Error{ErrorCode::kUsage, "scribble: expected " + expected + ", found " + found};
+  const auto refuse = [](const std::string& expected, const auto& found) {
+    std::ostringstream text;
+    text << "scribble: expected " << expected << ", found " << found;
+    return Error{ErrorCode::kUsage, text.str()};
   };
   if (stroke.points.empty()) return refuse("at least one point", "none");
   for (const auto& p : stroke.points) {
-    if (!p.mm.allFinite()) return refuse("finite points", "one that is not");
+    if (!(p.mm.cwiseAbs().array() <= Stroke::kFurthestMm).all()) {
+      return refuse("points within 1e6 mm", p.mm.transpose());
+    }
   }
-  if (!stroke.plane_normal.v.allFinite() || !(stroke.plane_normal.v.norm() > 1e-12)) {
-    return refuse("a finite plane normal of some length",
-                  std::to_string(stroke.plane_normal.v.norm()));
+  const Eigen::Vector3d& normal = stroke.plane_normal.v;
+  if (!normal.allFinite() || !(normal.cwiseAbs().maxCoeff() > 1e-12)) {
+    return refuse("a finite plane normal of some length", normal.transpose());
   }
   if (!(stroke.radius_mm > 0 && stroke.radius_mm <= 1000)) {
-    return refuse("radius_mm in (0, 1000]", std::to_string(stroke.radius_mm));
+    return refuse("radius_mm in (0, 1000]", stroke.radius_mm);
   }
   if (!(stroke.half_thickness_mm >= 0 && stroke.half_thickness_mm <= 1000)) {
-    return refuse("half_thickness_mm in [0, 1000]", std::to_string(stroke.half_thickness_mm));
+    return refuse("half_thickness_mm in [0, 1000]", stroke.half_thickness_mm);
   }
   return {};
 }
@@ -52,7 +57,9 @@ ScribbleMask::ScribbleMask(const VoxelGrid& grid) : grid_(grid), bits_(grid.voxe
 
 Result<std::size_t> ScribbleMask::add(const Stroke& stroke) {
   if (const auto ok = check(stroke); !ok) return ok.error();
-  const Eigen::Vector3d normal = stroke.plane_normal.v.normalized();
+  // Divided by the largest first: squares of finite numbers may not be finite.
+  const Eigen::Vector3d& wanted = stroke.plane_normal.v;
+  const Eigen::Vector3d normal = (wanted / wanted.cwiseAbs().maxCoeff()).normalized();
   const double thickness =
       stroke.half_thickness_mm > 0
           ? stroke.half_thickness_mm

@@ -15,7 +15,8 @@ enum class Paint { kShow, kHide, kErase };
 
 /// A line drawn by hand on a slice plane through the volume (Schulte zu Berge et al. 2014, §4.1).
 struct Stroke {
-  std::vector<Point<frames::Ct>> points;  ///< In order; one: a dot.
+  static constexpr double kFurthestMm = 1e6;
+  std::vector<Point<frames::Ct>> points;  ///< In order; one: a dot. Within kFurthestMm.
   Direction<frames::Ct> plane_normal;     ///< Of the slice, any length but 0.
   double radius_mm = 1;                   ///< (0, 1000].
   /// Half of the thickness that the slice stands for, mm, > 0; 0: half a voxel along the normal, so

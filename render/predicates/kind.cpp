@@ -31,6 +31,7 @@ Result<void> check_order(const PredicateKind& kind, std::span<const double> p, s
   if (p[low] <= p[high]) return {};
   const auto names = kind.parameters();
   std::ostringstream text;
+  text.precision(12);
   text << kind.name() << ": expected " << names[low].name << " <= " << names[high].name
        << ", found " << p[low] << " and " << p[high];
   return Error{ErrorCode::kMalformedData, text.str()};

@@ -30,6 +30,7 @@ Result<void> check_values(const std::string& entry, const PredicateExpression& e
     const PredicateParameter& p = parameters[i];
     if (e.values[i] >= p.low && e.values[i] <= p.high) continue;
     std::ostringstream text;
+    text.precision(12);
     text << entry << ": " << e.name << "." << p.name << ": expected a number in [" << p.low << ", "
          << p.high << "], found " << e.values[i];
     return malformed_predicates(text.str());

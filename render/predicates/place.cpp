@@ -3,25 +3,43 @@
 #include "render/predicates/place.hpp"
 
 #include <cmath>
+#include <sstream>
 
 namespace nav::render {
 namespace {
 
+/// Far beyond any probe, and with squares that stay exact.
+constexpr double kFurthestMm = 1e7;
+
+std::string text_of(const Eigen::Vector3d& v) {
+  std::ostringstream text;
+  text << v.x() << " " << v.y() << " " << v.z();
+  return text.str();
+}
+
+bool is_place(const Eigen::Vector3d& mm) { return (mm.cwiseAbs().array() <= kFurthestMm).all(); }
+
 Result<void> check(const ParallelScan& scan, const VoxelGrid&) {
-  if (!scan.face_ct.mm.allFinite())
-    return malformed_predicates("scan.face_ct: expected finite numbers");
-  if (!scan.into_ct.v.allFinite() || !(scan.into_ct.v.norm() > 0)) {
+  if (!is_place(scan.face_ct.mm)) {
+    return malformed_predicates("scan.face_ct: expected numbers within 1e7 mm, found " +
+                                text_of(scan.face_ct.mm));
+  }
+  if (!scan.into_ct.v.allFinite() || scan.into_ct.v.isZero(0)) {
     return malformed_predicates("scan.into_ct: expected a direction, found a zero vector or NaN");
   }
   return {};
 }
 
 Result<void> check(const FanScan& scan, const VoxelGrid&) {
-  if (!scan.apex_ct.mm.allFinite())
-    return malformed_predicates("scan.apex_ct: expected finite numbers");
-  if (!(scan.face_radius_mm >= 0 && std::isfinite(scan.face_radius_mm))) {
-    return malformed_predicates("scan.face_radius_mm: expected a radius >= 0 mm, found " +
-                                std::to_string(scan.face_radius_mm));
+  if (!is_place(scan.apex_ct.mm)) {
+    return malformed_predicates("scan.apex_ct: expected numbers within 1e7 mm, found " +
+                                text_of(scan.apex_ct.mm));
+  }
+  if (!(scan.face_radius_mm >= 0 && scan.face_radius_mm <= kFurthestMm)) {
+    std::ostringstream found;
+    found << scan.face_radius_mm;
+    return malformed_predicates("scan.face_radius_mm: expected a radius of 0 to 1e7 mm, found " +
+                                found.str());
   }
   return {};
 }
@@ -35,8 +53,10 @@ Result<void> check(const VoxelScan& scan, const VoxelGrid& grid) {
 }
 
 Eigen::Vector3d unit_or_zero(const Eigen::Vector3d& v) {
-  const double norm = v.norm();
-  return norm > 0 && std::isfinite(norm) ? Eigen::Vector3d(v / norm) : Eigen::Vector3d::Zero();
+  // Divided by the largest first: squares of finite numbers may not be finite.
+  const double largest = v.cwiseAbs().maxCoeff();
+  if (!v.allFinite() || !(largest > 0)) return Eigen::Vector3d::Zero();
+  return (v / largest).normalized();
 }
 
 }  // namespace
