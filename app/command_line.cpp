@@ -404,8 +404,11 @@ void CommandLine::add_predicates() {
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
       if (const auto ok = as_given(*verb, validate(config_)); !ok) return ok;
-      if (const auto ok = refuse_idle_of_predicates(*verb, config_.predicates); !ok) return ok;
-      if (!print_session_) return run_predicates(config_, console);
+      if (const auto ok = as_given(*verb, refuse_idle_of_predicates(*verb, config_.predicates));
+          !ok) {
+        return ok;
+      }
+      if (!print_session_) return as_given(*verb, run_predicates(config_, console));
       std::cout << to_toml(config_);
       return {};
     };
@@ -435,8 +438,11 @@ void CommandLine::add_derive() {
   verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
       ->capture_default_str();
   verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
-  verb->add_option("--unknown", o.unknown, "value of voxels that no picture reached");
-  verb->add_option("--threads", o.threads, "0: all cores")->capture_default_str();
+  verb->add_option("--unknown", o.unknown, "value of voxels that no picture reached")
+      ->check(in_range(-32768, 32767));
+  verb->add_option("--threads", o.threads, "0: all cores")
+      ->check(in_range(0, 1024, "threads"))
+      ->capture_default_str();
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
       if (const auto ok = refuse_idle_of_derive(*verb, derive_); !ok) return ok;
@@ -645,7 +651,9 @@ void CommandLine::add_bench_derived(CLI::App& bench) {
   derived->add_option("--side", derived_.side, "of the timed volume, voxels")
       ->check(in_range(32, 512, "voxels"))
       ->capture_default_str();
-  derived->add_option("--threads", derived_.threads, "0: all cores")->capture_default_str();
+  derived->add_option("--threads", derived_.threads, "0: all cores")
+      ->check(in_range(0, 1024, "threads"))
+      ->capture_default_str();
   derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
   add_json(*derived);
   derived->callback([this, derived] {

@@ -59,8 +59,10 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
     return Eigen::Vector3d(v[0], v[1], v[2]);
   };
   if (!options.apex_mm.empty()) return ScanLines::fan({vector(options.apex_mm)}, 0);
-  const Eigen::Vector3d away =
+  Eigen::Vector3d away =
       options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
+  // Directions may have any length, whose products need not be finite.
+  if (const double largest = away.cwiseAbs().maxCoeff(); largest > 0) away /= largest;
   Point<frames::Ct> nearest = grid.at({0, 0, 0});
   for (int corner = 1; corner < 8; ++corner) {
     const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
@@ -122,7 +124,7 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   auto read = io::read_ct(options.volume, console);
   if (!read) return read.error();
   std::optional<std::int16_t> unknown;
-  if (options.unknown > -32768) unknown = static_cast<std::int16_t>(options.unknown);
+  if (options.unknown) unknown = static_cast<std::int16_t>(*options.unknown);
   const auto volume = ScalarVolume::of(std::make_shared<const Volume>(std::move(*read)), unknown);
   const auto lines = lines_of(options, volume.grid());
   if (!lines) return lines.error();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct DeriveOptions {
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;
-  int unknown = -32768;  ///< Value of voxels that no picture reached; -32768: there are none.
-  int threads = 0;       ///< 0: all cores.
+  std::optional<int> unknown;  ///< Value of voxels that no picture reached, 16 bits; absent: none.
+  int threads = 0;             ///< 0: all cores.
 };
 
 /// Computes the features that predicates read from an ultrasound volume and writes the middle slice

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <set>
 #include <string_view>
+
+#include "app/predicate_volume.hpp"
 
 namespace nav::app {
 namespace {
@@ -149,14 +152,43 @@ Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& 
 }
 
 Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOptions& options) {
-  return refuse_idle(verb, {{{"--phantom", "--phantom-side"},
-                             options.volume.empty(),
-                             "no volume, which is drawn instead,",
-                             options.volume.string()},
-                            {{"--scribble-share"},
-                             !options.scribbles.empty() || !options.strokes.empty(),
-                             "--scribbles, --show or --hide"},
-                            fan_of_face(options)});
+  const auto ok = refuse_idle(verb, {{{"--phantom", "--phantom-side"},
+                                      options.volume.empty(),
+                                      "no volume, which is drawn instead,",
+                                      options.volume.string()},
+                                     {{"--scribble-share"},
+                                      !options.scribbles.empty() || !options.strokes.empty(),
+                                      "--scribbles, --show or --hide"},
+                                     fan_of_face(options)});
+  if (!ok) return ok;
+  const std::vector<const char*> scan{"--into", "--apex", "--face-radius-mm", "--scan-lines"};
+  const std::vector<const char*> labels{"--labels", "--layers"};
+  const std::vector<const char*> vessels{"--smallest-radius", "--largest-radius", "--bright"};
+  const auto given = [&](const auto& names) {
+    return std::ranges::any_of(names, [&](const char* name) { return verb.count(name) > 0; });
+  };
+  const bool asks = given(scan) || given(labels) || given(vessels) ||
+                    verb.count("--smoothing-mm") > 0 || verb.count("--unknown") > 0;
+  if (!asks) return {};
+  const auto file = set_up_of(options);
+  if (!file) return file.error();
+  const std::set<std::string> kinds = render::kinds_of(file->model);
+  const auto any_of = [&](std::initializer_list<const char*> names) {
+    return std::ranges::any_of(names, [&](const char* name) { return kinds.contains(name); });
+  };
+  const std::string found = "none in " + file->name;
+  const bool gradients = any_of({"gradient_magnitude", "gradient_angle"});
+  return refuse_idle(
+      verb,
+      {{scan, any_of({"depth", "gradient_angle", "confidence"}),
+        "a predicate depth, gradient_angle or confidence", found},
+       {labels, any_of({"label"}), "a predicate label", found},
+       {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
+       {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
+       {{"--unknown"},
+        gradients || any_of({"snr", "vesselness", "confidence"}),
+        "a predicate of a derived feature",
+        found}});
 }
 
 Result<void> refuse_idle_of_slices(const CLI::App& verb, const SlicesOptions& options) {

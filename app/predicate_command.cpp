@@ -24,6 +24,7 @@ void add_volume_options(CLI::App& verb, PredicateOptions& o) {
       ->capture_default_str();
   verb.add_option("--phantom-side", o.phantom_side, "voxels")->capture_default_str();
   add_ultrasound_options(verb, o);
+  verb.add_option("--unknown", o.unknown, "value of voxels that no picture reached");
 }
 
 void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
@@ -48,7 +49,13 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
                   "of vessels, mm; none: as the set-up says");
   verb.add_option("--largest-radius", o.largest_radius_mm,
                   "of vessels, mm; none: as the set-up says");
-  verb.add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
+  verb.add_flag_function(
+      "--bright", [&o](std::int64_t) { o.bright_vessels = true; },
+      "vessels are brighter than what surrounds them");
+  verb.add_option(
+      "--hue-mean", o.hue_mean,
+      "of predicates that are true together: circular or linear, as the paper prints it; "
+      "none: as the set-up says");
 }
 
 void add_scribble_options(CLI::App& verb, PredicateOptions& o) {

@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicate_file.hpp"
 
+#include <algorithm>
+#include <sstream>
+
 #include "app/json_member.hpp"
 #include "io/atomic_file.hpp"
 #include "render/predicates/registry.hpp"
+#include "render/predicates/set.hpp"
 
 namespace nav::app {
 namespace {
@@ -22,6 +26,13 @@ std::string key_of(const render::PredicateParameter& p) {
   return in_radians(p) ? p.name.substr(0, p.name.size() - 4) + "_deg" : p.name;
 }
 
+std::string interval(double low, double high) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "[" << low << ", " << high << "]";
+  return text.str();
+}
+
 PredicateExpression read_kind(const std::string& name, const Json& json, const std::string& where,
                               std::optional<Error>& error) {
   PredicateExpression out = PredicateExpression::kind(name);
@@ -33,10 +44,14 @@ PredicateExpression read_kind(const std::string& name, const Json& json, const s
   JsonMember member(json, where + "." + name, error);
   for (const render::PredicateParameter& p : (*kind)->parameters()) {
     double value = p.initial;
-    if (in_radians(p)) {
-      member.angle(key_of(p).c_str(), value);
-    } else {
-      member.number(key_of(p).c_str(), value);
+    const double unit = in_radians(p) ? kRadPerDeg : 1;
+    double found = value / unit;
+    member.number(key_of(p).c_str(), found);
+    if (json.is_object() && json.contains(key_of(p))) {
+      value = found * unit;
+      if (!(value >= p.low && value <= p.high)) {
+        member.fail(key_of(p), "a number in " + interval(p.low / unit, p.high / unit), found);
+      }
     }
     out.values.push_back(value);
   }
@@ -108,12 +123,21 @@ void read_vessels(JsonMember& member, const std::string& name, std::optional<Err
   scales.number("largest_radius_mm", vessels.largest_radius_mm);
   scales.flag("bright", vessels.bright);
   scales.refuse_unknown();
-  if (!(vessels.smallest_radius_mm > 0)) {
-    scales.fail("smallest_radius_mm", "more than 0", vessels.smallest_radius_mm);
+  if (!(vessels.smallest_radius_mm >= 1e-3 && vessels.smallest_radius_mm <= 100)) {
+    scales.fail("smallest_radius_mm", "a number in [0.001, 100]", vessels.smallest_radius_mm);
   }
-  if (!(vessels.largest_radius_mm >= vessels.smallest_radius_mm)) {
-    scales.fail("largest_radius_mm", "at least smallest_radius_mm", vessels.largest_radius_mm);
+  if (!(vessels.largest_radius_mm >= vessels.smallest_radius_mm &&
+        vessels.largest_radius_mm <= 100)) {
+    scales.fail("largest_radius_mm", "at least smallest_radius_mm, at most 100",
+                vessels.largest_radius_mm);
   }
+}
+
+/// The different predicates of an expression.
+void collect(const PredicateExpression& e, std::vector<PredicateExpression>& different) {
+  for (const auto& operand : e.operands) collect(operand, different);
+  const bool known = std::find(different.begin(), different.end(), e) != different.end();
+  if (e.op == Operator::kKind && !known) different.push_back(e);
 }
 
 Result<PredicateFile> from_json(const std::string& name, const Json& root) {
@@ -124,7 +148,13 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   std::vector<render::PredicateHistogram::Bar> bars;
   member.text("name", file.name);
   member.number("opacity_length_mm", file.opacity_length_mm);
+  if (!(file.opacity_length_mm >= 1e-3 && file.opacity_length_mm <= 1e4)) {
+    member.fail("opacity_length_mm", "a number in [0.001, 10000]", file.opacity_length_mm);
+  }
   member.number("cutaway_importance", file.cutaway_importance);
+  if (!(file.cutaway_importance >= 0 && file.cutaway_importance <= 1)) {
+    member.fail("cutaway_importance", "a number in [0, 1]", file.cutaway_importance);
+  }
   read_hue_mean(member, file);
   read_vessels(member, name, error, file.vessels);
   member.list("predicates", [&](const Json& json, const std::string& at) {
@@ -137,6 +167,14 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   file.model.histogram = *std::move(histogram);
   if (const auto ok = render::validate(file.model); !ok) {
     return Error{ok.error().code, name + ": " + ok.error().message};
+  }
+  std::vector<PredicateExpression> different;
+  for (const auto& entry : file.model.entries) collect(entry.expression, different);
+  if (different.size() > render::kMostLeaves) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": predicates: expected at most " + std::to_string(render::kMostLeaves) +
+                     " different ones in all combinations together, found " +
+                     std::to_string(different.size())};
   }
   return file;
 }

@@ -13,6 +13,7 @@ namespace {
 template <class Found>
 Error refusal(const std::string& key, const std::string& expected, const Found& found) {
   std::ostringstream text;
+  text.precision(12);
   text << "predicates." << key << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
 }
@@ -44,6 +45,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;
     std::ostringstream expected;
+    expected.precision(12);
     expected << r.low << " to " << r.high;
     return refusal(r.key, expected.str(), r.value);
   }
@@ -53,6 +55,13 @@ Result<void> check_ranges(const PredicateOptions& o) {
 template <int Rows>
 bool finite(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
   return !v || v->allFinite();
+}
+
+/// Numbers whose squares stay exact.
+template <int Rows>
+bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
+  constexpr double kFurthestMm = 1e7;
+  return !v || (v->cwiseAbs().array() <= kFurthestMm).all();
 }
 
 /// A name, '=', and some numbers between colons at the end: names may hold '=' themselves.
@@ -92,18 +101,26 @@ Result<void> validate(const PredicateOptions& o) {
   }
   if (!o.layers.empty() && !o.labels.empty()) return refusal("layers", "it or labels", "both");
   if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
-  if (!finite(o.into_ct) || (o.into_ct && !(o.into_ct->norm() > 0))) {
+  if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
     return refusal("into", "3 finite numbers, not all 0", o.into_ct->transpose());
   }
-  if (!finite(o.apex_ct)) return refusal("apex_mm", "3 finite numbers", o.apex_ct->transpose());
-  if (!o.from.allFinite() || !(o.from.norm() > 0)) {
+  if (!near(o.apex_ct)) {
+    return refusal("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
+  }
+  if (!o.from.allFinite() || o.from.isZero(0)) {
     return refusal("from", "3 finite numbers, not all 0", o.from.transpose());
   }
-  if (!finite(o.target) || (o.target && !(o.target->w() > 0))) {
-    return refusal("target", "x y z in mm and a radius > 0", o.target->transpose());
+  if (!near(o.target) || (o.target && !(o.target->w() > 0))) {
+    return refusal("target", "x y z and a radius > 0, within 1e7 mm", o.target->transpose());
   }
-  if (!finite(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
-    return refusal("needle", "a tip and a hub apart from it, mm", o.needle->transpose());
+  if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
+    return refusal("needle", "a tip and a hub apart from it, within 1e7 mm", o.needle->transpose());
+  }
+  if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
+    return refusal("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
+  }
+  if (o.unknown && (*o.unknown < -32768 || *o.unknown > 32767)) {
+    return refusal("unknown", "a stored value of -32768 to 32767", *o.unknown);
   }
   return {};
 }
@@ -117,6 +134,9 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
     }
     if (at == model.entries.size()) {
       return refusal("histogram", "one of " + known, "'" + edit.entry + "'");
+    }
+    if (edit.importance && model.entries.size() == 1 && *edit.importance != 1) {
+      return refusal("histogram.importance", "1 of the only predicate", *edit.importance);
     }
     if (edit.importance) model.histogram.drag(at, *edit.importance);
     const auto& bar = model.histogram.bars()[at];

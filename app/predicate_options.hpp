@@ -51,7 +51,10 @@ struct PredicateOptions {
   /// Of vessels, for vesselness; absent: what the set-up says.
   std::optional<double> smallest_radius_mm{};
   std::optional<double> largest_radius_mm{};
-  bool bright_vessels = false;  ///< Brighter than what surrounds them, whatever the set-up says.
+  /// Brighter than what surrounds them; absent: what the set-up says.
+  std::optional<bool> bright_vessels{};
+  std::optional<std::string> hue_mean{};  ///< "circular" or "linear"; absent: as the set-up says.
+  std::optional<int> unknown{};           ///< Stored value of voxels that no picture reached.
   /// The eye as seen from the volume's middle, along its axes i, j, k.
   Eigen::Vector3d from{-0.5, -1, 0.45};
   std::optional<Eigen::Vector4d> target{};  ///< x y z, LPS mm, and radius: drawn, and a distance.
@@ -62,7 +65,8 @@ struct PredicateOptions {
 /// kinds of scan lines at once.
 Result<void> validate(const PredicateOptions& options);
 
-/// Edits in order. Refuses entries that the set-up does not have, naming those that it has.
+/// Edits in order. Refuses entries that the set-up does not have, naming those that it has, and
+/// another importance than 1 of the only one.
 Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::PredicateModel& model);
 
 /// "NAME=IMPORTANCE". kUsage for anything else.

@@ -13,6 +13,8 @@ using CtFromImage = Transform<frames::Ct, frames::Image>;
 
 constexpr int kScanLinesVersion = 1;
 
+constexpr double kFurthestMm = 1e6;
+
 struct Sweep {
   double reach_mm = 1;
   std::vector<SweepPlane> planes;
@@ -22,6 +24,9 @@ Eigen::Vector2d read_point(JsonMember& member, const char* key) {
   std::vector<double> numbers;
   member.numbers(key, 2, numbers);
   if (numbers.empty()) member.fail(key, "2 numbers", Json());
+  for (const double x : numbers) {
+    if (!(std::abs(x) <= kFurthestMm)) member.fail(key, "numbers within 1e6 mm", x);
+  }
   return numbers.empty() ? Eigen::Vector2d::Zero() : Eigen::Vector2d(numbers[0], numbers[1]);
 }
 
@@ -35,6 +40,15 @@ std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& a
   member.number("radius_max_mm", sector.radius_max_mm);
   member.angle("half_angle_deg", sector.half_angle_rad);
   member.refuse_unknown();
+  if (!(sector.radius_min_mm >= 0 && sector.radius_min_mm <= kFurthestMm)) {
+    member.fail("radius_min_mm", "a number in [0, 1e6]", sector.radius_min_mm);
+  }
+  if (!(sector.radius_max_mm > sector.radius_min_mm && sector.radius_max_mm <= kFurthestMm)) {
+    member.fail("radius_max_mm", "more than radius_min_mm, at most 1e6", sector.radius_max_mm);
+  }
+  if (!(sector.half_angle_rad > 0 && sector.half_angle_rad <= M_PI)) {
+    member.fail("half_angle_deg", "a number in (0, 180]", sector.half_angle_rad / kRadPerDeg);
+  }
   return sector;
 }
 
@@ -43,6 +57,9 @@ CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Er
   std::vector<double> numbers;
   plane.numbers("ct_from_image", 16, numbers);
   if (numbers.empty()) plane.fail("ct_from_image", "16 numbers, row by row", Json());
+  for (const double x : numbers) {
+    if (!(std::abs(x) <= kFurthestMm)) plane.fail("ct_from_image", "numbers within 1e6", x);
+  }
   if (error) return none;
   const Eigen::Matrix4d matrix =
       Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
@@ -75,6 +92,17 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
   return sweep;
 }
 
+bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid) {
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (lines.away(grid, i, j, k).allFinite()) return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
@@ -89,6 +117,10 @@ Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& 
   const auto lines =
       render::derived::compound_scan_lines(grid, sweep->planes, sweep->reach_mm, run);
   if (!lines) return named(lines.error());
+  if (!any_defined(*lines, grid)) {
+    return named({ErrorCode::kMalformedData,
+                  "planes: expected pictures of the volume, found none within reach_mm of it"});
+  }
   const auto depths = render::derived::scan_depth(grid, *lines, run);
   if (!depths) return named(depths.error());
   auto depth = render::FeatureVolume::create(grid, *depths->values, render::feature::kDepth);

@@ -40,6 +40,9 @@ std::optional<Eigen::Vector3d> normal_of(const Points& points) {
 void complete(const std::optional<Eigen::Vector3d>& normal, Stroke& stroke) {
   const auto found = normal ? normal : normal_of(stroke.points);
   stroke.plane_normal = {found.value_or(Eigen::Vector3d::UnitZ())};
+  // Divided by the largest first: squares of finite numbers may not be finite.
+  const double largest = stroke.plane_normal.v.cwiseAbs().maxCoeff();
+  if (largest > 0) stroke.plane_normal.v = (stroke.plane_normal.v / largest).normalized();
   if (found) return;
   double reach = stroke.radius_mm;
   for (const auto& p : stroke.points) reach += (p.mm - stroke.points.front().mm).norm();
@@ -53,6 +56,26 @@ Paint read_paint(JsonMember& member) {
     member.fail("paint", "show, hide or erase", paint);
   }
   return paint == "hide" ? Paint::kHide : paint == "erase" ? Paint::kErase : Paint::kShow;
+}
+
+/// What the mask would refuse without knowing the file.
+void check_numbers(const Stroke& stroke, const std::vector<double>& normal, double thickness_mm,
+                   JsonMember& member) {
+  constexpr double kMost = 1000;
+  for (const auto& p : stroke.points) {
+    if ((p.mm.cwiseAbs().array() <= Stroke::kFurthestMm).all()) continue;
+    member.fail("points_mm", "numbers within 1e6 mm", {p.mm.x(), p.mm.y(), p.mm.z()});
+  }
+  const bool no_direction =
+      !normal.empty() &&
+      !std::any_of(normal.begin(), normal.end(), [](double x) { return std::abs(x) > 1e-12; });
+  if (no_direction) member.fail("normal", "3 numbers, not all 0", normal);
+  if (!(stroke.radius_mm > 0 && stroke.radius_mm <= kMost)) {
+    member.fail("radius_mm", "a number in (0, 1000]", stroke.radius_mm);
+  }
+  if (!(thickness_mm >= 0 && thickness_mm <= 2 * kMost)) {
+    member.fail("thickness_mm", "a number in [0, 2000]", thickness_mm);
+  }
 }
 
 Stroke read_stroke(const Json& json, const std::string& where, std::optional<Error>& error) {
@@ -76,6 +99,8 @@ Stroke read_stroke(const Json& json, const std::string& where, std::optional<Err
   member.number("radius_mm", stroke.radius_mm);
   member.number("thickness_mm", thickness);
   member.refuse_unknown();
+  check_numbers(stroke, normal, thickness, member);
+  if (error) return stroke;
   stroke.half_thickness_mm = 0.5 * thickness;
   complete(normal.empty() ? std::optional<Eigen::Vector3d>()
                           : Eigen::Vector3d(normal[0], normal[1], normal[2]),

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicate_volume.hpp"
 
+#include <sstream>
+
 #include "app/engines.hpp"
 #include "app/predicate_labels.hpp"
 #include "app/predicate_layers.hpp"
@@ -15,25 +17,17 @@
 namespace nav::app {
 namespace {
 
-/// A preset by its name, otherwise a file; then the edits of the histogram.
-Result<PredicateFile> set_up(const PredicateOptions& options) {
-  Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
-    if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
-    auto preset = preset_predicate_file(options.set_up);
-    if (!preset) {
-      return Error{ErrorCode::kUsage,
-                   "--predicates: expected a file, or a " + preset.error().message};
-    }
-    return preset;
-  }();
-  if (!file) return file;
-  if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();
-  file->vessels.smallest_radius_mm =
-      options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
-  file->vessels.largest_radius_mm =
-      options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
-  file->vessels.bright |= options.bright_vessels;
-  return file;
+/// One of the options, the other as the set-up says.
+Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels) {
+  std::ostringstream text;
+  if (options.smallest_radius_mm) {
+    text << "predicates.smallest_radius_mm: expected at most the largest radius, "
+         << vessels.largest_radius_mm << " mm, found " << vessels.smallest_radius_mm;
+  } else {
+    text << "predicates.largest_radius_mm: expected at least the smallest radius, "
+         << vessels.smallest_radius_mm << " mm, found " << vessels.largest_radius_mm;
+  }
+  return {ErrorCode::kUsage, text.str()};
 }
 
 /// Absent where nothing was said of them: no scan line is made up.
@@ -41,15 +35,17 @@ std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options,
                                             const VoxelGrid& grid) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
   if (!options.into_ct) return {};
+  // Directions may have any length, whose products need not be finite.
+  const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
   // Depth 0: the corner that lies furthest towards the probe.
   Point<frames::Ct> nearest = grid.at({0, 0, 0});
   for (int corner = 1; corner < 8; ++corner) {
     const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
                                 (corner >> 1 & 1) * (grid.size[1] - 1),
                                 (corner >> 2) * (grid.size[2] - 1));
-    if ((grid.at(index).mm - nearest.mm).dot(*options.into_ct) < 0) nearest = grid.at(index);
+    if ((grid.at(index).mm - nearest.mm).dot(into) < 0) nearest = grid.at(index);
   }
-  return render::ParallelScan{nearest, {*options.into_ct}};
+  return render::ParallelScan{nearest, {into}};
 }
 
 Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
@@ -118,16 +114,23 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
   return {};
 }
 
+std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
+  if (!options.unknown) return {};
+  return static_cast<std::int16_t>(*options.unknown);
+}
+
 Result<void> add_features(const PredicateOptions& options, const VesselScales& vessels, int threads,
                           bench::PredicateVolume& volume) {
-  if (const auto ok = render::add_gradient_features(*volume.ultrasound, options.smoothing_mm,
-                                                    volume.predicates, usable_threads(threads));
+  if (const auto ok =
+          render::add_gradient_features(*volume.ultrasound, options.smoothing_mm, volume.predicates,
+                                        usable_threads(threads), unknown_of(options));
       !ok) {
     return ok;
   }
   render::DerivedFeatureOptions derive;
   derive.vesselness.smallest_radius_mm = vessels.smallest_radius_mm;
   derive.vesselness.largest_radius_mm = vessels.largest_radius_mm;
+  derive.unknown = unknown_of(options);
   if (vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
   render::derived::DerivedLimits limits;
   limits.threads = usable_threads(threads);
@@ -137,9 +140,36 @@ Result<void> add_features(const PredicateOptions& options, const VesselScales& v
 
 }  // namespace
 
+Result<PredicateFile> set_up_of(const PredicateOptions& options) {
+  Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
+    if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
+    auto preset = preset_predicate_file(options.set_up);
+    if (!preset) {
+      return Error{ErrorCode::kUsage,
+                   "--predicates: expected a file, or a " + preset.error().message};
+    }
+    return preset;
+  }();
+  if (!file) return file;
+  if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();
+  file->vessels.smallest_radius_mm =
+      options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
+  file->vessels.largest_radius_mm =
+      options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
+  if (file->vessels.smallest_radius_mm > file->vessels.largest_radius_mm) {
+    return refuse_radii(options, file->vessels);
+  }
+  if (options.hue_mean) {
+    file->hue_mean = *options.hue_mean == "linear" ? render::spec::HueMean::kLinear
+                                                   : render::spec::HueMean::kCircular;
+  }
+  return file;
+}
+
 Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
                                               Console& console) {
-  auto file = set_up(options);
+  auto file = set_up_of(options);
   if (!file) return file.error();
   auto volume = volume_of(options, threads, console);
   if (!volume) return volume.error();

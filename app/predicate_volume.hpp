@@ -15,6 +15,10 @@ struct PreparedPredicates {
   bench::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
 };
 
+/// The set-up, a preset by its name or a file, with the edits and values of the options. Refuses
+/// (kUsage) names that are neither, and values that the set-up's others rule out.
+Result<PredicateFile> set_up_of(const PredicateOptions& options);
+
 /// Reads the set-up, the volume (or makes the phantom), its labels and scan lines, and derives the
 /// features that the set-up asks for. Before anything is computed it refuses (kUsage) what
 /// predicates ask for and nobody gave.

@@ -25,7 +25,8 @@ render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
   const Eigen::Matrix3d& axes = volume.ultrasound->grid().directions;
-  const Eigen::Vector3d from = (axes * options.from).normalized();
+  const double largest = options.from.cwiseAbs().maxCoeff();
+  const Eigen::Vector3d from = (axes * (options.from / largest)).normalized();
   scene.camera.eye_ct = {look_at + distance * from};
   constexpr double kNearlyAlong = 0.95;
   if (std::abs(scene.camera.up_ct.v.normalized().dot(from)) > kNearlyAlong) {

@@ -66,6 +66,10 @@ void read_numbers(Section& section, PredicateOptions& o) {
   section.number("smallest_radius_mm", o.smallest_radius_mm);
   section.number("largest_radius_mm", o.largest_radius_mm);
   section.flag("bright_vessels", o.bright_vessels);
+  section.whole_number("unknown", o.unknown);
+  std::string hue_mean;
+  section.text("hue_mean", hue_mean);
+  if (!hue_mean.empty()) o.hue_mean = hue_mean;
 }
 
 toml::array histogram_to_toml(const std::vector<HistogramEdit>& edits) {
@@ -117,7 +121,6 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
       {"white", o.white},
       {"face_radius_mm", o.face_radius_mm},
       {"smoothing_mm", o.smoothing_mm},
-      {"bright_vessels", o.bright_vessels},
       {"from", array_of(o.from)}};
   for (const auto& [key, path] : {std::pair("volume", &o.volume),
                                   {"picture", &o.picture},
@@ -136,6 +139,9 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
   if (o.opacity_length_mm) table.insert("opacity_length_mm", *o.opacity_length_mm);
   if (o.smallest_radius_mm) table.insert("smallest_radius_mm", *o.smallest_radius_mm);
   if (o.largest_radius_mm) table.insert("largest_radius_mm", *o.largest_radius_mm);
+  if (o.bright_vessels) table.insert("bright_vessels", *o.bright_vessels);
+  if (o.hue_mean) table.insert("hue_mean", *o.hue_mean);
+  if (o.unknown) table.insert("unknown", *o.unknown);
   if (o.into_ct) table.insert("into", array_of(*o.into_ct));
   if (o.apex_ct) table.insert("apex_mm", array_of(*o.apex_ct));
   if (o.target) table.insert("target_mm", array_of(*o.target));

@@ -48,6 +48,22 @@ class Section {
     number(key, found);
     if (std::isfinite(found)) value = found;
   }
+  void flag(const char* key, std::optional<bool>& value) {
+    take<bool>(key, "true or false", [&](const toml::node& node) {
+      const auto found = node.value_exact<bool>();
+      if (found) value = *found;
+      return found.has_value();
+    });
+  }
+  /// Any whole number that a 32-bit one holds.
+  void whole_number(const char* key, std::optional<int>& value) {
+    take<int>(key, "a whole number", [&](const toml::node& node) {
+      const auto found = node.value_exact<std::int64_t>();
+      const bool good = found && std::in_range<int>(*found);
+      if (good) value = static_cast<int>(*found);
+      return good;
+    });
+  }
   void number(const char* key, double& value) {
     take<double>(key, "a finite number", [&](const toml::node& node) {
       const auto found = node.is_number() ? node.value<double>() : std::nullopt;

@@ -186,7 +186,6 @@ render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolu
   scene.height = height;
   scene.predicates = volume.predicates;
   scene.predicates->model = look.model;
-  scene.predicates->opacity_length_mm = 2;
   return scene;
 }
 

@@ -294,6 +294,137 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
 }
 
+TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
+  const auto set = [&](const std::string& length) {
+    std::ofstream(folder_ / "set.json")
+        << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"intensity": {}}}],
+               "opacity_length_mm": )"
+        << length << "}";
+  };
+  const std::string arguments = "predicates " + write_ultrasound(folder_ / "us.mha") +
+                                " --width 200 --height 200 --predicates " +
+                                (folder_ / "set.json").string() + " --out ";
+  const auto draw = [&](const std::string& name, const std::string& more) {
+    const Outcome outcome = sonde(arguments + (folder_ / (name + ".png")).string() + more +
+                                  " --save " + (folder_ / (name + ".json")).string());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    std::ifstream file(folder_ / (name + ".png"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  set("0.5");
+  const std::string dense = draw("dense", "");
+  EXPECT_EQ(read_json("dense.json")["opacity_length_mm"], 0.5);
+  const std::string thin = draw("thin", " --opacity-length-mm 50");
+  EXPECT_EQ(read_json("thin.json")["opacity_length_mm"], 50);
+  EXPECT_NE(dense, thin);
+  set("50");
+  EXPECT_EQ(draw("file", ""), thin);
+  for (const char* length : {"0", "-3", "1e300"}) {
+    set(length);
+    expect_refusal(arguments + "x.png", 3, {"set.json", "opacity_length_mm", "[0.001, 10000]"});
+    expect_refusal("predicates --print-session --opacity-length-mm " + std::string(length), 2,
+                   {"--opacity-length-mm", "0.001 to 10000"});
+  }
+}
+
+TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
+  const std::string volume = write_ultrasound(folder_ / "us.mha");
+  std::ofstream(folder_ / "set.json")
+      << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"any": [
+             {"depth": {}}, {"gradient_angle": {}}, {"confidence": {}}, {"label": {"mask": 1}}]}}]})";
+  std::ofstream(folder_ / "deep.json")
+      << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"any": [
+             {"depth": {}}, {"gradient_angle": {}}, {"confidence": {}}]}}]})";
+  const std::string arguments = "predicates " + volume + " --width 200 --height 200 --out " +
+                                (folder_ / "x.png").string() + " --predicates ";
+  const std::string deep = arguments + (folder_ / "deep.json").string();
+  for (const char* into : {"1e300 0 0", "1e200 1e200 0", "0 1e-300 0"}) {
+    const Outcome drawn = sonde(deep + " --into " + into + " --from 1e300 1e300 1e300");
+    EXPECT_EQ(drawn.code, 0) << into << ": " << drawn.errors;
+  }
+  expect_refusal(deep + " --apex 1e300 0 0", 2, {"--apex", "1e7 mm", "1e+300"});
+  expect_refusal(deep + " --into 0 1 0 --needle 1e300 0 0 0 0 0", 2, {"--needle", "1e7 mm"});
+  expect_refusal(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "1e7 mm"});
+  const Outcome stroke = sonde(deep + " --into 0 1 0 --show '10,10,10 normal=1e300,0,0'");
+  EXPECT_EQ(stroke.code, 0) << stroke.errors;
+  expect_refusal(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"stroke 1", "1e6 mm"});
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  };
+  const auto strokes = [&](const std::string& members) {
+    return deep + " --into 0 1 0 --scribbles " +
+           write("strokes.json",
+                 R"({"sonde_scribbles": 1, "strokes": [{"points_mm": )" + members + "}]}");
+  };
+  EXPECT_EQ(sonde(strokes(R"([[9, 9, 9]], "normal": [1e300, 0, 0])")).code, 0);
+  expect_refusal(strokes("[[1e300, 9, 9]]"), 3, {"strokes.json", "points_mm", "1e6 mm"});
+  expect_refusal(strokes(R"([[9, 9, 9]], "thickness_mm": -3)"), 3, {"thickness_mm", "-3"});
+  expect_refusal(strokes(R"([[9, 9, 9]], "normal": [0, 0, 0])"), 3, {"normal", "not all 0"});
+  std::string heights = "1e300";
+  for (int n = 1; n < 16; ++n) heights += ", 1";
+  const std::string layers = write("layers.json", R"({"sonde_layers": 1, "axis": 1, "columns": 4,
+      "rows": 4, "surfaces": [{"heights_mm": [)" + heights +
+                                                      "]}]}");
+  expect_refusal(arguments + (folder_ / "set.json").string() + " --into 0 1 0 --layers " + layers,
+                 3, {"layers.json", "heights_mm", "1e6 mm"});
+  const auto sweep = [&](const std::string& x, const std::string& sector) {
+    return deep + " --scan-lines " +
+           write("lines.json",
+                 R"({"sonde_scan_lines": 1, "planes": [{"ct_from_image": [1, 0, 0, )" + x +
+                     R"(, 0, 1, 0, 0, 0, 0, 1, 9, 0, 0, 0, 1], "low_mm": [0, 0],
+                                   "high_mm": [20, 24])" +
+                     sector + "}]}");
+  };
+  EXPECT_EQ(sonde(sweep("0", "")).code, 0);
+  expect_refusal(sweep("1e300", ""), 3, {"lines.json", "ct_from_image", "1e6"});
+  expect_refusal(sweep("100000", ""), 3, {"lines.json", "pictures of the volume", "found none"});
+  expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 90,
+                                "radius_max_mm": 40, "half_angle_deg": 30})"),
+                 3, {"sector.radius_max_mm", "more than radius_min_mm", "40"});
+  expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 30,
+                                "radius_max_mm": 90, "half_angle_deg": 200})"),
+                 3, {"sector.half_angle_deg", "(0, 180]", "200"});
+  const std::string derive =
+      "derive " + volume + " --out " + (folder_ / "derived").string() + " --feature depth ";
+  EXPECT_EQ(sonde(derive + "--direction 1e300 0 0").code, 0);
+  expect_refusal(derive + "--apex 1e300 0 0", 2, {"apex within 1e7 mm", "1e+300"});
+  for (const char* threads : {"100000", "-3"}) {
+    expect_refusal(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
+    expect_refusal("bench derived --threads " + std::string(threads), 2, {"--threads", "1024"});
+    expect_refusal(deep + " --into 0 1 0 --threads " + threads, 2, {"--threads", "1024"});
+  }
+  for (const char* value : {"65536", "-40000"}) {
+    expect_refusal(derive + "--unknown " + value, 2, {"--unknown", "-32768 to 32767", value});
+    expect_refusal("predicates --print-session --unknown " + std::string(value), 2, {"--unknown"});
+  }
+}
+
+TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
+  std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "bright", "where": {"intensity": {"low": 0.5}}}]})";
+  const std::string arguments =
+      "predicates --print-session --predicates " + (folder_ / "bright.json").string() + " ";
+  for (const auto& [options, expected] : std::vector<std::pair<std::string, std::string>>{
+           {"--into 0 1 0", "--into: expected a predicate depth, gradient_angle or confidence"},
+           {"--apex 0 1 0", "--apex: expected a predicate depth"},
+           {"--labels l.mha", "--labels: expected a predicate label"},
+           {"--bright", "--bright: expected a predicate vesselness"},
+           {"--smallest-radius 1", "--smallest-radius: expected a predicate vesselness"},
+           {"--smoothing-mm 1", "--smoothing-mm: expected a predicate gradient_magnitude"},
+           {"--unknown 0", "--unknown: expected a predicate of a derived feature"}}) {
+    expect_refusal(arguments + options, 2, {expected});
+  }
+  expect_refusal("predicates --print-session --smallest-radius 6", 2,
+                 {"smallest_radius_mm", "largest radius", "4.5"});
+  expect_refusal("predicates --out x.png --phantom-side 32 --predicates " +
+                     (folder_ / "bright.json").string() + " --importance bright=0.2",
+                 2, {"--importance", "1 of the only predicate", "0.2"});
+  const Outcome linear = sonde(arguments + "--hue-mean linear");
+  EXPECT_NE(linear.output.find("hue_mean = 'linear'"), std::string::npos) << linear.output;
+  expect_refusal(arguments + "--hue-mean square", 2, {"--hue-mean", "circular or linear"});
+}
+
 TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   std::ofstream(folder_ / "two.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {"low": 0.5}}},

@@ -92,6 +92,32 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
   EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "vessels": {"largest_radius_mm": 0.1}})",
                       {"vessels.largest_radius_mm", "at least", "0.1"}));
   EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
+  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"high_deg": 400}})"),
+                      {"gradient_angle.high_deg: expected a number in [0, 180], found 400"}));
+  EXPECT_TRUE(refuses(with(R"({"label": {"mask": 4294967296}})"),
+                      {"label.mask", "[1, 4294967295]", "found 4294967296"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));
+  const auto also = [](const std::string& member) {
+    return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"snr": {}}}], )" +
+           member + "}";
+  };
+  const std::string file = path_.string();
+  EXPECT_TRUE(refuses(also(R"("cutaway_importance": 2)"), {file, "cutaway_importance", "[0, 1]"}));
+  for (const char* length : {"0", "-3", "1e300"}) {
+    EXPECT_TRUE(refuses(also(R"("opacity_length_mm": )" + std::string(length)),
+                        {file, "opacity_length_mm", "[0.001, 10000]"}));
+  }
+  EXPECT_TRUE(refuses(also(R"("vessels": {"largest_radius_mm": 1000})"),
+                      {file, "vessels.largest_radius_mm", "at most 100"}));
+  EXPECT_TRUE(refuses(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));
+  const auto broken = read("{\"sonde_predicates\": 1");
+  ASSERT_FALSE(broken.has_value());
+  EXPECT_EQ(broken.error().message.find("exception"), std::string::npos) << broken.error().message;
+  std::string many;
+  for (int n = 0; n < 33; ++n) {
+    many += (n > 0 ? ", " : "") + (R"({"snr": {"low": )" + std::to_string(n) + "}}");
+  }
+  EXPECT_TRUE(refuses(with(R"({"any": [)" + many + "]}"), {file, "at most 32", "found 33"}));
   EXPECT_TRUE(refuses(with("7"), {"where", "an object"}));
   EXPECT_TRUE(test::refuses(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
                             {"/nowhere/x.json"}));

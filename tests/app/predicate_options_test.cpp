@@ -3,11 +3,14 @@
 #include "app/predicate_options.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "app/predicate_labels.hpp"
 #include "app/predicate_scribbles.hpp"
+#include "app/predicate_volume.hpp"
 #include "app/session_config.hpp"
 #include "io/ct.hpp"
 #include "nav/diagnostics.hpp"
@@ -83,12 +86,59 @@ TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
                       {"apex_mm", "both"}));
   EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d::Zero(); }, {"target", "radius"}));
   EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setZero(); }, {"needle", "apart"}));
+  EXPECT_TRUE(refused([](auto& o) { o.apex_ct = Eigen::Vector3d(1e300, 0, 0); },
+                      {"apex_mm", "1e7 mm", "1e+300"}));
+  EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d(0, 1e300, 0, 1); }, {"target"}));
+  EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setConstant(1e300); }, {"needle"}));
+  EXPECT_TRUE(refused([](auto& o) { o.hue_mean = "square"; }, {"hue_mean", "linear", "square"}));
+  EXPECT_TRUE(refused([](auto& o) { o.unknown = 65536; }, {"unknown", "32767", "65536"}));
+  EXPECT_TRUE(refused([](auto& o) { o.unknown = -40000; }, {"unknown", "-32768", "-40000"}));
+  PredicateOptions far;
+  far.into_ct = far.from = Eigen::Vector3d(1e300, 1e300, 0);
+  EXPECT_TRUE(test::has_value(validate(far))) << "directions may have any length";
   EXPECT_TRUE(refused(
       [](auto& o) {
         o.smallest_radius_mm = 3;
         o.largest_radius_mm = 2;
       },
       {"smallest_radius_mm", "largest_radius_mm"}));
+}
+
+TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {
+  PredicateOptions options;  // carotid-vessel: dark vessels of 2 to 4.5 mm.
+  options.bright_vessels = true;
+  options.hue_mean = "linear";
+  const auto bright = set_up_of(options);
+  ASSERT_TRUE(test::has_value(bright));
+  EXPECT_TRUE(bright->vessels.bright);
+  EXPECT_EQ(bright->hue_mean, render::spec::HueMean::kLinear);
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("sonde_bright_" + std::to_string(getpid()) + ".json");
+  ASSERT_TRUE(test::has_value(write_predicate_file(path, *bright)));
+  options.set_up = path.string();
+  options.bright_vessels = false;
+  options.hue_mean.reset();
+  EXPECT_FALSE(set_up_of(options)->vessels.bright);
+  EXPECT_EQ(set_up_of(options)->hue_mean, render::spec::HueMean::kLinear);
+  options.bright_vessels.reset();
+  EXPECT_TRUE(set_up_of(options)->vessels.bright);
+  options.smallest_radius_mm = 6;
+  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+                            {"smallest_radius_mm", "at most the largest radius, 4.5", "found 6"}));
+  options.smallest_radius_mm.reset();
+  options.largest_radius_mm = 1;
+  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+                            {"largest_radius_mm", "at least the smallest radius, 2", "found 1"}));
+  std::filesystem::remove(path);
+}
+
+TEST(PredicateOptionsTest, TheOnlyBarKeepsAllImportance) {
+  render::PredicateModel one;
+  one.entries.push_back({"vessel", render::PredicateExpression::kind("intensity")});
+  one.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
+  EXPECT_TRUE(test::refuses(apply_edits({{"vessel", 0.2}}, one), ErrorCode::kUsage,
+                            {"1 of the only predicate", "0.2"}));
+  EXPECT_TRUE(test::has_value(apply_edits({{"vessel", 1.0}}, one)));
 }
 
 TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
