@@ -79,6 +79,9 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
   member.version("sonde_scan_lines", kScanLinesVersion);
   Sweep sweep;
   member.number("reach_mm", sweep.reach_mm);
+  if (!(sweep.reach_mm > 0 && sweep.reach_mm <= 100)) {
+    member.fail("reach_mm", "a number in (0, 100]", sweep.reach_mm);
+  }
   member.list("planes", [&](const Json& json, const std::string& at) {
     JsonMember plane(json, at, error);
     const CtFromImage pose = read_pose(plane, at, error);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "nav/index.hpp"
 #include "render/derived/scan_lines.hpp"
@@ -82,8 +83,9 @@ Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
     return Error{ErrorCode::kUsage, "scan lines of a sweep: expected pictures, found none"};
   }
   if (!(reach_mm > 0 && reach_mm <= 100)) {
-    return Error{ErrorCode::kUsage, "scan lines of a sweep: expected reach_mm in (0, 100], found " +
-                                        std::to_string(reach_mm)};
+    std::ostringstream text;
+    text << "scan lines of a sweep: expected reach_mm in (0, 100], found " << reach_mm;
+    return Error{ErrorCode::kUsage, text.str()};
   }
   for (std::size_t n = 0; n < planes.size(); ++n) {
     const Eigen::Vector2d extent = planes[n].high_mm - planes[n].low_mm;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -20,8 +21,9 @@ double hue_in_turn(double hue_deg) {
 }
 
 Error refusal(std::size_t bar, const std::string& expected, double found) {
-  return {ErrorCode::kMalformedData, "predicate " + std::to_string(bar) + ": expected " + expected +
-                                         ", found " + std::to_string(found)};
+  std::ostringstream text;
+  text << "predicate " << bar << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kMalformedData, text.str()};
 }
 
 double sum_of(const std::vector<PredicateHistogram::Bar>& bars) {
@@ -46,7 +48,7 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   for (std::size_t i = 0; i < bars.size(); ++i) {
     constexpr double kMost = 1e100;
     if (!(bars[i].importance >= 0 && bars[i].importance <= kMost)) {
-      return refusal(i, "an importance >= 0", bars[i].importance);
+      return refusal(i, "an importance >= 0, at most 1e100", bars[i].importance);
     }
     if (!std::isfinite(bars[i].hue_deg)) return refusal(i, "a hue in degrees", bars[i].hue_deg);
     if (!(bars[i].saturation >= 0 && bars[i].saturation <= 1)) {

@@ -377,6 +377,9 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
                      sector + "}]}");
   };
   EXPECT_EQ(sonde(sweep("0", "")).code, 0);
+  expect_refusal(deep + " --scan-lines " +
+                     write("reach.json", R"({"sonde_scan_lines": 1, "reach_mm": 1e300})"),
+                 3, {"reach.json", "reach_mm", "(0, 100]", "1e+300"});
   expect_refusal(sweep("1e300", ""), 3, {"lines.json", "ct_from_image", "1e6"});
   expect_refusal(sweep("100000", ""), 3, {"lines.json", "pictures of the volume", "found none"});
   expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 90,

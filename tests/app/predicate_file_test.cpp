@@ -110,6 +110,9 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
   EXPECT_TRUE(refuses(also(R"("vessels": {"largest_radius_mm": 1000})"),
                       {file, "vessels.largest_radius_mm", "at most 100"}));
   EXPECT_TRUE(refuses(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 1e300,
+                          "where": {"snr": {}}}]})",
+                      {file, "an importance >= 0, at most 1e100, found 1e+300"}));
   const auto broken = read("{\"sonde_predicates\": 1");
   ASSERT_FALSE(broken.has_value());
   EXPECT_EQ(broken.error().message.find("exception"), std::string::npos) << broken.error().message;
