@@ -27,6 +27,7 @@
 #include "app/replay.hpp"
 #include "app/simulate.hpp"
 #include "app/slices.hpp"
+#include "app/slices_options.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/session/simulated_session.hpp"
 
@@ -61,11 +62,13 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
       ->capture_default_str();
 }
 
-void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matrix) {
-  verb.add_option("--ct", config.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD");
+void add_series_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--series", config.ct.series_uid, "SeriesInstanceUID in a DICOM folder");
   verb.add_flag("--accept-unknown-orientation", config.ct.accept_unknown_orientation,
                 "take a CT without orientation as LPS");
+}
+
+void add_recording_options(CLI::App& verb, SessionConfig& config, std::string& matrix) {
   verb.add_option("--config", config.source.plus_config,
                   "PLUS configuration with the probe's calibration");
   verb.add_option("--image-frame", config.source.image_frame)->capture_default_str();
@@ -83,6 +86,12 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
                 "play on past frames whose data cannot be true; they are counted by cause");
   verb.add_option("--ct-from-reference", matrix,
                   "declared placement of the CT: 16 numbers, row-major, mm");
+}
+
+void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matrix) {
+  verb.add_option("--ct", config.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD");
+  add_series_options(verb, config);
+  add_recording_options(verb, config, matrix);
 }
 
 /// from_option: the registration was named on the command line too.
@@ -368,29 +377,23 @@ void CommandLine::add_info() {
 }
 
 void CommandLine::add_slices() {
-  CLI::App* verb = app_.add_subcommand("slices", "Write axial, coronal and sagittal CT slices");
-  SlicesOptions& o = slices_;
-  verb->add_option("ct", o.ct, "CT: DICOM folder, NIfTI, MetaImage or NRRD")->required();
-  verb->add_option("--out", o.out, "folder to write to")->required();
-  verb->add_flag("--accept-unknown-orientation", o.accept_unknown_orientation,
-                 "take a CT without orientation as LPS");
-  verb->add_option_function<std::vector<double>>(
-          "--at",
-          [&o](const std::vector<double>& p) { o.at_ct = Eigen::Vector3d(p[0], p[1], p[2]); },
-          "x y z, LPS mm: the point that all three show; none: the middle")
-      ->expected(3);
-  verb->add_option("--slab", o.slab_mm, "thickness, mm; 0: thin")->capture_default_str();
-  verb->add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")
-      ->check(among({"maximum", "minimum", "mean"}))
-      ->capture_default_str();
-  verb->add_option("--window-level", o.level_hu, "HU")->capture_default_str();
-  verb->add_option("--window-width", o.width_hu, "HU")->capture_default_str();
-  verb->add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
-  verb->add_option("--mm-per-pixel", o.mm_per_pixel, "0: the CT fits")->capture_default_str();
+  CLI::App* verb = app_.add_subcommand(
+      "slices", "Write CT slices: axial, coronal, sagittal, oblique, along needle and ultrasound");
+  verb->add_option("ct", config_.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD")->required();
+  verb->add_option("--out", config_.output.folder, "folder to write to")->required();
+  add_series_options(*verb, config_);
+  verb->add_option("--recording", config_.source.recording,
+                   "PLUS sequence: also the slice along a picture of it, laid over the CT");
+  verb->add_option("--registration", config_.placement.registration, "result of 'sonde register'");
+  add_recording_options(*verb, config_, matrix_);
+  add_slices_options(*verb, config_, slices_);
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
-      if (const auto ok = refuse_idle_of_slices(*verb, slices_); !ok) return ok;
-      return run_slices(slices_, console);
+      const bool registered = verb->count("--registration") > 0;
+      if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
+      if (const auto ok = as_given(*verb, validate(config_)); !ok) return ok;
+      if (const auto ok = refuse_idle_of_slices(*verb, config_, slices_); !ok) return ok;
+      return run_slices(config_, slices_, console);
     };
   });
 }

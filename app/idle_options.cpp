@@ -191,8 +191,25 @@ Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOpti
         found}});
 }
 
-Result<void> refuse_idle_of_slices(const CLI::App& verb, const SlicesOptions& options) {
-  return refuse_idle(verb, {{{"--mode"}, options.slab_mm > 0, "--slab", "thin slices"}});
+Result<void> refuse_idle_of_slices(const CLI::App& verb, const SessionConfig& config,
+                                   const SlicesOptions& options) {
+  const bool fused = !config.source.recording.empty() || !options.second.empty();
+  return refuse_idle(
+      verb,
+      {{{"--mode"}, options.slab_mm > 0, "--slab", "thin slices"},
+       {{"--right"}, options.down_ct.has_value(), "--down"},
+       {{"--down"}, options.right_ct.has_value(), "--right"},
+       folder_of_series(config),
+       {{"--frame", "--whole-picture", "--config", "--image-frame", "--probe-frame",
+         "--tracker-frame", "--reference-frame", "--needle-frame", "--temporal-offset-ms",
+         "--skip-bad-frames", "--ct-from-reference", "--registration"},
+        !config.source.recording.empty(),
+        "--recording"},
+       {{"--second-level", "--second-width"}, !options.second.empty(), "--second"},
+       {{"--fusion", "--share", "--square-mm", "--wipe"}, fused, "--recording or --second"},
+       {{"--share"}, options.fusion == "blend", "--fusion blend", options.fusion},
+       {{"--square-mm"}, options.fusion == "checkerboard", "--fusion checkerboard", options.fusion},
+       {{"--wipe"}, options.fusion == "wipe", "--fusion wipe", options.fusion}});
 }
 
 Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& options) {

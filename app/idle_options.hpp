@@ -23,7 +23,8 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
 Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& config,
                                      const RegisterOptions& options);
 Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOptions& options);
-Result<void> refuse_idle_of_slices(const CLI::App& verb, const SlicesOptions& options);
+Result<void> refuse_idle_of_slices(const CLI::App& verb, const SessionConfig& config,
+                                   const SlicesOptions& options);
 Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& options);
 Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& options);
 Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options);

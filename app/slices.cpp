@@ -2,12 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/slices.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "app/output_folder.hpp"
+#include "app/placed_picture.hpp"
+#include "app/placement.hpp"
+#include "app/slice_planes.hpp"
 #include "io/ct.hpp"
 #include "render/canvas.hpp"
 #include "render/slice.hpp"
+#include "render/transfer_presets.hpp"
 
 namespace nav::app {
 namespace {
@@ -19,32 +25,39 @@ Result<render::SlabMode> slab_mode(const std::string& name) {
   return Error{ErrorCode::kUsage, "--mode: expected maximum, minimum or mean, found " + name};
 }
 
-/// The slice's grey picture with its name and the letters of its edges.
-Image2d<Rgba8> labelled(const Image2d<Rgba8>& grey, const std::string& name,
-                        const render::SliceLabels& labels) {
-  render::Canvas canvas(grey.width(), grey.height(), render::rgb8(0));
-  canvas.copy(grey, 0, 0);
+/// The slice's picture with its name, the letters of its edges, and its needle.
+Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
+                        const std::string& warning) {
+  render::Canvas canvas(picture.width(), picture.height(), render::rgb8(0));
+  canvas.copy(picture, 0, 0);
   const Rgba8 colour = render::rgb8(0xffd24a);
   constexpr int kSize = 16;
   constexpr int kMargin = 6;
+  if (slice.needle_ct) {
+    const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
+      const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
+      return {from.dot(slice.plane.right.v) + 0.5 * (picture.width() - 1),
+              from.dot(slice.plane.down.v) + 0.5 * (picture.height() - 1)};
+    };
+    canvas.line(pixel((*slice.needle_ct)[0]), pixel((*slice.needle_ct)[1]), 1,
+                render::rgb8(0x6fd3ff));
+  }
   const auto centred = [&](const std::string& text) {
-    return (grey.width() - canvas.text_width(kSize, text)) / 2;
+    return (picture.width() - canvas.text_width(kSize, text)) / 2;
   };
-  const int middle = grey.height() / 2 + kSize / 3;
-  canvas.text(kMargin, kMargin + kSize, kSize, name, colour);
+  const render::SliceLabels labels = render::labels_of(slice.plane);
+  const int middle = picture.height() / 2 + kSize / 3;
+  canvas.text(kMargin, kMargin + kSize, kSize, slice.name, colour);
+  if (!warning.empty()) canvas.text(kMargin, kMargin + 2 * kSize + 4, kSize, warning, colour);
   canvas.text(kMargin, middle, kSize, labels.left, colour);
-  canvas.text(grey.width() - kMargin - canvas.text_width(kSize, labels.right), middle, kSize,
+  canvas.text(picture.width() - kMargin - canvas.text_width(kSize, labels.right), middle, kSize,
               labels.right, colour);
   canvas.text(centred(labels.top), kMargin + kSize, kSize, labels.top, colour);
-  canvas.text(centred(labels.bottom), grey.height() - kMargin, kSize, labels.bottom, colour);
+  canvas.text(centred(labels.bottom), picture.height() - kMargin, kSize, labels.bottom, colour);
   return canvas.picture();
 }
 
-}  // namespace
-
-Result<void> run_slices(const SlicesOptions& options, Console& console) {
-  const auto mode = slab_mode(options.slab);
-  if (!mode) return mode.error();
+Result<void> validate(const SlicesOptions& options, bool recorded) {
   if (!(options.width_hu > 0 && options.width_hu <= 1e6)) {
     return Error{ErrorCode::kUsage, "--window-width: expected more than 0 to 10^6 HU, found " +
                                         std::to_string(options.width_hu)};
@@ -53,38 +66,109 @@ Result<void> run_slices(const SlicesOptions& options, Console& console) {
     return Error{ErrorCode::kUsage, "--window-level: expected -10^6 to 10^6 HU, found " +
                                         std::to_string(options.level_hu)};
   }
-  constexpr int kLeastPx = 64;  // The letters need room.
-  if (options.size_px < kLeastPx || options.size_px > 8192) {
-    return Error{ErrorCode::kUsage,
-                 "--size: expected 64 to 8192 pixels, found " + std::to_string(options.size_px)};
+  // The letters and words need room.
+  const bool words = recorded || options.normal_ct || options.right_ct || options.needle_ct;
+  const int least_px = words ? 192 : 64;
+  if (options.size_px < least_px || options.size_px > 8192) {
+    return Error{ErrorCode::kUsage, "--size: expected " + std::to_string(least_px) +
+                                        " to 8192 pixels, found " +
+                                        std::to_string(options.size_px)};
   }
-  io::CtOptions reading;
-  reading.accept_unknown_orientation = options.accept_unknown_orientation;
-  const auto ct = io::read_ct(options.ct, console, reading);
+  return {};
+}
+
+render::Fusion fusion_of(const SlicesOptions& options) {
+  render::Fusion fusion;
+  fusion.mode = options.fusion == "checkerboard" ? render::FusionMode::kCheckerboard
+                : options.fusion == "wipe"       ? render::FusionMode::kWipe
+                                                 : render::FusionMode::kBlend;
+  fusion.share = options.share;
+  fusion.square_mm = options.square_mm;
+  fusion.wipe = options.wipe;
+  return fusion;
+}
+
+/// What is laid over the CT.
+struct Overlay {
+  std::optional<PlacedPicture> picture;
+  std::optional<Volume> second;
+  render::HuWindow window;  ///< Of the second volume.
+};
+
+Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& options,
+                             const Volume& ct, Console& console) {
+  Overlay overlay;
+  if (!config.source.recording.empty()) {
+    auto picture = placed_picture(config, ct, options.frame, console);
+    if (!picture) return picture.error();
+    overlay.picture = std::move(*picture);
+  }
+  if (!options.second.empty()) {
+    io::CtOptions reading;
+    reading.accept_unknown_orientation = config.ct.accept_unknown_orientation;
+    auto second = io::read_ct(options.second, console, reading);
+    if (!second) return second.error();
+    const auto range = render::value_range(*second);
+    overlay.window = {options.second_level.value_or(0.5 * (range.low + range.high)),
+                      options.second_width.value_or(range.high - range.low)};
+    overlay.second = std::move(*second);
+  }
+  return overlay;
+}
+
+Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
+                                   const render::SliceOptions& how, const SlicesOptions& options,
+                                   const Overlay& overlay, Console& console) {
+  const auto values = render::slice_values(ct, slice.plane, how);
+  if (!values) return values.error();
+  const auto outside = [](float v) { return std::isnan(v); };
+  const bool empty = std::ranges::all_of(values->pixels(), outside);
+  if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside of the CT");
+  auto grey = render::to_grey(*values, {options.level_hu, options.width_hu});
+  if (overlay.second) {
+    const auto second = render::slice_values(*overlay.second, slice.plane, how);
+    if (!second) return second.error();
+    if (std::ranges::all_of(second->pixels(), outside)) {
+      console.report(Severity::kWarning, slice.name,
+                     "the second volume does not reach the slice: is it in the CT's frame?");
+    }
+    return render::fuse(grey, render::to_grey(*second, overlay.window), how, fusion_of(options));
+  }
+  if (!overlay.picture) return grey;
+  return render::fuse(grey, slice.plane, how, overlay.picture->plane, fusion_of(options));
+}
+
+}  // namespace
+
+Result<void> run_slices(const SessionConfig& config, const SlicesOptions& options,
+                        Console& console) {
+  const auto mode = slab_mode(options.slab);
+  if (!mode) return mode.error();
+  if (const auto ok = validate(options, !config.source.recording.empty()); !ok) return ok;
+  const auto ct = read_session_ct(config, console);
   if (!ct) return ct.error();
-  auto out = OutputFolder::create(options.out);
+  const auto overlay = read_overlay(config, options, **ct, console);
+  if (!overlay) return overlay.error();
+  const auto planes = slice_planes(options, **ct, overlay->picture);
+  if (!planes) return planes.error();
+  auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
-  const Point<frames::Ct> at =
-      options.at_ct ? Point<frames::Ct>{*options.at_ct} : ct->grid().centre();
-  render::SliceOptions slice;
-  slice.width = slice.height = options.size_px;
-  slice.mm_per_pixel = options.mm_per_pixel > 0
-                           ? options.mm_per_pixel
-                           : ct->grid().extent_mm().maxCoeff() / options.size_px;
-  slice.slab_mm = options.slab_mm;
-  slice.slab = *mode;
-  for (const auto& [name, plane] : {std::pair("axial", render::axial_slice(at)),
-                                    {"coronal", render::coronal_slice(at)},
-                                    {"sagittal", render::sagittal_slice(at)}}) {
-    const auto values = render::slice_values(*ct, plane, slice);
-    if (!values) return values.error();
-    const auto grey = render::to_grey(*values, {options.level_hu, options.width_hu});
-    const auto ok = out->write_picture(std::string(name) + ".png",
-                                       labelled(grey, name, render::labels_of(plane)));
+  const std::string warning =
+      overlay->picture && !overlay->picture->registered ? "CT NOT REGISTERED" : "";
+  for (const NamedPlane& slice : *planes) {
+    render::SliceOptions how;
+    how.width = how.height = options.size_px;
+    how.mm_per_pixel = slice.mm_per_pixel;
+    how.slab_mm = options.slab_mm;
+    how.slab = *mode;
+    const auto picture = fused_slice(**ct, slice, how, options, *overlay, console);
+    if (!picture) return picture.error();
+    const auto ok = out->write_picture(slice.name + ".png", labelled(*picture, slice, warning));
     if (!ok) return ok;
   }
   std::ostringstream where;
-  where << "slices through (" << at.mm.transpose() << ") mm in " << options.out.string();
+  where << planes->size() << " slices through (" << planes->front().plane.centre_ct.mm.transpose()
+        << ") mm in " << config.output.folder.string();
   console.say(where.str());
   return {};
 }

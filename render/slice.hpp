@@ -30,6 +30,10 @@ struct SlicePlane {
 SlicePlane axial_slice(const Point<frames::Ct>& through_ct);
 SlicePlane coronal_slice(const Point<frames::Ct>& through_ct);
 SlicePlane sagittal_slice(const Point<frames::Ct>& through_ct);
+/// Oblique through a point, hung as that of the three above whose plane is the nearest, and the
+/// same where the normal is along an axis. Either sign of the normal gives the same slice.
+/// Precondition: normal finite and not zero, otherwise a Bug.
+SlicePlane oblique_slice(const Point<frames::Ct>& through_ct, const Direction<frames::Ct>& normal);
 /// Along an ultrasound picture: its columns to the right, its rows down. centre_mm: image frame.
 SlicePlane ultrasound_slice(const Transform<frames::Ct, frames::Image>& ct_from_image,
                             const Eigen::Vector2d& centre_mm);
@@ -105,5 +109,11 @@ struct Fusion {
 Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& plane,
                             const SliceOptions& options, const UltrasoundPlane& ultrasound,
                             const Fusion& fusion);
+
+/// A second volume over the CT: its values along the same plane as grey, of to_grey(). Where one of
+/// the two does not reach (kOutsideCt) the other is shown alone. reach_mm does not matter. Refuses
+/// options out of range. Precondition: pictures of one size, otherwise a Bug.
+Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const Image2d<Rgba8>& second,
+                            const SliceOptions& options, const Fusion& fusion);
 
 }  // namespace nav::render

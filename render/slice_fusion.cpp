@@ -91,4 +91,29 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
   return Image2d<Rgba8>(options.width, options.height, std::move(pixels));
 }
 
+Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const Image2d<Rgba8>& second,
+                            const SliceOptions& options, const Fusion& fusion) {
+  if (const auto ok = check(fusion); !ok) return ok.error();
+  for (const auto* picture : {&ct_slice, &second}) {
+    NAV_CHECK(picture->width() == options.width && picture->height() == options.height,
+              picture->width(), picture->height());
+  }
+  std::vector<Rgba8> pixels(ct_slice.pixels().begin(), ct_slice.pixels().end());
+  for_each_index(options.height, options.threads, [&](int row) {
+    for (int column = 0; column < options.width; ++column) {
+      const Rgba8& over = second.at(column, row);
+      if (over == kOutsideCt) continue;
+      const Eigen::Vector2d place =
+          options.mm_per_pixel *
+          Eigen::Vector2d(column - 0.5 * (options.width - 1), row - 0.5 * (options.height - 1));
+      Rgba8& out = pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(options.width) +
+                          static_cast<std::size_t>(column)];
+      const double share =
+          out == kOutsideCt ? 1 : share_at(fusion, place, (column + 0.5) / options.width);
+      out = mixed(out, Eigen::Vector3d::Constant(over.r / 255.0), share);
+    }
+  });
+  return Image2d<Rgba8>(options.width, options.height, std::move(pixels));
+}
+
 }  // namespace nav::render

@@ -42,6 +42,22 @@ SlicePlane sagittal_slice(const Point<frames::Ct>& through_ct) {
   return {through_ct, {kPosterior}, {-kSuperior}};
 }
 
+SlicePlane oblique_slice(const Point<frames::Ct>& through_ct, const Direction<frames::Ct>& normal) {
+  const double length = normal.v.norm();
+  NAV_CHECK(std::isfinite(length) && length > 0, length);
+  const Eigen::Vector3d along = normal.v / length;
+  const Eigen::Vector3d size = along.cwiseAbs();
+  SlicePlane plane = size.z() >= size.x() && size.z() >= size.y() ? axial_slice(through_ct)
+                     : size.y() >= size.x()                       ? coronal_slice(through_ct)
+                                                                  : sagittal_slice(through_ct);
+  // Away from the viewer, as in the slice that it hangs like.
+  const bool towards = along.dot(plane.right.v.cross(plane.down.v)) < 0;
+  const Eigen::Vector3d away = towards ? Eigen::Vector3d(-along) : along;
+  plane.down.v = (plane.down.v - plane.down.v.dot(away) * away).normalized();
+  plane.right.v = plane.down.v.cross(away);
+  return plane;
+}
+
 SlicePlane ultrasound_slice(const Transform<frames::Ct, frames::Image>& ct_from_image,
                             const Eigen::Vector2d& centre_mm) {
   return {ct_from_image * Point<frames::Image>{{centre_mm.x(), centre_mm.y(), 0}},

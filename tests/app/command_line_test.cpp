@@ -12,6 +12,7 @@
 
 #include "app/report.hpp"
 #include "io/ct.hpp"
+#include "io/picture.hpp"
 #include "io/sequence_writer.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
@@ -258,10 +259,74 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
     EXPECT_TRUE(std::filesystem::exists(out / name)) << name;
   }
   expect_refusal(arguments + " --mode median", 2, {"--mode", "median"});
-  expect_refusal(arguments + " --slab -1", 2, {"slab_mm", "-1"});
+  expect_refusal(arguments + " --slab -1", 2, {"--slab", "-1"});
+  expect_refusal(arguments + " --mm-per-pixel nan", 2, {"--mm-per-pixel", "nan"});
+  expect_refusal(arguments + " --mm-per-pixel -1", 2, {"--mm-per-pixel", "-1"});
+  expect_refusal(arguments + " --at 9999 0 0", 2, {"--at", "inside the CT", "9999"});
   expect_refusal(arguments + " --window-width 0", 2, {"--window-width", "0"});
-  expect_refusal(arguments + " --at nan 0 0", 2, {"centre_ct"});
+  expect_refusal(arguments + " --at nan 0 0", 2, {"--at", "nan"});
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
+}
+
+TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
+  const auto out = folder_ / "slices";
+  const std::string arguments =
+      "slices " + write_ct() + " --out " + out.string() + " --size 192 --at 0 0 0";
+  const auto bytes = [&](const char* name) {
+    std::ifstream file(out / name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const Outcome outcome = sonde(arguments + " --normal 0 1 1 --needle 0 0 0 0 -50 40 --slab 8");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* name : {"oblique.png", "needle-1.png", "needle-2.png"}) {
+    EXPECT_FALSE(bytes(name).empty()) << name;
+  }
+  const std::string oblique = bytes("oblique.png");
+  // The same plane by two directions of it: seen from the feet, the patient's left to the right.
+  ASSERT_EQ(sonde(arguments + " --right 2 0 0 --down 1 3 -3 --slab 8").code, 0);
+  EXPECT_EQ(bytes("oblique.png"), oblique);
+
+  expect_refusal(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
+  expect_refusal(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
+  expect_refusal(arguments + " --right 1 0 0", 2, {"--right: expected --down beside it"});
+  expect_refusal(arguments + " --right 1 0 0 --down 2 0 0", 2, {"--down", "other than --right"});
+  expect_refusal(arguments + " --right 1 0 0 --normal 0 0 1", 2, {"--right", "--normal", "both"});
+  expect_refusal(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from it"});
+  expect_refusal(arguments + " --needle 900 0 0 0 0 0", 2, {"--needle", "inside the CT"});
+  expect_refusal(arguments + " --frame 1", 2, {"--frame: expected --recording beside it"});
+  expect_refusal(arguments + " --share 1", 2, {"--share: expected --recording or --second"});
+}
+
+TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
+  const auto out = folder_ / "slices";
+  const std::string ct = write_ct();
+  const std::string arguments = "slices " + ct + " --out " + out.string() + " --size 192";
+  const std::string recording = arguments + " --recording " + write_sweep() + " --config " +
+                                write_config() +
+                                " --ct-from-reference \"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"";
+  // Pictures are of 40 + 30 i, the CT is air about (0, 0, 2 i), at the face of the probe.
+  const auto grey = [&](const std::string& options) {
+    const Outcome outcome = sonde(options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const auto picture = io::read_png(out / "ultrasound.png");
+    return picture ? static_cast<int>(picture->at(70, 110).r) : -1;
+  };
+  EXPECT_EQ(grey(recording + " --frame 3 --share 1"), 130);
+  EXPECT_EQ(grey(recording + " --frame 1 --share 1"), 70);
+  EXPECT_EQ(grey(recording + " --frame 3 --share 0 --window-level 700"), 128);
+  EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0.5"), 130);
+  EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0 --window-level 700"), 128);
+  expect_refusal("slices " + ct + " --out x --normal 0 0 1 --size 128", 2,
+                 {"--size: expected 192 to 8192"});
+  expect_refusal(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
+  expect_refusal(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
+  expect_refusal(recording + " --needle-frame NeedleTip", 2, {"NeedleTip"});
+  expect_refusal(recording + " --second " + ct, 2, {"--second", "--recording", "both"});
+  expect_refusal(recording + " --wipe 0.5", 2, {"--wipe: expected --fusion wipe beside it"});
+
+  const Outcome second = sonde(arguments + " --second " + ct + " --second-level 0 --share 1");
+  EXPECT_EQ(second.code, 0) << second.errors;
+  expect_refusal(arguments + " --second no.mha", 3, {"no.mha"});
 }
 
 /// A small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.

@@ -156,6 +156,28 @@ TEST(SliceTest, AlongTheNeedleTheShaftIsTheVerticalInTheMiddle) {
   EXPECT_NEAR((needle_slices({{0, 0, 90}}, {{0, 0, 0}})[0].right.v - V::UnitX()).norm(), 0, 1e-12);
 }
 
+TEST(SliceTest, AnObliqueSliceHangsAsTheNearestOfTheThree) {
+  const Point<frames::Ct> at{{1, 2, 3}};
+  for (const double sign : {1.0, -1.0}) {
+    for (const auto& [normal, like] : {std::pair(V(0, 0, 1), axial_slice(at)),
+                                       {V(0, 2, 0), coronal_slice(at)},
+                                       {V(3, 0, 0), sagittal_slice(at)}}) {
+      const SlicePlane plane = oblique_slice(at, {sign * normal});
+      EXPECT_NEAR((plane.right.v - like.right.v).norm(), 0, 1e-12);
+      EXPECT_NEAR((plane.down.v - like.down.v).norm(), 0, 1e-12);
+    }
+    const V normal = V(0.3, -0.5, 0.6).normalized();
+    const SlicePlane plane = oblique_slice(at, {sign * normal});
+    EXPECT_TRUE(test::has_value(validate(plane, {})));
+    EXPECT_NEAR((plane.right.v.cross(plane.down.v) - normal).norm(), 0, 1e-12)
+        << "seen from the feet";
+    EXPECT_EQ(plane.centre_ct.mm, at.mm);
+  }
+  // Tilted by 45° from axial to coronal, seen from the feet and the front.
+  const SliceLabels labels = labels_of(oblique_slice(at, {{0, 0.7, 0.71}}));
+  EXPECT_EQ(labels.left + "|" + labels.right + "|" + labels.top, "R|L|AS");
+}
+
 TEST(SliceTest, RefusesWhatCannotBe) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const SlicePlane good = axial_slice({{0, 0, 0}});
@@ -248,6 +270,28 @@ TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundWhereItCrosses) {
   plane_ = axial_slice(plane_.centre_ct);
   EXPECT_EQ(at(50, 40, {}).r, 120) << "on the line of both";
   EXPECT_EQ(at(50, 43, {}).r, 40) << "1.5 mm off the ultrasound plane";
+}
+
+TEST_F(FusionTest, ASecondVolumeIsFusedAsThePictureIs) {
+  std::vector<Rgba8> pixels(101 * 81, Rgba8{200, 200, 200, 255});
+  pixels[0] = kOutsideCt;
+  const Image2d<Rgba8> second(101, 81, std::move(pixels));
+  const auto at_of = [&](int column, int row, const Fusion& fusion) {
+    const auto fused = fuse(ct_, second, options_, fusion);
+    EXPECT_TRUE(test::has_value(fused));
+    return static_cast<int>(fused->at(column, row).r);
+  };
+  EXPECT_EQ(at_of(50, 40, {FusionMode::kBlend, 0.25}), 80);
+  EXPECT_EQ(at_of(0, 0, {FusionMode::kBlend, 0.25}), 40) << "the CT alone reaches";
+  const Fusion squares{FusionMode::kCheckerboard, 0.5, 5};
+  EXPECT_EQ(at_of(52, 42, squares), 200);
+  EXPECT_EQ(at_of(48, 42, squares), 40);
+  EXPECT_EQ(at_of(45, 40, {FusionMode::kWipe}), 200);
+  EXPECT_EQ(at_of(55, 40, {FusionMode::kWipe}), 40);
+  ct_ = Image2d<Rgba8>(101, 81, std::vector<Rgba8>(101 * 81, kOutsideCt));
+  EXPECT_EQ(at_of(50, 40, {FusionMode::kBlend, 0.25}), 200) << "the second alone reaches";
+  EXPECT_TRUE(test::refuses(fuse(ct_, second, options_, {FusionMode::kBlend, 2}), ErrorCode::kUsage,
+                            {"share"}));
 }
 
 TEST_F(FusionTest, RefusesWhatCannotBe) {

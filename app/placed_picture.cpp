@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/placed_picture.hpp"
+
+#include "app/placement.hpp"
+#include "app/recorded_session.hpp"
+#include "app/report.hpp"
+
+namespace nav::app {
+namespace {
+
+Error without_pose(const std::string& found) {
+  return {ErrorCode::kUsage, "--frame: expected a picture with a pose, found " + found};
+}
+
+Safety safety_of(const TrackedFrame& tracked, const CtPlacement& placement) {
+  if (!tracked.degraded) return placement.safety;
+  return compose(
+      {{SafetyState::kDegraded, "the tracker gave no status for the probe"}, placement.safety});
+}
+
+}  // namespace
+
+Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& ct,
+                                     std::optional<std::int64_t> number, Console& console) {
+  auto session = RecordedSession::open(config, console);
+  if (!session) return session.error();
+  const auto sweep = survey(*session, config.source.skip_bad_frames);
+  if (!sweep) return sweep.error();
+  if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
+  const std::int64_t total = session->total_frames();
+  const std::int64_t wanted = number.value_or(total / 2);
+  if (wanted < 0 || wanted >= total) {
+    return Error{ErrorCode::kUsage, "--frame: expected 0 to " + std::to_string(total - 1) +
+                                        ", found " + std::to_string(wanted)};
+  }
+  const auto sector = config.source.whole_picture ? std::nullopt : sector_of(*sweep);
+  if (sector) session->set_outline(*sector);
+  const auto placement = place_ct(config, ct, *sweep, session->reference_frame());
+  if (!placement) return placement.error();
+  report_warnings(placement->warnings, console);
+  session->set_placement(placement->placement);
+
+  std::optional<tracking::PairedFrame> paired;
+  std::optional<Epoch> epoch;
+  const auto take = [&](const tracking::PairedFrame& one) {
+    if (one.sequence == static_cast<std::uint64_t>(wanted)) paired = one;
+  };
+  for (bool more = true; more && !paired;) {
+    const auto stepped = session->step(take);
+    if (!stepped) return stepped.error();
+    more = *stepped;
+    if (paired) epoch = session->refresh();
+  }
+  const std::string name = "frame " + std::to_string(wanted);
+  if (!paired) return without_pose(name + " without a picture or time");
+  if (!paired->tracked) return without_pose(name + ": " + paired->cause);
+  const TrackedFrame& tracked = *paired->tracked;
+  PlacedPicture found{
+      {tracked.frame, placement->placement.ct_from_reference * tracked.reference_from_image, 1.0,
+       safety_of(tracked, placement->placement)},
+      {},
+      placement->kind == "registered"};
+  if (!config.source.needle_frame.empty()) {
+    if (!epoch->ct_from_needle) {
+      return Error{ErrorCode::kNotFound, "--needle-frame: expected a needle with a pose at " +
+                                             name + ", found " + epoch->needle.cause};
+    }
+    found.ct_from_needle = epoch->ct_from_needle;
+  }
+  return found;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/placed_picture.hpp"
+#include "app/slices.hpp"
+#include "render/slice.hpp"
+
+namespace nav::app {
+
+/// A slice that is to be written.
+struct NamedPlane {
+  std::string name;  ///< Of the file, without its ending.
+  render::SlicePlane plane;
+  double mm_per_pixel;
+  /// Of a needle in the plane, from its hub to its tip; absent: none.
+  std::optional<std::array<Point<frames::Ct>, 2>> needle_ct{};
+};
+
+/// The slices that options ask for. Refuses, by option: points outside the CT or not finite, a
+/// normal or in-plane directions that span no plane, a needle without length.
+Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options, const Volume& ct,
+                                             const std::optional<PlacedPicture>& picture);
+
+}  // namespace nav::app
