@@ -60,6 +60,8 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
   verb.add_option("--elevation", config.view.elevation_deg, "of the camera, degrees from above");
   verb.add_option("--distance", config.view.distance_mm, "of the camera, mm; 0: the CT fits")
       ->capture_default_str();
+  verb.add_flag("--orthographic", config.view.orthographic,
+                "parallel rays: what is farther away is no smaller");
 }
 
 void add_series_options(CLI::App& verb, SessionConfig& config) {

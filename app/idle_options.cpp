@@ -32,8 +32,14 @@ Result<void> refuse_idle(const CLI::App& verb, const std::vector<Need>& needs) {
   return {};
 }
 
-/// Of `demo` and `replay`. without_ct: ultrasound is drawn instead of the CT.
-std::vector<Need> needs_of_look(const SessionConfig& config, bool without_ct) {
+/// Of `demo` and `replay`.
+struct Shown {
+  bool without_ct;  ///< Ultrasound is drawn instead of the CT.
+  bool needle;
+  bool targets;
+};
+
+std::vector<Need> needs_of_look(const SessionConfig& config, const Shown& shown) {
   const SessionConfig::Look& look = config.look;
   const bool composite = look.projection == "composite";
   const std::vector<const char*> cutaway{"--cutaway-inner", "--cutaway-outer", "--cutaway-overlay",
@@ -55,9 +61,15 @@ std::vector<Need> needs_of_look(const SessionConfig& config, bool without_ct) {
        look.file.empty() ? "nodes of the session file" : look.file.string()},
       {surface, look.shading, "shading that is on", "it off"},
       {cutaway, look.cutaway.enabled.value_or(true), "a cutaway that is on", "it off"},
+      {{"--cutaway-around"},
+       shown.needle || !look.cutaway.around_needle.value_or(false),
+       "--needle-frame, the needle that it names,"},
+      {{"--cutaway-around"},
+       shown.targets || !look.cutaway.around_targets.value_or(false),
+       "a session file with a plan, whose targets it names,"},
       {{"--rms-error"}, !config.output.step_voxels, "no --step, which it would choose,", "both"},
       {{"--rms-error"},
-       composite && !without_ct,
+       composite && !shown.without_ct,
        "a CT in colours, whose step it chooses,",
        composite ? "--us-alone" : look.projection}};
 }
@@ -77,7 +89,7 @@ Need fan_of_face(const PredicateOptions& options) {
 }  // namespace
 
 Result<void> refuse_idle_of_demo(const CLI::App& verb, const SessionConfig& config) {
-  return refuse_idle(verb, needs_of_look(config, false));
+  return refuse_idle(verb, needs_of_look(config, {false, true, true}));
 }
 
 Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& config) {
@@ -127,7 +139,10 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
        predicates.alone || config.look.projection == "composite",
        "--us-alone or --projection composite",
        config.look.projection}};
-  for (Need& need : needs_of_look(config, without_ct)) needs.push_back(std::move(need));
+  const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
+  const Shown shown{without_ct, simulated || !config.source.needle_frame.empty(),
+                    simulated || config.plan.has_value()};
+  for (Need& need : needs_of_look(config, shown)) needs.push_back(std::move(need));
   return refuse_idle(verb, needs);
 }
 

@@ -84,6 +84,8 @@ void add_view_options(CLI::App& verb, SessionConfig& config) {
       ->expected(3);
   verb.add_option("--distance", config.view.distance_mm, "of the camera, mm; 0: the volume fits")
       ->capture_default_str();
+  verb.add_flag("--orthographic", config.view.orthographic,
+                "parallel rays: what is farther away is no smaller");
   verb.add_option_function<Numbers>(
           "--target",
           [&o](const Numbers& p) { o.target = Eigen::Vector4d(p[0], p[1], p[2], p[3]); },

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "app/engines.hpp"
+#include "app/orthographic.hpp"
 #include "app/predicate_picture.hpp"
 #include "app/predicate_scribbles.hpp"
 #include "app/predicate_volume.hpp"
@@ -31,6 +32,9 @@ render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
   constexpr double kNearlyAlong = 0.95;
   if (std::abs(scene.camera.up_ct.v.normalized().dot(from)) > kNearlyAlong) {
     scene.camera.up_ct = {axes.col(2)};
+  }
+  if (config.view.orthographic) {
+    scene.camera = orthographic_of(scene.camera, volume.ultrasound->grid());
   }
   scene.quality.step_voxels = config.output.step_voxels.value_or(scene.quality.step_voxels);
   if (options.target) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/orthographic.hpp"
 #include "app/panels.hpp"
 #include "app/window_words.hpp"
 
@@ -69,7 +70,7 @@ render::Camera Presenter::camera() const {
   camera.up_ct = {along_body ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
                              : Eigen::Vector3d(Eigen::Vector3d::UnitZ())};
   camera.vertical_fov_rad = fov;
-  return camera;
+  return options_.view.orthographic ? orthographic_of(camera, ct_->grid()) : camera;
 }
 
 render::Scene Presenter::scene(const Epoch& epoch) const {
@@ -104,6 +105,15 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   if (plan_) {
     scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
     scene.spheres.push_back({plan_->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
+    scene.lines.push_back({plan_->entry_ct, plan_->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
+    if (plan_->margin_mm > 0) {
+      // Faint: what it encloses, and the plane behind it, must stay as visible as without.
+      constexpr double kMarginOpacity = 0.15;
+      scene.spheres.push_back({plan_->target_ct,
+                               plan_->target_radius_mm + plan_->margin_mm,
+                               {1.0, 0.45, 0.2},
+                               kMarginOpacity});
+    }
   }
   return scene;
 }

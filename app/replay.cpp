@@ -77,6 +77,7 @@ class Replay {
         presenter_(std::move(presenter)),
         follower_(std::move(follower)) {
     session_.set_placement(placement_.placement);
+    if (config_.plan) session_.navigator().set_plan(*config_.plan);
   }
 
   Result<void> run(const std::optional<std::string>& json) {
@@ -333,6 +334,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     follower = std::move(*made);
     console.end();
   }
+  if (config.plan) presenter->set_plan(*config.plan);
   presenter->set_banner(banner_of(*placement, follower.has_value()));
   presenter->set_registration_warnings(placement->warnings);
   report_warnings(placement->warnings, console);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/session_config.hpp"
 
+#include <limits>
 #include <sstream>
 
 #include "app/session_look.hpp"
@@ -11,12 +12,29 @@
 namespace nav::app {
 namespace {
 
+/// Absent where the file has no such section; what it leaves out is NaN, which validate() refuses.
+std::optional<NeedlePlan> read_plan(Section section, bool present) {
+  if (!present) return std::nullopt;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> entry(3, kNone);
+  std::vector<double> target(3, kNone);
+  NeedlePlan plan{{{}}, {{}}, kNone, 0};
+  section.numbers("entry_mm", 3, entry);
+  section.numbers("target_mm", 3, target);
+  section.number("target_radius_mm", plan.target_radius_mm);
+  section.number("margin_mm", plan.margin_mm);
+  section.refuse_unknown();
+  plan.entry_ct = {Eigen::Vector3d(entry[0], entry[1], entry[2])};
+  plan.target_ct = {Eigen::Vector3d(target[0], target[1], target[2])};
+  return plan;
+}
+
 SessionConfig read_tables(const toml::table& root, const std::string& file,
                           std::optional<Error>& error) {
   SessionConfig config;
   config.file = file;
   const std::set<std::string> sections = {"ct",         "source", "placement", "look",
-                                          "predicates", "view",   "output"};
+                                          "predicates", "view",   "output",    "plan"};
   for (const auto& [key, node] : root) {
     if (error) break;
     const std::string name(key.str());
@@ -78,6 +96,8 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
   }
 
+  config.plan = read_plan(section("plan"), root.contains("plan"));
+
   Section look = section("look");
   read_look(look, file, error, config.look);
 
@@ -89,6 +109,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   view.number("elevation_deg", config.view.elevation_deg);
   view.number("distance_mm", config.view.distance_mm);
   view.number("fov_deg", config.view.fov_deg);
+  view.flag("orthographic", config.view.orthographic);
   view.refuse_unknown();
 
   Section output = section("output");
@@ -184,6 +205,25 @@ Result<void> validate(const SessionConfig& config) {
   if (placement.follow && config.source.kind != SessionConfig::SourceKind::kRecording) {
     return refuse("placement.follow", "a recording", "the simulated procedure");
   }
+  if (config.plan) {
+    const NeedlePlan& plan = *config.plan;
+    for (const auto& [key, point] :
+         {std::pair("plan.entry_mm", plan.entry_ct.mm), {"plan.target_mm", plan.target_ct.mm}}) {
+      if (!(point.norm() <= 1e6)) {
+        return refuse(key, "3 numbers, within 10^6 mm", point.transpose());
+      }
+    }
+    if (!within(plan.target_radius_mm, 0.1, 500)) {
+      return refuse("plan.target_radius_mm", "0.1 to 500", plan.target_radius_mm);
+    }
+    if (!within(plan.margin_mm, 0, 500)) {
+      return refuse("plan.margin_mm", "0 to 500", plan.margin_mm);
+    }
+    if (const auto ok = validate(plan); !ok) return Error{ErrorCode::kUsage, ok.error().message};
+    if (config.source.kind != SessionConfig::SourceKind::kRecording) {
+      return refuse("plan", "a recording", "the simulated procedure, which has its own");
+    }
+  }
   if (const auto ok = validate(config.look); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
@@ -224,7 +264,9 @@ std::string to_toml(const SessionConfig& config) {
   }
   placement.insert("registration", absolute_text(config.placement.registration));
   placement.insert("follow", config.placement.follow);
-  toml::table view{{"distance_mm", config.view.distance_mm}, {"fov_deg", config.view.fov_deg}};
+  toml::table view{{"distance_mm", config.view.distance_mm},
+                   {"fov_deg", config.view.fov_deg},
+                   {"orthographic", config.view.orthographic}};
   if (config.view.azimuth_deg) view.insert("azimuth_deg", *config.view.azimuth_deg);
   if (config.view.elevation_deg) view.insert("elevation_deg", *config.view.elevation_deg);
   toml::table output{{"folder", absolute_text(config.output.folder)},
@@ -241,6 +283,13 @@ std::string to_toml(const SessionConfig& config) {
   root.insert("source", std::move(source));
   root.insert("placement", std::move(placement));
   root.insert("look", look_to_toml(config.look));
+  if (config.plan) {
+    const auto point = [](const Eigen::Vector3d& p) { return toml::array{p.x(), p.y(), p.z()}; };
+    root.insert("plan", toml::table{{"entry_mm", point(config.plan->entry_ct.mm)},
+                                    {"target_mm", point(config.plan->target_ct.mm)},
+                                    {"target_radius_mm", config.plan->target_radius_mm},
+                                    {"margin_mm", config.plan->margin_mm}});
+  }
   root.insert("predicates", predicates_to_toml(config.predicates));
   root.insert("view", std::move(view));
   root.insert("output", std::move(output));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/predicate_options.hpp"
+#include "nav/plan.hpp"
 #include "nav/result.hpp"
 #include "render/step_search.hpp"
 #include "render/transfer_function.hpp"
@@ -82,6 +83,9 @@ struct SessionConfig {
     double grey_width_hu = 1200;
   } look;
 
+  /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.
+  std::optional<NeedlePlan> plan;
+
   /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
   PredicateOptions predicates;
 
@@ -92,6 +96,7 @@ struct SessionConfig {
     std::optional<double> elevation_deg = std::nullopt;
     double distance_mm = 0;  ///< 0: so that the whole CT fits.
     double fov_deg = 30;
+    bool orthographic = false;  ///< Parallel rays; what the view looks at keeps its size.
   } view;
 
   struct Output {

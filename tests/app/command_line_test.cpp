@@ -1,15 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Runs the built program as a user does.
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <sys/wait.h>
 
+#include "app/exit_code.hpp"
 #include "app/report.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
@@ -568,10 +571,14 @@ TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
 }
 
 TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
+                            "target_radius_mm = 4\n";
   const Outcome outcome = sonde(
       "replay x.mha --print-session --look a.vp --shading gooch --emphasis 0.5 "
       "--importance 150:300=1 --importance bone:400:2000=0.99 --cutaway-inner 20 "
-      "--cutaway-overlay inf --cutaway-around needle,targets");
+      "--cutaway-overlay inf --cutaway-around needle,targets --needle-frame N --session " +
+      session.string());
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   for (const char* piece :
        {"a.vp'", "style = 'gooch'", "shading = true", "emphasis = 0.5", "component = 'bone'",
@@ -673,7 +680,13 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--us-volume u.mha --face-radius-mm 9",
             "--face-radius-mm: expected --apex beside it, found none"},
            {"--us-volume u.mha --projection mean",
-            "--us-volume: expected --us-alone or --projection composite beside it, found mean"}}) {
+            "--us-volume: expected --us-alone or --projection composite beside it, found mean"},
+           {"--cutaway-around plane,needle",
+            "--cutaway-around: expected --needle-frame, the needle that it names, beside it, found "
+            "none"},
+           {"--needle-frame Needle --cutaway-around needle,targets",
+            "--cutaway-around: expected a session file with a plan, whose targets it names, beside "
+            "it, found none"}}) {
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
   // What a session file says is there.
@@ -681,7 +694,11 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   std::ofstream(session) << "[predicates]\nvolume = \"u.mha\"\n";
   const std::string with_session = "replay --print-session --session " + session.string();
   EXPECT_EQ(sonde(with_session + " --us-alone --apex 0 0 0 --face-radius-mm 9").code, 0);
+  std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
+                            "target_radius_mm = 4\n";
+  EXPECT_EQ(sonde(with_session + " --needle-frame N --cutaway-around needle,targets").code, 0);
   std::ofstream(session) << "[source]\nkind = \"simulated\"\n";
+  EXPECT_EQ(sonde(with_session + " --out x --cutaway-around needle,targets").code, 0);
   EXPECT_EQ(sonde(with_session + " --out x --frames 2").code, 0);
   expect_refusal(with_session + " x.mha", 2,
                  {"sweep: expected a session of a recording beside it, found one of the simulated "
@@ -804,6 +821,44 @@ TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
                            "replay_00000.png", "replay_00005.png", "replay.webp"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / file)) << file;
   }
+}
+
+TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
+  const std::string sweep = write_sweep();
+  const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
+    const Outcome outcome =
+        sonde(replay_arguments(sweep) + " --frames 1 --azimuth -30 --elevation 20 --distance 150 " +
+              options);
+    if (outcome.code == kExitDevice) return std::nullopt;
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    auto read = io::read_png(folder_ / "out" / "replay_00000.png");
+    EXPECT_TRUE(test::has_value(read));
+    return *read;
+  };
+  /// Greatest difference in the 3D view.
+  const auto difference = [](const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
+    int most = 0;
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 96; ++x) {
+        const Rgba8& p = a.at(x, y);
+        const Rgba8& q = b.at(x, y);
+        most = std::max({most, std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b)});
+      }
+    }
+    return most;
+  };
+  const auto cpu = picture("--orthographic");
+  const auto reference = picture("--orthographic --engine reference");
+  const auto perspective = picture("");
+  ASSERT_TRUE(cpu && reference && perspective);
+  constexpr int kEnginesApart = 4;  // Of 255.
+  EXPECT_LE(difference(*cpu, *reference), kEnginesApart);
+  EXPECT_GT(difference(*cpu, *perspective), 40) << "another picture";
+  if (const auto gl = picture("--orthographic --engine gl")) {
+    EXPECT_LE(difference(*cpu, *gl), kEnginesApart);
+  }
+  const Outcome session = sonde("replay --print-session x.mha --orthographic");
+  EXPECT_NE(session.output.find("orthographic = true"), std::string::npos) << session.output;
 }
 
 TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile) {

@@ -3,6 +3,7 @@
 #include "app/presenter.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "app/panels.hpp"
@@ -90,6 +91,46 @@ TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
   const auto picture = present(epoch(SafetyState::kValid, ""));
   EXPECT_EQ(picture.width(), kWidth + kSide);
   EXPECT_GT(bright_pixels(picture), 1000);
+}
+
+TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginThatIsCutFreeToo) {
+  NeedlePlan plan{{{0, -30, 0}}, {{0, 10, 0}}, 6, 5};
+  presenter_.set_plan(plan);
+  const render::Scene scene = presenter_.scene(epoch(SafetyState::kValid, ""));
+  ASSERT_EQ(scene.lines.size(), 1U);
+  EXPECT_EQ(scene.lines[0].from_ct.mm, plan.entry_ct.mm);
+  EXPECT_EQ(scene.lines[0].to_ct.mm, plan.target_ct.mm);
+  ASSERT_EQ(scene.spheres.size(), 3U) << "target, entry, margin";
+  EXPECT_EQ(scene.spheres[0].radius_mm, 6);
+  EXPECT_EQ(scene.spheres[2].centre_ct.mm, plan.target_ct.mm);
+  EXPECT_EQ(scene.spheres[2].radius_mm, 11);
+  EXPECT_LT(scene.spheres[2].opacity, 0.2) << "hides nothing";
+  EXPECT_TRUE(test::has_value(render::validate(scene)));
+  plan.margin_mm = 0;
+  presenter_.set_plan(plan);
+  EXPECT_EQ(presenter_.scene(epoch(SafetyState::kValid, "")).spheres.size(), 2U);
+}
+
+TEST_F(PresenterTest, ByParallelRaysNothingOfTheCtLiesBehindTheEye) {
+  for (const double distance_mm : {0.0, 20.0, 500.0}) {
+    SessionConfig::View view{.distance_mm = distance_mm};
+    view.orthographic = true;
+    auto parallel = Presenter::create({{}, view, kWidth, kHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}));
+    ASSERT_TRUE(test::has_value(parallel));
+    parallel->set_focus({{5, 5, -7}});
+    const render::Scene scene = parallel->scene(epoch(SafetyState::kValid, ""));
+    const render::Camera& camera = scene.camera;
+    EXPECT_TRUE(camera.orthographic);
+    if (distance_mm > 0) {
+      EXPECT_NEAR(camera.orthographic_height_mm, 2 * distance_mm * std::tan(15 * M_PI / 180), 1e-9);
+    }
+    const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d p(corner & 1 ? 40 : -40, corner & 2 ? 40 : -40, corner & 4 ? 40 : -40);
+      EXPECT_GT((p - camera.eye_ct.mm).dot(forward), -1e-9) << distance_mm;
+    }
+  }
 }
 
 TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {

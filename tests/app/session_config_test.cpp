@@ -67,6 +67,35 @@ TEST_F(SessionConfigTest, TheResolvedFormReadsBackToTheSame) {
   EXPECT_EQ(second->output.width, 123);
 }
 
+TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
+  const std::string plan =
+      "[plan]\nentry_mm = [1, -80, 5]\ntarget_mm = [1, 2, 3]\ntarget_radius_mm = 6\n";
+  const auto config = read(plan + "margin_mm = 4.5\n[view]\northographic = true\n");
+  ASSERT_TRUE(test::has_value(config));
+  EXPECT_TRUE(config->view.orthographic);
+  ASSERT_TRUE(config->plan);
+  EXPECT_EQ(config->plan->entry_ct.mm.y(), -80);
+  EXPECT_EQ(config->plan->target_ct.mm.z(), 3);
+  EXPECT_EQ(config->plan->margin_mm, 4.5);
+  const auto again = read(to_toml(*config));
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_EQ(read(plan)->plan->margin_mm, 0);
+  EXPECT_FALSE(read("")->plan);
+  const auto refused = [&](const std::string& text, const std::string& key) {
+    return test::refuses(read(text), Code::kMalformedData, {key});
+  };
+  EXPECT_TRUE(refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_radius_mm = 6\n", "plan.target_mm"));
+  EXPECT_TRUE(refused("[plan]\nentry_mm = [1, nan, 3]\n", "plan.entry_mm"));
+  EXPECT_TRUE(refused(plan + "margin_mm = -1\n", "plan.margin_mm"));
+  EXPECT_TRUE(refused(plan + "[source]\nkind = \"simulated\"\n", "plan"));
+  EXPECT_TRUE(refused("plan = 3\n", "plan"));
+  EXPECT_TRUE(
+      refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_mm = [1, 2, 3]\n"
+              "target_radius_mm = 6\n",
+              "1 mm apart"));
+}
+
 TEST_F(SessionConfigTest, ReadsTheLook) {
   const auto config = read(R"(
 [look]
