@@ -221,6 +221,7 @@ void CommandLine::add_demo() {
   demo->add_option("--out", config.output.folder, "folder to write to")->required();
   add_output_options(*demo, config);
   add_look_options(*demo, config.look);
+  add_quality_options(*demo, config);
   demo->add_option("--seed", demo_.seed, "which simulated patient")
       ->check(whole_number())
       ->capture_default_str();
@@ -238,6 +239,8 @@ void CommandLine::add_demo() {
       demo_.output = demo_config_.output;
       demo_.look = demo_config_.look;
       demo_.view = demo_config_.view;
+      demo_.quality = demo_config_.quality;
+      demo_.cutaway_objects = demo_config_.cutaway_objects;
       demo_.json = json();
       return run_demo(demo_, console);
     };
@@ -257,6 +260,7 @@ void CommandLine::add_replay() {
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   add_look_options(*replay, config_.look);
+  add_quality_options(*replay, config_);
   replay->add_option("--us-volume", config_.predicates.volume,
                      "3D ultrasound in the CT's frame, drawn by predicates inside the CT");
   replay->add_flag("--us-alone", config_.predicates.alone, "--us-volume instead of the CT");
@@ -290,6 +294,8 @@ void CommandLine::add_replay() {
         demo_.output = config_.output;
         demo_.look = config_.look;
         demo_.view = config_.view;
+        demo_.quality = config_.quality;
+        demo_.cutaway_objects = config_.cutaway_objects;
         demo_.json = json();
         return run_demo(demo_, console);
       }

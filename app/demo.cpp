@@ -335,9 +335,14 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
                         options.output.step_voxels,
                         options.output.rms_error,
                         options.output.pixel_error,
-                        {}};
+                        {},
+                        options.quality};
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
+  if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
+  const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
+  if (!shapes) return shapes.error();
+  presenter->cut_free(*shapes);
   Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));
   return demo.run();
 }

@@ -17,6 +17,8 @@ struct DemoOptions {
   SessionConfig::Output output;  ///< frames: pictures of the approach; 0: the default of 30.
   SessionConfig::Look look{.preset = "cta-liver-vessels", .nodes = {}};
   SessionConfig::View view{.distance_mm = 560};
+  SessionConfig::Quality quality;
+  std::vector<CutawayObject> cutaway_objects;
   std::uint64_t seed = 1;
   double start_error_mm = 10;
   double start_error_deg = 8;

@@ -43,9 +43,11 @@ std::vector<Need> needs_of_look(const SessionConfig& config, const Shown& shown)
   const SessionConfig::Look& look = config.look;
   const bool composite = look.projection == "composite";
   const std::vector<const char*> cutaway{"--cutaway-inner", "--cutaway-outer", "--cutaway-overlay",
-                                         "--cutaway-around"};
+                                         "--cutaway-around", "--cutaway-mesh"};
   const std::vector<const char*> surface{"--shading", "--emphasis"};
-  const std::vector<const char*> colours{"--transfer-function", "--look", "--importance"};
+  const std::vector<const char*> colours{"--transfer-function", "--look",
+                                         "--importance",        "--save-look",
+                                         "--classification",    "--adaptive-error"};
   const std::string colourful = "--projection composite";
   return {
       {{"--grey-level", "--grey-width"},

@@ -10,6 +10,7 @@
 #include "io/ct.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
+#include "render/transfer_presets.hpp"
 
 namespace nav::app {
 namespace {
@@ -84,6 +85,8 @@ Json describe_ct(const Volume& ct) {
   const auto [low, high] = std::minmax_element(ct.hu().begin(), ct.hu().end());
   json["hu_min"] = *low;
   json["hu_max"] = *high;
+  const render::ValueRange range = render::value_range(ct);
+  json["value_range"] = {range.low, range.high};
   json["frames"] = 1;
   json["transforms"] = Json::object();
   json["first_timestamp_s"] = nullptr;

@@ -86,7 +86,16 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
                         : look.projection == "mean"    ? render::Projection::kMean
                                                        : render::Projection::kComposite;
   resolved.grey = {look.grey_level_hu, look.grey_width_hu};
+  const bool of_preset = !file && look.nodes.empty();
+  if (file ? file->value_range.has_value() : of_preset && look.preset == "mr-default") {
+    resolved.value_range = render::value_range(ct);
+  }
   return resolved;
+}
+
+Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look) {
+  if (path.empty()) return {};
+  return write_look_file(path, {look.transfer, look.shading, look.cutaway, look.value_range});
 }
 
 }  // namespace nav::app

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "app/session_config.hpp"
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
+#include "render/transfer_presets.hpp"
 
 namespace nav::app {
 
@@ -18,7 +20,13 @@ struct ResolvedLook {
   std::optional<render::Cutaway> cutaway;
   render::Projection projection = render::Projection::kComposite;
   render::GreyWindow grey;
+  /// Of the volume, where values of the transfer function are only true for it (MR).
+  std::optional<render::ValueRange> value_range{};
 };
+
+/// Nothing for an empty path, else stores a look, to be carried to another data set: colours with
+/// the importance that was laid over them, shading, and which kinds of objects cut.
+Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look);
 
 /// Reads the look file, if there is one, fits presets and files to the volume, and lays over them
 /// what the session says. Refuses unknown presets, bad files and importance rules, and values that

@@ -66,6 +66,8 @@ void add_look_options(CLI::App& verb, SessionConfig::Look& look) {
   verb.add_option("--transfer-function", look.preset, presets)->capture_default_str();
   verb.add_option("--look", look.file,
                   "look file, or a volume property of 3D Slicer (.vp, .vp.json)");
+  verb.add_option("--save-look", look.save,
+                  "stores the look as it is drawn, for --look on other data");
   verb.add_option_function<std::vector<std::string>>(
       "--importance",
       [&look](const std::vector<std::string>& rules) {
@@ -88,6 +90,28 @@ void add_look_options(CLI::App& verb, SessionConfig::Look& look) {
   verb.add_option("--grey-width", look.grey_width_hu, "of the other projections, HU")
       ->capture_default_str();
   add_cutaway_options(verb, look.cutaway);
+}
+
+void add_quality_options(CLI::App& verb, SessionConfig& config) {
+  verb.add_option("--classification", config.quality.classification,
+                  "of values along a ray: pre-integrated or post-classified")
+      ->capture_default_str();
+  verb.add_flag("--jitter", config.quality.jitter,
+                "rays begin at different parts of a step: noise instead of rings");
+  verb.add_option("--adaptive-error", config.quality.adaptive_error,
+                  "cells that together err by no more are taken as one, 0 to 1; 0: never")
+      ->capture_default_str();
+  verb.add_option_function<std::vector<std::string>>(
+      "--cutaway-mesh",
+      [&config](const std::vector<std::string>& files) {
+        for (const std::string& file : files) {
+          CutawayObject object;
+          object.type = CutawayObject::Type::kMesh;
+          object.file = file;
+          config.cutaway_objects.push_back(object);
+        }
+      },
+      "surface that is cut free too: .stl, .ply or .vtk in the CT's coordinates; several");
 }
 
 }  // namespace nav::app

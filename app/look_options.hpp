@@ -11,4 +11,7 @@ namespace nav::app {
 /// Options of a verb that say how the picture looks, bound to a look that outlives the verb.
 void add_look_options(CLI::App& verb, SessionConfig::Look& look);
 
+/// Those that say how it is sampled, and --cutaway-mesh.
+void add_quality_options(CLI::App& verb, SessionConfig& config);
+
 }  // namespace nav::app

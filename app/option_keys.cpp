@@ -17,6 +17,8 @@ constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
     {"output.step_voxels", "--step"},
     {"output.rms_error", "--rms-error"},
     {"output.pixel_error", "--pixel-error"},
+    {"quality.classification", "--classification"},
+    {"quality.adaptive_error", "--adaptive-error"},
     {"output.frames", "--frames"},
     {"view.azimuth_deg", "--azimuth"},
     {"view.elevation_deg", "--elevation"},

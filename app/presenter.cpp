@@ -27,6 +27,13 @@ Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
       engine_(std::move(engine)),
       focus_ct_(ct_->grid().centre()) {}
 
+void Presenter::cut_free(const CutawayShapes& shapes) {
+  if (!look_.cutaway) return;
+  look_.cutaway->polygons = shapes.polygons;
+  look_.cutaway->boxes = shapes.boxes;
+  look_.cutaway->meshes = shapes.meshes;
+}
+
 Eigen::Vector3d Presenter::direction_to_eye() const {
   // LPS: anterior is -y, the patient's left +x, superior +z.
   const auto& view = options_.view;
@@ -82,6 +89,11 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
   if (step_) scene.quality.step_voxels = step_->step_voxels;
   scene.quality.pixel_error = std::max(options_.pixel_error, step_ ? step_->pixel_error : 0);
+  scene.quality.classification = options_.quality.classification == "post-classified"
+                                     ? render::Classification::kPostClassified
+                                     : render::Classification::kPreIntegrated;
+  scene.quality.jitter = options_.quality.jitter;
+  scene.quality.adaptive_error = options_.quality.adaptive_error;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
     scene.predicates = ultrasound_->predicates;
@@ -108,7 +120,7 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
     scene.lines.push_back({plan_->entry_ct, plan_->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
     if (plan_->margin_mm > 0) {
       // Faint: what it encloses, and the plane behind it, must stay as visible as without.
-      constexpr double kMarginOpacity = 0.15;
+      constexpr double kMarginOpacity = 0.25;
       scene.spheres.push_back({plan_->target_ct,
                                plan_->target_radius_mm + plan_->margin_mm,
                                {1.0, 0.45, 0.2},

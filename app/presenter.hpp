@@ -29,6 +29,7 @@ struct PresenterOptions {
   double rms_error = render::kDefaultRms;            ///< Of the picture of the CT, estimated.
   double pixel_error = 0;                            ///< Of render::Quality, at least.
   render::HuWindow window;                           ///< Of the CT slice.
+  SessionConfig::Quality quality{};
 };
 
 /// Of warnings that a registration was accepted with the one that there is room for: how far off
@@ -63,6 +64,10 @@ class Presenter {
   }
   /// A needle is tracked, or ought to be: its state is shown also while it is lost.
   void expect_needle() { needle_expected_ = true; }
+  /// What the cutaway, where there is one, cuts free beside the plane, the needle and the targets.
+  void cut_free(const CutawayShapes& shapes);
+  /// How the 3D view looks.
+  [[nodiscard]] const ResolvedLook& look() const { return look_; }
   /// A word that stands on every picture ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 

@@ -314,9 +314,14 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                       config.output.step_voxels,
                                       config.output.rms_error,
                                       config.output.pixel_error,
-                                      {}},
+                                      {},
+                                      config.quality},
                                      shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
+  if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
+  const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
+  if (!shapes) return shapes.error();
+  presenter->cut_free(*shapes);
   presenter->set_focus(placement->placement.ct_from_reference * sweep->centroid);
   if (const auto axes = mean_axes(*sweep)) {
     presenter->set_typical_plane(

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/session_look.hpp"
+#include "app/session_objects.hpp"
 #include "app/session_predicates.hpp"
 #include "app/session_section.hpp"
 
@@ -33,17 +34,19 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
                           std::optional<Error>& error) {
   SessionConfig config;
   config.file = file;
-  const std::set<std::string> sections = {"ct",         "source", "placement", "look",
-                                          "predicates", "view",   "output",    "plan"};
+  const std::set<std::string> sections = {"ct",   "source", "placement", "look",   "predicates",
+                                          "view", "output", "plan",      "quality"};
   for (const auto& [key, node] : root) {
     if (error) break;
     const std::string name(key.str());
+    if (name == "cutaway_objects") continue;
     if (!sections.contains(name) || !node.is_table()) {
-      error =
-          Error{ErrorCode::kMalformedData, file + ":" + std::to_string(node.source().begin.line) +
-                                               ": unknown section '" + name +
-                                               "', expected one of ct, look, output, placement, "
-                                               "predicates, source, view"};
+      error = Error{ErrorCode::kMalformedData,
+                    file + ":" + std::to_string(node.source().begin.line) + ": unknown section '" +
+                        name +
+                        "', expected one of ct, cutaway_objects, look, output, "
+                        "placement, plan, predicates, quality, source, "
+                        "view"};
     }
   }
   const auto section = [&](const char* name) {
@@ -100,6 +103,15 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
 
   Section look = section("look");
   read_look(look, file, error, config.look);
+
+  Section whole(file, "", &root, error);
+  read_cutaway_objects(whole, file, error, config.cutaway_objects);
+
+  Section quality = section("quality");
+  quality.text("classification", config.quality.classification);
+  quality.flag("jitter", config.quality.jitter);
+  quality.number("adaptive_error", config.quality.adaptive_error);
+  quality.refuse_unknown();
 
   Section predicates = section("predicates");
   read_predicates(predicates, file, error, config.predicates);
@@ -224,6 +236,25 @@ Result<void> validate(const SessionConfig& config) {
       return refuse("plan", "a recording", "the simulated procedure, which has its own");
     }
   }
+  const auto& quality = config.quality;
+  const bool pre_integrated = quality.classification == "pre-integrated";
+  if (!pre_integrated && quality.classification != "post-classified") {
+    return refuse("quality.classification", "pre-integrated or post-classified",
+                  quality.classification);
+  }
+  if (!within(quality.adaptive_error, 0, 1)) {
+    return refuse("quality.adaptive_error", "0 to 1", quality.adaptive_error);
+  }
+  if (quality.adaptive_error > 0 && !pre_integrated) {
+    return refuse("quality.adaptive_error",
+                  "0 beside post-classified, whose cells are never joined,",
+                  quality.adaptive_error);
+  }
+  if (quality.jitter && config.output.pixel_error > 0) {
+    return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared,",
+                  config.output.pixel_error);
+  }
+  if (const auto ok = validate(config.cutaway_objects); !ok) return ok;
   if (const auto ok = validate(config.look); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
@@ -289,6 +320,12 @@ std::string to_toml(const SessionConfig& config) {
                                     {"target_mm", point(config.plan->target_ct.mm)},
                                     {"target_radius_mm", config.plan->target_radius_mm},
                                     {"margin_mm", config.plan->margin_mm}});
+  }
+  root.insert("quality", toml::table{{"classification", config.quality.classification},
+                                     {"jitter", config.quality.jitter},
+                                     {"adaptive_error", config.quality.adaptive_error}});
+  if (!config.cutaway_objects.empty()) {
+    root.insert("cutaway_objects", cutaway_objects_to_toml(config.cutaway_objects));
   }
   root.insert("predicates", predicates_to_toml(config.predicates));
   root.insert("view", std::move(view));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cutaway_objects.hpp"
 #include "app/predicate_options.hpp"
 #include "nav/plan.hpp"
 #include "nav/result.hpp"
@@ -78,6 +79,7 @@ struct SessionConfig {
       std::optional<bool> around_needle{};
       std::optional<bool> around_targets{};
     } cutaway{};
+    std::filesystem::path save{};          ///< Where the look as it is drawn is stored; empty: not.
     std::string projection = "composite";  ///< Or maximum, minimum, mean.
     double grey_level_hu = 200;            ///< Of projections other than composite.
     double grey_width_hu = 1200;
@@ -85,6 +87,16 @@ struct SessionConfig {
 
   /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.
   std::optional<NeedlePlan> plan;
+
+  /// What is cut free beside the plane, the needle and the targets.
+  std::vector<CutawayObject> cutaway_objects;
+
+  /// How the 3D view is sampled.
+  struct Quality {
+    std::string classification = "pre-integrated";  ///< Or post-classified.
+    bool jitter = false;
+    double adaptive_error = 0;  ///< Of render::Quality, [0, 1].
+  } quality;
 
   /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
   PredicateOptions predicates;

@@ -85,6 +85,7 @@ void read_look(Section& section, const std::string& file, std::optional<Error>& 
                SessionConfig::Look& look) {
   section.text("transfer_function", look.preset);
   section.path("file", look.file);
+  section.path("save", look.save);
   section.flag("shading", look.shading);
   std::string style;
   section.text("style", style);
@@ -147,6 +148,7 @@ toml::table look_to_toml(const SessionConfig::Look& look) {
   if (!look.file.empty()) {
     table.insert("file", std::filesystem::absolute(look.file).lexically_normal().string());
   }
+  if (!look.save.empty()) table.insert("save", absolute_text(look.save));
   insert_if(table, "style", look.style);
   insert_if(table, "emphasis", look.emphasis);
   toml::array nodes;

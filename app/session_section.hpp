@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -96,6 +97,27 @@ class Section {
         const auto one = element.is_number() ? element.value<double>() : std::nullopt;
         if (!one || !std::isfinite(*one)) return false;
         found.push_back(*one);
+      }
+      value = std::move(found);
+      return true;
+    });
+  }
+  void points(const char* key, std::vector<Eigen::Vector3d>& value) {
+    take<double>(key, "a list of points, 3 finite numbers each", [&](const toml::node& node) {
+      const toml::array* array = node.as_array();
+      if (array == nullptr) return false;
+      std::vector<Eigen::Vector3d> found;
+      for (const toml::node& element : *array) {
+        const toml::array* numbers = element.as_array();
+        if (numbers == nullptr || numbers->size() != 3) return false;
+        Eigen::Vector3d point;
+        for (int axis = 0; axis < 3; ++axis) {
+          const toml::node& one = (*numbers)[static_cast<std::size_t>(axis)];
+          point[axis] =
+              one.is_number() ? *one.value<double>() : std::numeric_limits<double>::quiet_NaN();
+        }
+        if (!point.allFinite()) return false;
+        found.push_back(point);
       }
       value = std::move(found);
       return true;

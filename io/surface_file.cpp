@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <sstream>
+#include <string_view>
 #include <vtkCellArray.h>
 #include <vtkNew.h>
 #include <vtkPLYReader.h>
@@ -21,10 +23,36 @@ namespace nav::io {
 namespace {
 
 constexpr std::uint64_t kMaxTextBytes = 256 << 20;
+constexpr std::uint64_t kMaxStlBytes = 1 << 30;
 
 Error malformed(const std::filesystem::path& path, const std::string& expected,
                 const std::string& found) {
   return {ErrorCode::kMalformedData, path.string() + ": expected " + expected + ", found " + found};
+}
+
+/// VTK takes an STL file that is cut short for a smaller surface.
+Result<void> check_whole_stl(const std::filesystem::path& path) {
+  const auto text = read_file(path, kMaxStlBytes);
+  if (!text) return text.error();
+  constexpr std::size_t kHead = 512;
+  const bool words = text->starts_with("solid") &&
+                     std::string_view(*text).substr(0, kHead).find("facet") != std::string::npos;
+  if (words) {
+    if (text->rfind("endsolid") != std::string::npos) return {};
+    return malformed(path, "endsolid", "the end of the file before it");
+  }
+  constexpr std::size_t kHeader = 84;
+  constexpr std::size_t kFacet = 50;
+  if (text->size() < kHeader) {
+    return malformed(path, "STL, a header of 84 bytes", std::to_string(text->size()));
+  }
+  std::uint32_t facets = 0;  // Little-endian.
+  for (std::size_t i = 4; i > 0; --i) {
+    facets = facets << 8U | static_cast<unsigned char>((*text)[kHeader - 5 + i]);
+  }
+  if (text->size() - kHeader >= kFacet * facets) return {};
+  return malformed(path, std::to_string(facets) + " facets",
+                   std::to_string((text->size() - kHeader) / kFacet));
 }
 
 template <class Reader>
@@ -41,7 +69,10 @@ Result<vtkSmartPointer<vtkPolyData>> run(const std::filesystem::path& path) {
 Result<vtkSmartPointer<vtkPolyData>> poly_data(const std::filesystem::path& path) {
   const std::string ending = path.extension().string();
   if (detail::equals_ignoring_case(ending, ".vtk")) return run<vtkPolyDataReader>(path);
-  if (detail::equals_ignoring_case(ending, ".stl")) return run<vtkSTLReader>(path);
+  if (detail::equals_ignoring_case(ending, ".stl")) {
+    if (const auto ok = check_whole_stl(path); !ok) return ok.error();
+    return run<vtkSTLReader>(path);
+  }
   if (detail::equals_ignoring_case(ending, ".ply")) return run<vtkPLYReader>(path);
   return Error{
       ErrorCode::kUnsupportedData,

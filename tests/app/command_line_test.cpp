@@ -861,6 +861,51 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   EXPECT_NE(session.output.find("orthographic = true"), std::string::npos) << session.output;
 }
 
+TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
+  const std::string arguments = replay_arguments(write_sweep()) + " --frames 1 ";
+  const std::string saved = (folder_ / "mine.json").string();
+  const Outcome first =
+      sonde(arguments + "--shading gooch --importance 500:900=0.9 --save-look " + saved);
+  ASSERT_EQ(first.code, 0) << first.errors;
+  const auto digest = read_json("replay.json")["image_sha256"];
+  const Outcome again = sonde(arguments + "--look " + saved);
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(read_json("replay.json")["image_sha256"], digest);
+  expect_refusal(arguments + "--save-look " + (folder_ / "no" / "look.json").string(), 3,
+                 {"look.json"});
+  expect_refusal(arguments + "--projection mean --save-look " + saved, 2,
+                 {"--save-look: expected --projection composite"});
+}
+
+TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
+  const std::string arguments =
+      replay_arguments(write_sweep()) + " --frames 1 --azimuth -20 --elevation 10 ";
+  const auto digest = [&](const std::string& options) {
+    const Outcome outcome = sonde(arguments + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return read_json("replay.json")["image_sha256"].get<std::string>();
+  };
+  const std::string plain = digest("");
+  EXPECT_NE(digest("--classification post-classified"), plain);
+  EXPECT_NE(digest("--jitter"), plain);
+  const auto mesh = folder_ / "lesion.stl";
+  std::ofstream(mesh) << "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 30 -30\nvertex 30 30 "
+                         "20\nvertex -30 30 20\nendloop\nendfacet\nendsolid a\n";
+  const std::string cut = digest("--cutaway-mesh " + mesh.string());
+  EXPECT_NE(cut, plain);
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[[cutaway_objects]]\ntype = \"polygon\"\n"
+                            "vertices_mm = [[0,30,-30], [30,30,20], [-30,30,20]]\n";
+  EXPECT_EQ(digest("--session " + session.string()), cut) << "the same triangle";
+  expect_refusal(arguments + "--cutaway-mesh none.stl", 3, {"none.stl"});
+  expect_refusal(arguments + "--no-cutaway --cutaway-mesh " + mesh.string(), 2,
+                 {"--cutaway-mesh: expected a cutaway that is on"});
+  expect_refusal(arguments + "--classification none", 2, {"--classification", "none"});
+  expect_refusal(arguments + "--adaptive-error 0.1 --classification post-classified", 2,
+                 {"--adaptive-error", "post-classified"});
+  expect_refusal(arguments + "--jitter --pixel-error 0.1", 2, {"--pixel-error", "jitter"});
+}
+
 TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile) {
   const std::string sweep = write_sweep();
   const std::string arguments = replay_arguments(sweep);
@@ -1034,6 +1079,8 @@ TEST_F(CommandLineTest, InfoDescribesACt) {
   EXPECT_EQ(report["kind"], "ct");
   EXPECT_EQ(report["dimensions"], (Json{30, 30, 30}));
   EXPECT_EQ(report["hu_max"], 700);
+  ASSERT_EQ(report["value_range"].size(), 2U);
+  EXPECT_LT(report["value_range"][0].get<double>(), report["value_range"][1].get<double>());
 }
 
 TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {

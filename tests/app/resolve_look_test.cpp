@@ -85,6 +85,52 @@ TEST_F(ResolveLookTest, TakesTheFileAndTheSessionOnTop) {
   EXPECT_EQ(look->projection, render::Projection::kMaximum);
 }
 
+TEST_F(ResolveLookTest, ASavedLookIsTheSameOnItsVolumeAndFollowsTheValuesOfAnother) {
+  const auto bright = [](int scale) {
+    std::vector<std::int16_t> values;
+    for (int i = 0; i < 1000; ++i) values.push_back(static_cast<std::int16_t>(scale * (i % 100)));
+    return *Volume::create(VoxelGrid{{10, 10, 10}}, std::move(values), "mr");
+  };
+  SessionConfig::Look said;
+  said.preset = "mr-default";
+  said.style = "gooch";
+  said.emphasis = 0.25;
+  said.importance = {{70, 90, 0.75}};
+  said.cutaway.theta1_deg = 20;
+  said.cutaway.around_targets = true;
+  const auto look = resolve_look(said, bright(1));
+  ASSERT_TRUE(test::has_value(look));
+  ASSERT_TRUE(look->value_range);
+  SessionConfig::Look saved;
+  saved.file = folder_ / "saved.json";
+  ASSERT_TRUE(test::has_value(save_look(saved.file, *look)));
+  const auto same = resolve_look(saved, bright(1));
+  const auto other = resolve_look(saved, bright(10));
+  ASSERT_TRUE(test::has_value(same));
+  ASSERT_TRUE(test::has_value(other));
+  for (const double value : {10.0, 40.0, 70.0, 95.0}) {
+    EXPECT_NEAR(same->transfer.at(value).tau_per_mm, look->transfer.at(value).tau_per_mm, 1e-9);
+    EXPECT_NEAR(same->transfer.at(value).importance, look->transfer.at(value).importance, 1e-9);
+    EXPECT_NEAR(other->transfer.at(10 * value).tau_per_mm, look->transfer.at(value).tau_per_mm,
+                1e-6);
+  }
+  EXPECT_NEAR(same->transfer.at(80).importance, 0.75, 1e-9) << "what was said over the preset";
+  EXPECT_EQ(same->shading.style, render::ShadingStyle::kGooch);
+  EXPECT_EQ(same->shading.emphasis, 0.25);
+  EXPECT_NEAR(same->cutaway->theta1_rad, 20 * kDeg, 1e-9);
+  EXPECT_TRUE(same->cutaway->around_spheres);
+
+  said.cutaway = {.enabled = false};
+  said.preset = "ct-liver";
+  said.importance.clear();
+  const auto liver = resolve_look(said, bright(1));
+  ASSERT_TRUE(test::has_value(save_look(saved.file, *liver)));
+  EXPECT_FALSE(read_look_file(saved.file)->value_range) << "HU are absolute";
+  EXPECT_FALSE(resolve_look(saved, bright(1))->cutaway);
+  EXPECT_TRUE(test::refuses(save_look(folder_ / "no" / "such.json", *liver), ErrorCode::kIo,
+                            {"such.json"}));
+}
+
 TEST_F(ResolveLookTest, RefusesWhatContradicts) {
   SessionConfig::Look said;
   said.file = look_file();
