@@ -41,7 +41,8 @@ std::string most_telling(const std::vector<std::string>& warnings);
 /// Not thread-safe.
 class Presenter {
  public:
-  /// Refuses an unknown preset, a bad look file or transfer function, angles that contradict.
+  /// Refuses an unknown preset, a bad look file or transfer function, angles that contradict, an
+  /// adaptive error beside gradient windows.
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 

@@ -677,6 +677,9 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--us-volume u.mha --us-alone --rms-error 0.01",
             "--rms-error: expected a CT in colours, whose step it chooses, beside it, found "
             "--us-alone"},
+           {"--us-volume u.mha --us-alone --adaptive-error 0.1",
+            "--adaptive-error: expected a CT, whose values they sample, beside it, found "
+            "--us-alone"},
            {"--us-volume u.mha --face-radius-mm 9",
             "--face-radius-mm: expected --apex beside it, found none"},
            {"--us-volume u.mha --projection mean",

@@ -238,6 +238,9 @@ TEST(PresenterOptionsTest, SamplingIsTheScenes) {
   EXPECT_EQ(adaptive.classification, render::Classification::kPreIntegrated);
   EXPECT_FALSE(adaptive.jitter);
   EXPECT_EQ(adaptive.adaptive_error, 0.01);
+  options.look.preset = "cta-liver-vessels";
+  EXPECT_TRUE(test::refuses(Presenter::create(options, cube(), render::make_cpu_engine()),
+                            ErrorCode::kUsage, {"quality.adaptive_error", "cta-liver-vessels"}));
 }
 
 TEST(PresenterOptionsTest, QualityIsTheScenes) {
