@@ -156,7 +156,9 @@ TEST(ScribbleTest, LaterStrokesReplaceErasersClearAndOutsideIsLeftOut) {
   stroke.points = {{{-2, 0, 0}}};
   EXPECT_EQ(*mask.add(stroke), 1U);
   EXPECT_EQ(std::count(mask.bits().begin(), mask.bits().end(), ScribbleMask::kHideBit), 2);
-  EXPECT_EQ(*mask.add(line({1e9, 0, 0}, {1e9, 5, 0}, {0, 0, 1}, 1)), 0U);
+  EXPECT_EQ(*mask.add(line({1e6, 0, 0}, {1e6, 5, 0}, {0, 0, 1}, 1)), 0U);
+  EXPECT_EQ(*mask.add(line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1e300}, 0.4)), 3U) << "any length";
+  EXPECT_FALSE(mask.add(line({1e300, 0, 0}, {0, 5, 0}, {0, 0, 1}, 1)));
   stroke.points.clear();
   EXPECT_FALSE(mask.add(stroke));
   EXPECT_FALSE(mask.add(line({0, 0, 0}, {1, 0, 0}, {0, 0, 0}, 1)));
