@@ -90,7 +90,7 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
 
 /// Before anything is computed: what predicates ask for and only the user can give.
 Result<void> check_needs(const PredicateOptions& options, const bench::PredicateVolume& volume,
-                         const render::PredicateModel& model) {
+                         const render::PredicateModel& model, DistancesFrom from) {
   const render::PredicatePlace place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
   for (const std::string& name : kinds_of(model)) {
     const auto kind = render::find_predicate_kind(name);
@@ -108,8 +108,15 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
     if (needs.labels && !volume.predicates.features.labels) {
       return refuse("a label volume (--labels FILE or --layers FILE)");
     }
-    if (needs.needle && !options.needle) return refuse("a needle (--needle TIP HUB)");
-    if (needs.target && !options.target) return refuse("a target (--target x y z RADIUS)");
+    const bool live = from != DistancesFrom::kOptions;
+    if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
+      return refuse(live ? "a needle of the recording (--needle-frame NAME)"
+                         : "a needle (--needle TIP HUB)");
+    }
+    if (needs.target && !options.target) {
+      return refuse(live ? "a target (predicates.target_mm of the session file)"
+                         : "a target (--target x y z RADIUS)");
+    }
   }
   return {};
 }
@@ -167,13 +174,19 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   return file;
 }
 
+render::SphereShape target_sphere(const Eigen::Vector4d& target) {
+  render::SphereShape sphere{{target.head<3>()}, target.w()};
+  sphere.opacity = 0.5;
+  return sphere;
+}
+
 Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
-                                              Console& console) {
+                                              Console& console, DistancesFrom from) {
   auto file = set_up_of(options);
   if (!file) return file.error();
   auto volume = volume_of(options, threads, console);
   if (!volume) return volume.error();
-  if (const auto ok = check_needs(options, *volume, file->model); !ok) return ok.error();
+  if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
   render::PredicateScene& predicates = volume->predicates;
   predicates.model = file->model;
   predicates.hue_mean = file->hue_mean;

@@ -6,6 +6,7 @@
 #include "app/predicate_file.hpp"
 #include "app/predicate_options.hpp"
 #include "bench/predicate_phantom.hpp"
+#include "render/scene.hpp"
 
 namespace nav::app {
 
@@ -18,11 +19,21 @@ struct PreparedPredicates {
 /// The set-up, a preset by its name or a file, with the edits and values of the options. Refuses
 /// (kUsage) names that are neither, and values that the set-up's others rule out.
 Result<PredicateFile> set_up_of(const PredicateOptions& options);
+/// How a target is drawn: x y z and radius, LPS mm.
+render::SphereShape target_sphere(const Eigen::Vector4d& target);
+
+/// Whose needle and target predicates measure distances from.
+enum class DistancesFrom {
+  kOptions,     ///< Those of the options.
+  kLiveNeedle,  ///< The needle of a session, wherever it is; the target of the options.
+  kNoNeedle,    ///< Of a session that has none; the target of the options.
+};
 
 /// Reads the set-up, the volume (or makes the phantom), its labels and scan lines, and derives the
 /// features that the set-up asks for. Before anything is computed it refuses (kUsage) what
 /// predicates ask for and nobody gave.
 Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
-                                              Console& console);
+                                              Console& console,
+                                              DistancesFrom from = DistancesFrom::kOptions);
 
 }  // namespace nav::app

@@ -37,10 +37,7 @@ render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
     scene.camera = orthographic_of(scene.camera, volume.ultrasound->grid());
   }
   scene.quality.step_voxels = config.output.step_voxels.value_or(scene.quality.step_voxels);
-  if (options.target) {
-    scene.spheres = {{{options.target->head<3>()}, options.target->w()}};
-    scene.spheres.front().opacity = 0.5;
-  }
+  if (options.target) scene.spheres = {target_sphere(*options.target)};
   if (options.needle) {
     render::NeedleShape needle{};
     needle.tip_ct = {options.needle->head<3>()};

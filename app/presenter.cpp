@@ -9,6 +9,7 @@
 #include "app/orthographic.hpp"
 #include "app/panels.hpp"
 #include "app/window_words.hpp"
+#include "render/predicates/registry.hpp"
 
 namespace nav::app {
 
@@ -91,6 +92,27 @@ render::Camera Presenter::camera() const {
   return options_.view.orthographic ? orthographic_of(camera, ct_->grid()) : camera;
 }
 
+void Presenter::draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
+                                   const std::optional<render::SphereShape>& target) {
+  ultrasound_ = std::move(ultrasound);
+  without_ct_ = alone;
+  target_ = target;
+  asks_needle_ = false;
+  for (const std::string& name : kinds_of(ultrasound_->predicates.model)) {
+    const auto kind = render::find_predicate_kind(name);
+    const render::PredicatePlace place{ultrasound_->volume->grid(), {}, {}, {}};
+    asks_needle_ |= kind && (*kind)->needs(place).needle;
+  }
+}
+
+std::string Presenter::note_of(const Epoch& epoch) const {
+  if (!asks_needle_ || (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded)) {
+    return note_;
+  }
+  const std::string cause = epoch.needle.cause.empty() ? epoch.placement.cause : epoch.needle.cause;
+  return "distance from the needle withdrawn: " + cause + (note_.empty() ? "" : "; " + note_);
+}
+
 render::Scene Presenter::scene(const Epoch& epoch) const {
   render::Scene scene{ct_, look_.transfer, look_.shading,  {}, {}, {}, camera(), {},
                       {},  options_.width, options_.height};
@@ -124,6 +146,11 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
                                        {0.95, 0.95, 1.0},
                                        epoch.needle};
   }
+  if (asks_needle_ && !scene.needle) {
+    (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
+  }
+  // Predicates take the first sphere for the target.
+  if (target_) scene.spheres.push_back(*target_);
   // The plan lies in the CT, so it is true whatever the tracker does.
   if (plan_) {
     scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
@@ -190,7 +217,8 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
 }
 
 PanelContext Presenter::context(const Epoch& epoch, const render::Camera& camera) const {
-  return {epoch, *ct_, plan_, options_.window, banner_, camera, note_, warning_, needle_expected_};
+  return {epoch,  *ct_,           plan_,    options_.window, banner_,
+          camera, note_of(epoch), warning_, needle_expected_};
 }
 
 std::vector<render::WindowWords> Presenter::words(const Epoch& epoch, const render::Camera& camera,

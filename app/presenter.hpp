@@ -58,11 +58,11 @@ class Presenter {
     typical_extent_mm_ = extent_mm;
   }
   /// The 3D view shows an ultrasound volume that lies in the CT's frame, by predicates: inside the
-  /// CT, or alone instead of it; the slice stays the CT's.
-  void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone) {
-    ultrasound_ = std::move(ultrasound);
-    without_ct_ = alone;
-  }
+  /// CT, or alone instead of it; the slice stays the CT's. Distances are from the live needle and
+  /// from the target, if any, which is drawn. While the needle is stale or lost, no voxel is at a
+  /// distance from it, and every picture says so.
+  void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
+                          const std::optional<render::SphereShape>& target = {});
   /// A needle is tracked, or ought to be: its state is shown also while it is lost.
   void expect_needle() { needle_expected_ = true; }
   /// What the cutaway, where there is one, cuts free beside the plane, the needle and the targets.
@@ -103,12 +103,16 @@ class Presenter {
   [[nodiscard]] render::Camera camera() const;
   [[nodiscard]] PanelContext context(const Epoch& epoch, const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
+  /// What is said in the 3D view of an epoch; empty: nothing.
+  [[nodiscard]] std::string note_of(const Epoch& epoch) const;
 
   PresenterOptions options_;
   ResolvedLook look_;
   std::shared_ptr<const Volume> ct_;
   std::optional<render::UltrasoundVolume> ultrasound_;
-  bool without_ct_ = false;  ///< The 3D view shows the ultrasound volume alone.
+  bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.
+  bool asks_needle_ = false;                   ///< Some predicate is a distance from the needle.
+  std::optional<render::SphereShape> target_;  ///< Of predicates.
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
   bool needle_expected_ = false;

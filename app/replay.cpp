@@ -44,7 +44,10 @@ Json sector_json(const std::optional<SectorOutline>& sector) {
 Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
                                 Console& console) {
   console.begin("features of the ultrasound volume");
-  auto made = prepare_predicates(config.predicates, config.output.threads, console);
+  const PredicateOptions& options = config.predicates;
+  auto made = prepare_predicates(
+      options, config.output.threads, console,
+      config.source.needle_frame.empty() ? DistancesFrom::kNoNeedle : DistancesFrom::kLiveNeedle);
   if (!made) return made.error();
   const auto& ultrasound = made->volume.ultrasound;
   console.end(std::to_string(made->volume.predicates.features.volumes.size()) + " derived");
@@ -52,12 +55,14 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
   const Eigen::Vector3d at =
       grid.directions.transpose() * (ultrasound->grid().centre().mm - grid.centre().mm);
   if (!(at.cwiseAbs().array() <= 0.5 * grid.extent_mm().array()).all()) {
-    console.report(Severity::kWarning, config.predicates.volume.string(),
+    console.report(Severity::kWarning, options.volume.string(),
                    "its centre lies outside of the CT: is it in the CT's frame?");
   }
+  std::optional<render::SphereShape> target;
+  if (options.target) target = target_sphere(*options.target);
   presenter.draw_by_predicates(
-      {ultrasound, std::move(made->volume.predicates), config.predicates.ct_importance},
-      config.predicates.alone);
+      {ultrasound, std::move(made->volume.predicates), options.ct_importance}, options.alone,
+      target);
   return {};
 }
 

@@ -73,7 +73,7 @@ Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
 bool same_drawing(const PredicateScene& a, const PredicateScene& b) {
   const auto all = [](const PredicateScene& p) {
     return std::tie(p.intensity.black, p.intensity.white, p.opacity_length_mm, p.hue_mean,
-                    p.cutaway_importance, p.termination_error);
+                    p.cutaway_importance, p.termination_error, p.needle_lost);
   };
   return all(a) == all(b) && a.model == b.model && same_scan(a.scan, b.scan) &&
          same_features(a.features, b.features);
@@ -82,14 +82,15 @@ bool same_drawing(const PredicateScene& a, const PredicateScene& b) {
 PredicatePlace place_of(const Scene& scene) {
   PredicatePlace place{scene.ct->grid(), {}, {}, {}};
   if (scene.predicates) place.scan = scene.predicates->scan;
-  if (scene.needle) {
+  const bool known = scene.needle && scene.needle->safety.state <= SafetyState::kDegraded;
+  if (known) {
     const NeedleShape& needle = *scene.needle;
     place.needle =
         Segment{place.grid_mm(needle.tip_ct), place.grid_mm(needle.hub_ct), needle.radius_mm};
-    if (needle.safety.state == SafetyState::kLost) {
-      place.needle->a.setConstant(std::numeric_limits<double>::quiet_NaN());
-      place.needle->b = place.needle->a;
-    }
+  } else if (scene.needle || (scene.predicates && scene.predicates->needle_lost)) {
+    const Eigen::Vector3d nowhere =
+        Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    place.needle = Segment{nowhere, nowhere, 0};
   }
   if (!scene.spheres.empty()) {
     const Eigen::Vector3d centre = place.grid_mm(scene.spheres.front().centre_ct);

@@ -58,6 +58,9 @@ struct PredicateScene {
   double opacity_length_mm = 2;  ///< > 0.
   spec::HueMean hue_mean = spec::HueMean::kCircular;
   std::optional<ScanGeometry> scan{};
+  /// There is a needle, but nobody knows where, and the scene has none: no distance from it is
+  /// within any range. Without this such a scene is refused.
+  bool needle_lost = false;
   double cutaway_importance = 0.5;  ///< [0, 1].
   /// Most that leaving out what can hardly be seen may change a pixel, [0, 0.5]; 0: nothing is left
   /// out. quality.opaque_at plays no part.
@@ -72,7 +75,8 @@ Result<void> validate(const PredicateScene& predicates, const Scene& scene);
 /// Whether two draw the same; volumes compare by identity.
 bool same_drawing(const PredicateScene& a, const PredicateScene& b);
 
-/// What the scene's predicates know of it: needle and, as the target, first sphere.
+/// What the scene's predicates know of it: needle and, as the target, first sphere. A needle that
+/// is stale or lost has no distances: a pose of the past is none.
 PredicatePlace place_of(const Scene& scene);
 
 }  // namespace nav::render

@@ -809,6 +809,37 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
   }
 }
 
+TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
+  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    pose(0, 3) = 3 * frame.index;
+    const auto status = frame.index < 4 ? TrackingStatus::kOk : TrackingStatus::kOccluded;
+    io::set_transform(frame, {"NeedleTipToTracker", pose, status});
+  });
+  const std::string ct = write_ct();
+  const auto set = [&](const std::string& kind) {
+    const auto path = folder_ / (kind + ".json");
+    std::ofstream(path) << R"({"sonde_predicates": 1, "name": "near", "predicates": [)"
+                        << R"({"name": "near", "importance": 1, "hue_deg": 120, "saturation": 1,)"
+                        << R"( "where": {")" << kind << R"(": {"low_mm": -1, "high_mm": 9}}}]})";
+    return path.string();
+  };
+  const std::string base = replay_arguments(sweep) + " --us-volume " + ct + " --white 700";
+  const std::string needle = base + " --predicates " + set("needle_distance");
+  expect_refusal(needle, 2, {"needle_distance", "needle of the recording (--needle-frame NAME)"});
+  const Outcome live = sonde(needle +
+                             " --needle-frame NeedleTip --ct-from-reference "
+                             "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
+  EXPECT_EQ(live.code, 0) << live.errors;
+  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  const std::string target = base + " --predicates " + set("target_distance");
+  expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
+  const auto session = folder_ / "target.toml";
+  std::ofstream(session) << "[predicates]\ntarget_mm = [0.0, 0.0, 0.0, 10.0]\n";
+  const Outcome aimed = sonde(target + " --session " + session.string());
+  EXPECT_EQ(aimed.code, 0) << aimed.errors;
+}
+
 TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   ASSERT_EQ(outcome.code, 0) << outcome.errors;

@@ -179,6 +179,72 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   }
 }
 
+/// Pixels of the 3D view in which the hue of a predicate can be seen.
+int green_pixels(const Image2d<Rgba8>& picture) {
+  int count = 0;
+  for (int y = 80; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Rgba8& p = picture.at(x, y);
+      count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+render::PredicateScene near(const std::string& kind) {
+  render::PredicateScene predicates;
+  predicates.model = {{{"near", render::PredicateExpression::kind(kind, {-1e4, 12})}},
+                      *render::PredicateHistogram::create({{1, 120, 1}})};
+  return predicates;
+}
+
+TEST_F(PresenterTest, DistancesAreFromTheLiveNeedleAndNeverFromItsLastPose) {
+  for (const bool alone : {true, false}) {
+    presenter_.draw_by_predicates({cube(), near("needle_distance")}, alone);
+    Epoch shown = epoch(SafetyState::kLost, "no picture");
+    shown.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                                 Eigen::Vector3d::Zero());
+    shown.needle = {SafetyState::kValid, ""};
+    const auto by_predicates = [&] {
+      render::Scene scene = presenter_.scene(shown);
+      if (!alone) scene.ct = scene.ultrasound->volume;
+      return place_of(scene);
+    };
+    EXPECT_EQ(by_predicates().needle->a, Eigen::Vector3d(39, 39, 39)) << "grid mm";
+    EXPECT_GT(green_pixels(present(shown)), 500);
+    shown.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                                 Eigen::Vector3d(5, 0, 0));
+    EXPECT_EQ(by_predicates().needle->a, Eigen::Vector3d(44, 39, 39)) << "of this picture";
+    shown.needle = {SafetyState::kStale, "the pose is 300 ms old"};
+    const auto stale = present(shown);
+    EXPECT_EQ(green_pixels(stale), 0);
+    shown.needle = {SafetyState::kLost, "occluded"};
+    const auto lost = present(shown);
+    EXPECT_EQ(green_pixels(lost), 0);
+    int words = 0;
+    for (int y = 26; y < 60; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Rgba8& p = lost.at(x, y);
+        words += p.r > 200 && p.b < 60 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(words, 50) << "the picture says that it is withdrawn";
+  }
+}
+
+TEST_F(PresenterTest, DistancesAreFromTheTargetOfTheSession) {
+  Epoch shown = epoch(SafetyState::kLost, "no picture");
+  presenter_.draw_by_predicates({cube(), near("target_distance")}, true,
+                                render::SphereShape{{{7, -3, 2}}, 4});
+  NeedlePlan plan;
+  plan.target_ct = {{1, 1, 1}};
+  plan.target_radius_mm = 3;
+  presenter_.set_plan(plan);
+  EXPECT_EQ(place_of(presenter_.scene(shown)).target->a, Eigen::Vector3d(46, 36, 41));
+  EXPECT_EQ(place_of(presenter_.scene(shown)).target->radius_mm, 4);
+  EXPECT_GT(green_pixels(present(shown)), 500);
+}
+
 TEST_F(PresenterTest, WithdrawsAStaleOrLostPicture) {
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kStale, "the picture is 300 ms old"))), 50);
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kLost, "no picture"))), 50);

@@ -259,6 +259,25 @@ TEST_F(PredicateRefusalTest, MissingScanNeedleAndTarget) {
   EXPECT_TRUE(refused({"scan.into_ct", "210 voxels", "found 0"}));
 }
 
+TEST_F(PredicateRefusalTest, ANeedleThatIsStaleOrLostHasNoDistances) {
+  use({{E::kind("needle_distance"), 1}});
+  scene_.needle = NeedleShape{{{0, 0, 0}}, {{0, 0, -9}}, 0.8, {1, 1, 1}, {}};
+  for (const SafetyState state :
+       {SafetyState::kValid, SafetyState::kDegraded, SafetyState::kStale, SafetyState::kLost}) {
+    scene_.needle->safety = {state, state == SafetyState::kValid ? "" : "no pose"};
+    ASSERT_TRUE(place_of(scene_).needle);
+    EXPECT_EQ(place_of(scene_).needle->a.allFinite(), state <= SafetyState::kDegraded);
+  }
+  scene_.needle.reset();
+  EXPECT_FALSE(place_of(scene_).needle);
+  PredicateScene lost = *scene_.predicates;
+  lost.needle_lost = true;
+  EXPECT_FALSE(same_drawing(*scene_.predicates, lost));
+  scene_.predicates = lost;
+  EXPECT_TRUE(test::has_value(validate(scene_)));
+  EXPECT_FALSE(place_of(scene_).needle->a.allFinite());
+}
+
 TEST_F(PredicateRefusalTest, CyclesAndUnknownEntries) {
   use({{E::entry("entry 1"), 1}, {E::negation(E::entry("entry 0")), 1}});
   EXPECT_TRUE(refused({"cycle", "\"entry 0\" -> \"entry 1\" -> \"entry 0\""}));
