@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicate_labels.hpp"
 
-#include <algorithm>
 #include <sstream>
 
-#include "io/ct.hpp"
+#include "io/labels.hpp"
 
 namespace nav::app {
 namespace {
@@ -43,24 +42,17 @@ Result<render::LabelVolume> read_labels(const std::vector<std::filesystem::path>
   }
   std::vector<std::uint32_t> bits(grid.voxel_count());
   for (std::size_t n = 0; n < files.size(); ++n) {
-    const auto read = io::read_ct(files[n], diagnostics);
+    const auto read = io::read_labels(files[n], diagnostics);
     if (!read) return read.error();
-    if (!same_place(read->grid(), grid)) {
-      return Error{ErrorCode::kMalformedData,
-                   files[n].string() + ": expected labels on the grid of the volume, " +
-                       text_of(grid) + ", found " + text_of(read->grid())};
-    }
-    const auto values = read->hu();
-    const auto worst = std::min_element(values.begin(), values.end());
-    if (files.size() == 1 && *worst < 0) {
+    if (!same_place(read->grid, grid)) {
       return Error{ErrorCode::kMalformedData, files[n].string() +
-                                                  ": expected bit masks of 0 to 32767, found " +
-                                                  std::to_string(*worst)};
+                                                  ": expected labels on the grid of the volume, " +
+                                                  text_of(grid) + ", found " + text_of(read->grid)};
     }
     for (std::size_t i = 0; i < bits.size(); ++i) {
       if (files.size() == 1) {
-        bits[i] = static_cast<std::uint32_t>(values[i]);
-      } else if (values[i] != 0) {
+        bits[i] = read->values[i];
+      } else if (read->values[i] != 0) {
         bits[i] |= 1U << n;
       }
     }

@@ -8,6 +8,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/detail/ct_readers.hpp"
+#include "io/detail/hu_builder.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/scratch_file.hpp"
 #include "io/detail/text.hpp"
@@ -60,6 +61,24 @@ std::string lower_name(const std::filesystem::path& path) {
 
 }  // namespace
 
+namespace detail {
+
+std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                             Diagnostics& diagnostics, const CtOptions& options) {
+  const std::string name = lower_name(path);
+  const auto ends = [&](std::initializer_list<const char*> endings) {
+    return std::any_of(endings.begin(), endings.end(),
+                       [&](const char* ending) { return name.ends_with(ending); });
+  };
+  if (ends({".nii", ".nii.gz"})) return read_nifti_voxels(path, sink, diagnostics, options);
+  if (ends({".mha", ".mhd", ".nrrd", ".nhdr"})) {
+    return read_image_file_voxels(path, sink, diagnostics, options);
+  }
+  return {};
+}
+
+}  // namespace detail
+
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options) {
   std::error_code ignored;
@@ -70,14 +89,10 @@ Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnosti
   }
   const auto file = detail::InputFile::open(path);
   if (!file) return file.error();
-  const std::string name = lower_name(path);
-  const auto ends = [&](std::initializer_list<const char*> endings) {
-    return std::any_of(endings.begin(), endings.end(),
-                       [&](const char* ending) { return name.ends_with(ending); });
-  };
-  if (ends({".nii", ".nii.gz"})) return detail::read_ct_nifti(path, diagnostics, options);
-  if (ends({".mha", ".mhd", ".nrrd", ".nhdr"})) {
-    return detail::read_ct_image_file(path, diagnostics, options);
+  detail::HuBuilder builder;
+  if (const auto grid = detail::read_voxels(path, builder, diagnostics, options)) {
+    if (!*grid) return grid->error();
+    return std::move(builder).finish(**grid, path.string(), diagnostics);
   }
   if (detail::looks_like_dicom(path)) {
     return detail::read_ct_dicom({path}, path.string(), diagnostics, options);

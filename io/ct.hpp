@@ -26,7 +26,8 @@ struct CtOptions {
 /// content. Directions are those of the file, left-handed ones included. Values are rounded to
 /// int16 and those below -1024 HU (padding) set to -1024; how many is reported. A DICOM stack that
 /// is tilted or unevenly spaced is resampled by linear interpolation onto a regular orthogonal
-/// grid, with a warning; what cannot be true is refused by name. Blocks; thread-safe.
+/// grid, with a warning; what cannot be true is refused by name, and so are reals that rounding
+/// would destroy (some not whole, all within less than 64 of each other). Blocks; thread-safe.
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options = {});
 

@@ -280,8 +280,8 @@ Result<std::array<int, 3>> volume_size(ImageFile& file) {
 
 }  // namespace
 
-Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics& diagnostics,
-                                  const CtOptions& options) {
+Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                         Diagnostics& diagnostics, const CtOptions& options) {
   auto file = read_image_file(path);
   if (!file) return file.error();
   const auto size = volume_size(*file);
@@ -296,7 +296,7 @@ Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics
   const auto fail = [&](const Error& error) {
     return Error{error.code, path.string() + ": " + error.message};
   };
-  HuBuilder builder(grid->voxel_count());
+  sink.reserve(grid->voxel_count());
   const std::size_t slice_bytes = static_cast<std::size_t>((*size)[0]) *
                                   static_cast<std::size_t>((*size)[1]) * size_of(file->type);
   std::vector<std::byte> slice(slice_bytes);
@@ -306,10 +306,10 @@ Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics
     if (file->big_endian != (std::endian::native == std::endian::big)) {
       swap_bytes(slice, size_of(file->type));
     }
-    builder.append(slice, file->type, {});
+    sink.append(slice, file->type, {});
   }
   if (const auto end = stream->expect_end(); !end) return fail(end.error());
-  return std::move(builder).finish(*grid, path.string(), diagnostics);
+  return *grid;
 }
 
 }  // namespace nav::io::detail

@@ -248,8 +248,8 @@ Result<void> check_length(const Nifti& n, const VoxelGrid& grid, std::size_t sam
 
 }  // namespace
 
-Result<Volume> read_ct_nifti(const std::filesystem::path& path, Diagnostics& diagnostics,
-                             const CtOptions& options) {
+Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                    Diagnostics& diagnostics, const CtOptions& options) {
   const auto file = InputFile::open(path);
   if (!file) return file.error();
   const auto fail = [&](ErrorCode code, const std::string& message) {
@@ -291,7 +291,7 @@ Result<Volume> read_ct_nifti(const std::filesystem::path& path, Diagnostics& dia
   if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept)) {
     return fail(ErrorCode::kMalformedData, "scl_slope: expected finite scaling, found NaN or Inf");
   }
-  HuBuilder builder(grid->voxel_count());
+  sink.reserve(grid->voxel_count());
   std::vector<std::byte> slice(static_cast<std::size_t>(grid->size[0]) *
                                static_cast<std::size_t>(grid->size[1]) * sample);
   const auto begin = static_cast<std::int64_t>(nifti->data_offset);
@@ -299,9 +299,9 @@ Result<Volume> read_ct_nifti(const std::filesystem::path& path, Diagnostics& dia
     const auto read = stream->read(begin + static_cast<std::int64_t>(slice.size()) * k, slice);
     if (!read) return fail(read.error().code, read.error().message);
     if (nifti->swapped) swap_bytes(slice, sample);
-    builder.append(slice, *type, rescale);
+    sink.append(slice, *type, rescale);
   }
-  return std::move(builder).finish(*grid, path.string(), diagnostics);
+  return *grid;
 }
 
 }  // namespace nav::io::detail

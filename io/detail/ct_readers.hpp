@@ -3,18 +3,23 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "io/ct.hpp"
+#include "io/detail/voxel_sink.hpp"
 
 namespace nav::io::detail {
 
-/// MetaImage or NRRD.
-Result<Volume> read_ct_image_file(const std::filesystem::path& path, Diagnostics& diagnostics,
-                                  const CtOptions& options);
+/// All voxels of a MetaImage or NRRD, and where they lie.
+Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                         Diagnostics& diagnostics, const CtOptions& options);
 /// NIfTI-1 or -2, single file, plain or gzip.
-Result<Volume> read_ct_nifti(const std::filesystem::path& path, Diagnostics& diagnostics,
-                             const CtOptions& options);
+Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                    Diagnostics& diagnostics, const CtOptions& options);
+/// One of both, by its ending; nothing when that says neither.
+std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, VoxelSink& sink,
+                                             Diagnostics& diagnostics, const CtOptions& options);
 /// One series among files; those that are not DICOM are passed over. name: what to call them.
 Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                              const std::string& name, Diagnostics& diagnostics,

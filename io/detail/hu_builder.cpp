@@ -22,6 +22,9 @@ void HuBuilder::push(double hu) {
     return;
   }
   double rounded = std::nearbyint(hu);
+  fractions_ |= rounded != hu;
+  least_ = std::min(least_, hu);
+  greatest_ = std::max(greatest_, hu);
   if (rounded < kAirHu) {
     ++below_;
     rounded = kAirHu;
@@ -32,22 +35,7 @@ void HuBuilder::push(double hu) {
   hu_.push_back(static_cast<std::int16_t>(rounded));
 }
 
-template <class T>
-void HuBuilder::append_as(std::span<const std::byte> samples, const Rescale& rescale) {
-  for (std::size_t i = 0; i + sizeof(T) <= samples.size(); i += sizeof(T)) {
-    T stored;
-    std::memcpy(&stored, samples.data() + i, sizeof(T));
-    const auto value = static_cast<double>(stored);
-    if (rescale.padding && value >= rescale.padding->first && value <= rescale.padding->second) {
-      ++padded_;
-      hu_.push_back(kAirHu);
-    } else {
-      push(rescale.slope * value + rescale.intercept);
-    }
-  }
-}
-
-/// What append_as() does with whole numbers of 16 bits where nothing can need rounding: most CTs.
+/// What append() does with whole numbers of 16 bits where nothing can need rounding: most CTs.
 template <class T>
 void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t by) {
   constexpr std::int32_t kMax = std::numeric_limits<std::int16_t>::max();
@@ -81,24 +69,15 @@ void HuBuilder::append(std::span<const std::byte> samples, PixelType type, const
     if (type == PixelType::kInt16) return append_shifted<std::int16_t>(samples, by);
     if (type == PixelType::kUint16) return append_shifted<std::uint16_t>(samples, by);
   }
-  switch (type) {
-    case PixelType::kUint8:
-      return append_as<std::uint8_t>(samples, rescale);
-    case PixelType::kInt8:
-      return append_as<std::int8_t>(samples, rescale);
-    case PixelType::kUint16:
-      return append_as<std::uint16_t>(samples, rescale);
-    case PixelType::kInt16:
-      return append_as<std::int16_t>(samples, rescale);
-    case PixelType::kUint32:
-      return append_as<std::uint32_t>(samples, rescale);
-    case PixelType::kInt32:
-      return append_as<std::int32_t>(samples, rescale);
-    case PixelType::kFloat32:
-      return append_as<float>(samples, rescale);
-    case PixelType::kFloat64:
-      return append_as<double>(samples, rescale);
-  }
+  for_each_sample(samples, type, [&](auto stored) {
+    const auto value = static_cast<double>(stored);
+    if (rescale.padding && value >= rescale.padding->first && value <= rescale.padding->second) {
+      ++padded_;
+      hu_.push_back(kAirHu);
+    } else {
+      push(rescale.slope * value + rescale.intercept);
+    }
+  });
 }
 
 Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>& size,
@@ -111,6 +90,16 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
                  name + ": expected finite voxels, found " + std::to_string(not_finite_) +
                      " NaN or Inf, the first at index (" + std::to_string(i % row) + ", " +
                      std::to_string(i % slice / row) + ", " + std::to_string(i / slice) + ")"};
+  }
+  const double span = greatest_ - least_;
+  if (fractions_ && span > 0 && span < kLeastSpan) {
+    // As many steps as 10 to 13 bits.
+    const double factor = std::pow(10, std::ceil(std::log10(1000 / span)));
+    return Error{ErrorCode::kUnsupportedData,
+                 name + ": expected voxels that may be rounded to whole numbers, found fractions " +
+                     "within only " + to_text(least_) + " to " + to_text(greatest_) +
+                     ": multiply them by " + to_text(factor) +
+                     ", and what is given in their units too"};
   }
   const auto say = [&](Severity severity, std::size_t count, const std::string& what) {
     if (count > 0) {

@@ -5,12 +5,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <limits>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "io/detail/voxel_sink.hpp"
 #include "io/pixel_type.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
@@ -18,36 +18,31 @@
 
 namespace nav::io::detail {
 
-/// How stored numbers become Hounsfield units: HU = slope * stored + intercept.
-struct Rescale {
-  double slope = 1;
-  double intercept = 0;
-  std::optional<std::pair<double, double>> padding;  ///< Stored values in [first, second] are air.
-};
-
 /// Collects voxels in order of i, j, k, rounds to the nearest HU, keeps within [-1024, 32767] and
 /// counts what it changed.
-class HuBuilder {
+class HuBuilder final : public VoxelSink {
  public:
   /// Reserves room; the caller has checked that the file can hold that many.
-  explicit HuBuilder(std::size_t voxel_count) { hu_.reserve(voxel_count); }
+  explicit HuBuilder(std::size_t voxel_count = 0) { hu_.reserve(voxel_count); }
 
-  /// Samples in native byte order.
-  void append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale);
+  void reserve(std::size_t voxel_count) override { hu_.reserve(voxel_count); }
+  void append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) override;
   [[nodiscard]] const std::vector<std::int16_t>& hu() const { return hu_; }
+  /// Values that span less are no Hounsfield units where some are not whole: rounding to HU leaves
+  /// them fewer than 6 bits.
+  static constexpr double kLeastSpan = 64;
   /// Moves the voxels out.
   [[nodiscard]] std::vector<std::int16_t> take() { return std::move(hu_); }
 
-  /// Says what was counted; refuses voxels that were not finite by number and first index. size:
-  /// of the appended stack, to name the index.
+  /// Says what was counted; refuses voxels that were not finite by number and first index, and
+  /// values that rounding would destroy: some not whole, all within less than kLeastSpan of each
+  /// other, by their range. size: of the appended stack, to name the index.
   Result<void> report(const std::string& name, const std::array<int, 3>& size,
                       Diagnostics& diagnostics) const;
   [[nodiscard]] Result<Volume> finish(const VoxelGrid& grid, const std::string& name,
                                       Diagnostics& diagnostics) &&;
 
  private:
-  template <class T>
-  void append_as(std::span<const std::byte> samples, const Rescale& rescale);
   template <class T>
   void append_shifted(std::span<const std::byte> samples, std::int32_t by);
   void push(double hu);
@@ -57,6 +52,9 @@ class HuBuilder {
   std::size_t padded_ = 0;
   std::size_t not_finite_ = 0;
   std::size_t first_not_finite_ = 0;
+  bool fractions_ = false;  ///< Some value was not whole.
+  double least_ = std::numeric_limits<double>::infinity();
+  double greatest_ = -std::numeric_limits<double>::infinity();
 };
 
 /// Grid of voxels whose centres lie at affine * (i, j, k, 1), LPS, mm. Refuses axes of no length or

@@ -243,7 +243,7 @@ TEST(PredicateLabelsTest, OneFileHoldsMasksSeveralABitEach) {
                             {"masks.mha", "at (1 0 0)"}));
   const auto negative = write("negative.mha", {0, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, grid);
   EXPECT_TRUE(test::refuses(read_labels({negative}, grid, diagnostics), ErrorCode::kMalformedData,
-                            {"0 to 32767", "-5"}));
+                            {"0 to 4294967295", "-5"}));
 }
 
 TEST(PredicateSessionTest, EveryKeySurvivesTheWayThroughAFile) {

@@ -118,6 +118,29 @@ TEST_F(CtFileTest, RefusesNanVoxelsByNumberAndPlace) {
                       Code::kMalformedData, {"a.mha", "found 2", "(2, 1, 1)"}));
 }
 
+TEST_F(CtFileTest, RefusesFractionsThatRoundingWouldDestroy) {
+  auto values = voxels<float>();
+  const auto read_scaled = [&](float slope, float offset) {
+    auto scaled = values;
+    for (float& v : scaled) v = slope * v + offset;
+    return read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(scaled));
+  };
+  EXPECT_TRUE(refuses(read_scaled(1.0F / 256, 0), Code::kUnsupportedData,
+                      {"a.mha", "fractions within only 0 to 0.83", "multiply them by 10000"}));
+  EXPECT_TRUE(refuses(read_scaled(0.25F, -7), Code::kUnsupportedData,
+                      {"fractions within only -7 to 46.25", "multiply them by 100"}));
+  // Hounsfield units with fractions are rounded, as ever.
+  const auto v = read_scaled(1, 12.3F);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_EQ(v->at(2, 1, 3), 225) << "213 + 12.3";
+  EXPECT_TRUE(test::has_value(read_scaled(0.31F, 0))) << "a span of 66";
+  // So are whole numbers of any span, and one fraction that is everywhere.
+  EXPECT_TRUE(test::has_value(read_scaled(0, 1)));
+  EXPECT_TRUE(test::has_value(read_scaled(0, 0.25F)));
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = i % 2 == 0 ? 1.0F : 0.0F;
+  EXPECT_TRUE(test::has_value(read_scaled(1, 0)));
+}
+
 TEST_F(CtFileTest, UsesAnatomicalLettersOnlyWithoutMatrix) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   // MetaIO's letters say where an axis comes from: LPI is -x, -y, +z.
