@@ -81,7 +81,9 @@ Result<render::LabelVolume> read_layers(const std::filesystem::path& path, const
   if (!model) return named(model.error());
   const auto raster = model->rasterise(grid);
   if (!raster) return named(raster.error());
-  return render::LabelVolume::create(grid, raster->masks(), path.string());
+  auto labels = render::LabelVolume::create(grid, raster->masks(), path.string());
+  if (!labels) return labels;
+  return labels->with_layers(std::make_shared<const LayerModel>(*model));
 }
 
 }  // namespace nav::app

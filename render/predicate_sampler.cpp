@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "nav/index.hpp"
+#include "render/derived/labels.hpp"
 
 namespace nav::render {
 namespace {
@@ -58,7 +59,9 @@ std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
   const VoxelGrid& grid = set_.place().grid;
   const Eigen::Vector3d at = clamped(grid, index);
   PredicateSample sample{{kNaN, kNaN}, {0, 0}, 0, grid.spacing_mm.cwiseProduct(at)};
-  if (set_.labels()) {
+  if (set_.labels() && set_.labels()->layers()) {
+    sample.labels = std::uint32_t{1} << set_.labels()->layers()->layer_at(at);
+  } else if (set_.labels()) {
     std::size_t offset = 0;
     for (int axis = 2; axis >= 0; --axis) {
       offset =

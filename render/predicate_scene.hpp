@@ -22,7 +22,8 @@ struct Scene;
 /// the events of its ray, is one sample with the values at the middle of the whole cell, the index
 /// clamped to [0, n - 1] per axis. The volume and features are trilinear between the voxels floor
 /// and floor + 1 (at most n - 1); a feature is undefined when any of these eight is, also one of
-/// weight 0. Labels: of the nearest voxel, halves up.
+/// weight 0. Labels: of the nearest voxel, halves up; where they are rastered from surfaces,
+/// exactly those of the place, which engines other than the reference take from the raster.
 ///
 /// Intensity: (value - black) / (white - black), clamped to [0, 1] as luminance and opacity; not
 /// clamped for predicates.

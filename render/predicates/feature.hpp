@@ -14,6 +14,9 @@
 #include "nav/volume.hpp"
 
 namespace nav::render {
+namespace derived {
+class LayerModel;
+}  // namespace derived
 
 /// A derived quantity of an ultrasound volume, one number per voxel, for predicates: SNR,
 /// vesselness, confidence, gradients. Kept in 16 bits between the least and the greatest value,
@@ -65,9 +68,18 @@ class LabelVolume {
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   /// i fastest.
   [[nodiscard]] std::span<const std::uint32_t> bits() const { return *bits_; }
+  /// The same labels as what they are rastered from: surfaces of the same grid. Bit n is layer n.
+  [[nodiscard]] LabelVolume with_layers(std::shared_ptr<const derived::LayerModel> layers) const {
+    LabelVolume other = *this;
+    other.layers_ = std::move(layers);
+    return other;
+  }
+  /// Null: there is nothing but the voxels.
+  [[nodiscard]] const std::shared_ptr<const derived::LayerModel>& layers() const { return layers_; }
 
  private:
   LabelVolume() = default;
+  std::shared_ptr<const derived::LayerModel> layers_;
   VoxelGrid grid_;
   std::shared_ptr<const std::vector<std::uint32_t>> bits_;
   std::string name_;
