@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <string>
 
 #include "render/canvas.hpp"
 #include "render/slice.hpp"
@@ -11,11 +13,13 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Paint;
 using render::derived::Stroke;
 
 constexpr int kTitleHeight = 28;  // Pixels above the pictures.
-constexpr int kBarsHeight = 150;  // And below.
+constexpr int kBarsHeight = 120;  // And below.
+constexpr int kMargin = 12;
+constexpr int kText = 15;
+constexpr int kLine = 20;  // Of the legend.
 
 /// The colour of a bar: its hue and saturation at half the luminance.
 Rgba8 colour_of(const render::PredicateHistogram::Bar& bar) {
@@ -24,32 +28,89 @@ Rgba8 colour_of(const render::PredicateHistogram::Bar& bar) {
   return {byte(rgb.x()), byte(rgb.y()), byte(rgb.z()), 255};
 }
 
-/// The predicate histogram: heights are importances.
-void draw_bars(const render::PredicateModel& model, int left, int width, int top,
+/// The predicate histogram: heights are importances as shares of the greatest one of all panels.
+void draw_bars(const render::PredicateModel& model, double greatest, int left, int width, int top,
                render::Canvas& canvas) {
-  constexpr int kText = 15;
-  constexpr int kMargin = 12;
   const int count = static_cast<int>(model.entries.size());
-  const int pitch = (width - 2 * kMargin) / count;
-  const int most = kBarsHeight - 2 * kMargin - 2 * kText;
-  const int base = top + kBarsHeight - kMargin - kText;
+  const double pitch = static_cast<double>(width - 2 * kMargin) / count;
+  const int gap = std::min(kMargin, static_cast<int>(pitch / 4));
+  const int most = kBarsHeight - 2 * kMargin;
+  const int base = top + kBarsHeight - kMargin;
   for (int j = 0; j < count; ++j) {
-    const auto at = static_cast<std::size_t>(j);
-    const auto& bar = model.histogram.bars()[at];
-    const int height = std::max(1, static_cast<int>(std::lround(most * bar.importance)));
-    const int x = left + kMargin + j * pitch;
-    canvas.fill(x, base - height, std::max(pitch - kMargin, 1), height, colour_of(bar));
-    if (canvas.text_width(kText, model.entries[at].name) < pitch) {
-      canvas.text(x, base + kText + 2, kText, model.entries[at].name, render::rgb8(0xd0d0d0));
-    }
+    const auto& bar = model.histogram.bars()[static_cast<std::size_t>(j)];
+    const double share = greatest > 0 ? bar.importance / greatest : 0;
+    const int height = std::max(1, static_cast<int>(std::lround(most * share)));
+    const int x = left + kMargin + static_cast<int>(j * pitch);
+    const int next = left + kMargin + static_cast<int>((j + 1) * pitch);
+    canvas.fill(x, base - height, std::max(next - x - gap, 1), height, colour_of(bar));
   }
 }
 
-/// One plane for all strokes that lie in it, as far as their slices are thick.
-struct Slice {
-  render::SlicePlane plane;
-  std::vector<const Stroke*> strokes;
-};
+/// A name in pieces that fit a width, broken between letters where it has to be; long ones end in
+/// an ellipsis.
+std::vector<std::string> lines_of(const std::string& words, int width,
+                                  const render::Canvas& canvas) {
+  constexpr std::size_t kMostLines = 4;
+  std::vector<std::string> lines{""};
+  for (std::size_t at = 0; at < words.size();) {
+    std::size_t end = at + 1;  // One letter of UTF-8.
+    while (end < words.size() && (static_cast<unsigned char>(words[end]) & 0xC0U) == 0x80U) ++end;
+    const std::string letter = words.substr(at, end - at);
+    at = end;
+    if (canvas.text_width(kText, lines.back() + letter) <= width || lines.back().empty()) {
+      lines.back() += letter;
+    } else if (lines.size() == kMostLines) {
+      while (lines.back().size() > 3 && canvas.text_width(kText, lines.back() + "...") > width) {
+        do {
+          lines.back().pop_back();
+        } while (!lines.back().empty() &&
+                 (static_cast<unsigned char>(lines.back().back()) & 0xC0U) == 0x80U);
+      }
+      lines.back() += "...";
+      break;
+    } else {
+      lines.push_back(letter);
+    }
+  }
+  return lines;
+}
+
+/// Every entry with its colour and importance, in the order of the bars, as many side by side as
+/// fit. Returns its height; draws nothing without a canvas to draw on.
+int legend(const render::PredicateModel& model, int left, int width, int top,
+           const render::Canvas& measure, render::Canvas* canvas) {
+  constexpr int kSwatch = 12;
+  constexpr int kIndent = kSwatch + 6;
+  const int room = width - 2 * kMargin;
+  int x = 0;
+  int y = 0;
+  for (std::size_t j = 0; j < model.entries.size(); ++j) {
+    const auto& bar = model.histogram.bars()[j];
+    char importance[16];
+    std::snprintf(importance, sizeof importance, " %.3f", bar.importance);
+    const auto lines = lines_of(model.entries[j].name + importance, room - kIndent, measure);
+    int wide = 0;
+    for (const auto& line : lines) wide = std::max(wide, measure.text_width(kText, line));
+    if (x > 0 && x + kIndent + wide > room) {
+      x = 0;
+      y += kLine;
+    }
+    if (canvas != nullptr) {
+      const int from = left + kMargin + x;
+      canvas->fill(from, top + y + 3, kSwatch, kSwatch, colour_of(bar));
+      for (std::size_t n = 0; n < lines.size(); ++n) {
+        canvas->text(from + kIndent, top + y + kText + static_cast<int>(n) * kLine, kText, lines[n],
+                     render::rgb8(0xd0d0d0));
+      }
+    }
+    x += kIndent + wide + kMargin;
+    if (lines.size() > 1) {
+      x = 0;
+      y += static_cast<int>(lines.size()) * kLine;
+    }
+  }
+  return y + (x > 0 ? kLine : 0) + kMargin;
+}
 
 bool lies_in(const Stroke& stroke, const render::SlicePlane& plane) {
   const Eigen::Vector3d normal = plane.right.v.cross(plane.down.v);
@@ -72,56 +133,94 @@ render::SlicePlane plane_of(const Stroke& stroke, const VoxelGrid& grid) {
   return {{centre + off * normal}, {right}, {down}};
 }
 
-std::vector<Slice> slices_of(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
-  std::vector<Slice> slices;
+/// One plane for all strokes that lie in it.
+std::vector<render::SlicePlane> slices_of(const std::vector<Stroke>& strokes,
+                                          const VoxelGrid& grid) {
+  std::vector<render::SlicePlane> slices;
   for (const Stroke& stroke : strokes) {
-    const auto same = std::find_if(slices.begin(), slices.end(),
-                                   [&](const Slice& s) { return lies_in(stroke, s.plane); });
-    if (same != slices.end()) {
-      same->strokes.push_back(&stroke);
-    } else {
-      slices.push_back({plane_of(stroke, grid), {&stroke}});
-    }
+    const bool known = std::any_of(slices.begin(), slices.end(),
+                                   [&](const auto& plane) { return lies_in(stroke, plane); });
+    if (!known) slices.push_back(plane_of(stroke, grid));
   }
-  constexpr std::size_t kMostSlices = 3;
-  slices.resize(std::min(slices.size(), kMostSlices));
   return slices;
 }
 
-void draw_stroke(const Stroke& stroke, const render::SlicePlane& plane,
-                 const Eigen::Vector2d& middle, double pixels_per_mm, render::Canvas& canvas) {
-  const Rgba8 colour = stroke.paint == Paint::kShow   ? render::rgb8(0x30e060)
-                       : stroke.paint == Paint::kHide ? render::rgb8(0xff4040)
-                                                      : render::rgb8(0x808080);
-  const auto at = [&](const Point<frames::Ct>& p) {
-    const Eigen::Vector3d off = p.mm - plane.centre_ct.mm;
-    return Eigen::Vector2d(
-        middle + pixels_per_mm * Eigen::Vector2d(off.dot(plane.right.v), off.dot(plane.down.v)));
-  };
-  const double width = std::max(2.0, 2 * stroke.radius_mm * pixels_per_mm);
-  for (std::size_t n = 0; n < stroke.points.size(); ++n) {
-    const auto& next = stroke.points[std::min(n + 1, stroke.points.size() - 1)];
-    canvas.line(at(stroke.points[n]), at(next) + Eigen::Vector2d(0.01, 0), width, colour);
+/// Voxels that strokes mark, and as what.
+render::derived::ScribbleMask marked(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
+  render::derived::ScribbleMask mask(grid);
+  for (const Stroke& stroke : strokes) {
+    const auto ok = mask.add(stroke);
+    NAV_CHECK(ok.has_value());
   }
+  return mask;
+}
+
+/// A slice with the voxels that are marked in it.
+Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& window,
+                             const render::SlicePlane& plane,
+                             const render::derived::ScribbleMask& mask, int width, int height) {
+  const VoxelGrid& grid = volume.grid();
+  const auto span = [&](const Direction<frames::Ct>& axis) {
+    return (grid.directions.transpose() * axis.v).cwiseAbs().dot(grid.extent_mm());
+  };
+  render::SliceOptions options;
+  options.width = width;
+  options.height = height;
+  constexpr double kCoarsest = 100;  // That slices are made of; more than that is cut.
+  options.mm_per_pixel =
+      std::min(std::max(span(plane.right) / width, span(plane.down) / height), kCoarsest);
+  const auto values = render::slice_values(volume, plane, options);
+  NAV_CHECK(values.has_value());
+  render::Canvas canvas(width, height, render::rgb8(0x101010));
+  canvas.copy(render::to_grey(*values, window), 0, 0);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Eigen::Vector3d index = grid.index_of(
+          {plane.centre_ct.mm + options.mm_per_pixel * ((x - 0.5 * (width - 1)) * plane.right.v +
+                                                        (y - 0.5 * (height - 1)) * plane.down.v)});
+      const Eigen::Vector3i voxel = index.array().round().cast<int>();
+      const Eigen::Vector3i size(grid.size[0], grid.size[1], grid.size[2]);
+      if ((voxel.array() < 0).any() || (voxel.array() >= size.array()).any()) continue;
+      const std::uint8_t bits =
+          mask.bits()[render::derived::offset_of(grid, voxel.x(), voxel.y(), voxel.z())];
+      if (bits == 0) continue;
+      const bool show = bits == render::derived::ScribbleMask::kShowBit;
+      canvas.blend(x, y, show ? render::rgb8(0x30e060) : render::rgb8(0xff4040), 0.8);
+    }
+  }
+  return canvas.picture();
 }
 
 }  // namespace
 
 Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
-  constexpr int kText = 16;
-  constexpr int kMargin = 8;
+  constexpr int kTitle = 16;
+  constexpr int kIndent = 8;
   NAV_CHECK(!panels.empty());
   const int width = panels.front().picture.width();
   const int height = panels.front().picture.height();
-  const bool bars =
-      std::any_of(panels.begin(), panels.end(), [](const auto& p) { return p.model.has_value(); });
-  render::Canvas canvas(static_cast<int>(panels.size()) * width,
-                        kTitleHeight + height + (bars ? kBarsHeight : 0), render::rgb8(0x202020));
+  const render::Canvas measure(1, 1, render::rgb8(0));
+  double greatest = 0;
+  int below = 0;
+  for (const PredicatePanel& panel : panels) {
+    if (!panel.model) continue;
+    for (const auto& bar : panel.model->histogram.bars()) {
+      greatest = std::max(greatest, bar.importance);
+    }
+    below = std::max(below, kBarsHeight + legend(*panel.model, 0, width, 0, measure, nullptr));
+  }
+  render::Canvas canvas(static_cast<int>(panels.size()) * width, kTitleHeight + height + below,
+                        render::rgb8(0x202020));
   int left = 0;
+  const int base = kTitleHeight + height;
   for (const PredicatePanel& panel : panels) {
     canvas.copy(panel.picture, left, kTitleHeight);
-    canvas.text(left + kMargin, kTitleHeight - kMargin, kText, panel.title, render::rgb8(0xffd24a));
-    if (panel.model) draw_bars(*panel.model, left, width, kTitleHeight + height, canvas);
+    canvas.text(left + kIndent, kTitleHeight - kIndent, kTitle, panel.title,
+                render::rgb8(0xffd24a));
+    if (panel.model) {
+      draw_bars(*panel.model, greatest, left, width, base, canvas);
+      legend(*panel.model, left, width, base + kBarsHeight, measure, &canvas);
+    }
     left += width;
   }
   return canvas.picture();
@@ -130,30 +229,35 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
 Image2d<Rgba8> stroke_picture(const Volume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<Stroke>& strokes, int width, int height) {
+  constexpr int kSmallest = 64;  // Of a slice, pixels.
   const auto slices = slices_of(strokes, volume.grid());
   NAV_CHECK(!slices.empty());
-  const int each = height / static_cast<int>(slices.size());
+  const int count = static_cast<int>(slices.size());
+  const int most_columns = std::max(width / kSmallest, 1);
+  const int most_rows = std::max(height / kSmallest, 1);
+  // One above the other as long as they are seen well, then in a grid.
+  constexpr int kStacked = 3;
+  const int columns =
+      count <= kStacked
+          ? 1
+          : std::min(most_columns,
+                     static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count)))));
+  const int rows = std::min(most_rows, (count + columns - 1) / columns);
+  const int shown = std::min(count, rows * columns);
   const render::HuWindow window{0.5 * (intensity.black + intensity.white),
                                 intensity.white - intensity.black};
-  const Eigen::Vector3d extent = volume.grid().extent_mm();
+  const auto mask = marked(strokes, volume.grid());
   render::Canvas canvas(width, height, render::rgb8(0x101010));
-  for (std::size_t n = 0; n < slices.size(); ++n) {
-    const auto span = [&](const Direction<frames::Ct>& axis) {
-      return (volume.grid().directions.transpose() * axis.v).cwiseAbs().dot(extent);
-    };
-    render::SliceOptions options;
-    options.width = width;
-    options.height = each;
-    options.mm_per_pixel =
-        std::max(span(slices[n].plane.right) / width, span(slices[n].plane.down) / each);
-    const auto values = render::slice_values(volume, slices[n].plane, options);
-    NAV_CHECK(values.has_value());
-    const int top = static_cast<int>(n) * each;
-    canvas.copy(render::to_grey(*values, window), 0, top);
-    const Eigen::Vector2d middle(0.5 * (width - 1), top + 0.5 * (each - 1));
-    for (const Stroke* stroke : slices[n].strokes) {
-      draw_stroke(*stroke, slices[n].plane, middle, 1 / options.mm_per_pixel, canvas);
-    }
+  for (int n = 0; n < shown; ++n) {
+    canvas.copy(slice_picture(volume, window, slices[static_cast<std::size_t>(n)], mask,
+                              width / columns, height / rows),
+                n % columns * (width / columns), n / columns * (height / rows));
+  }
+  if (shown < count) {
+    const std::string words = std::to_string(count - shown) + " more slices not shown";
+    canvas.fill(0, height - kLine, canvas.text_width(kText, words) + 2 * kMargin, kLine,
+                render::rgb8(0x202020));
+    canvas.text(kMargin, height - 5, kText, words, render::rgb8(0xffd24a));
   }
   return canvas.picture();
 }

@@ -19,12 +19,15 @@ struct PredicatePanel {
   std::optional<render::PredicateModel> model{};  ///< Its histogram (§3.3) is drawn below.
 };
 
-/// Panels side by side, their titles above, histograms below. Precondition: at least one panel, all
+/// Panels side by side, their titles above, histograms below with a legend that names every entry.
+/// The highest bar of all panels is as high as there is room. Precondition: at least one panel, all
 /// of one size.
 Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels);
 
-/// The slices of a volume that strokes were painted on, one above the other (at most 3), what is to
-/// be shown green, what is to be hidden red (Fig. 5 b). Precondition: at least one stroke.
+/// The slices of a volume that strokes were painted on, up to 3 one above the other, more in a
+/// grid; where they would be smaller than 64 pixels it says how many are left out. Voxels that are
+/// marked to be shown are green, to be hidden red (Fig. 5 b). Precondition: strokes that
+/// ScribbleMask takes, at least one.
 Image2d<Rgba8> stroke_picture(const Volume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<render::derived::Stroke>& strokes, int width,
