@@ -5,10 +5,8 @@
 #include <iostream>
 
 #include "app/report.hpp"
-#include "bench/derived.hpp"
 
 namespace nav::app {
-namespace {
 
 Json json_of(const bench::DerivedBenchReport& report) {
   Json timings = Json::array();
@@ -35,8 +33,6 @@ Json json_of(const bench::DerivedBenchReport& report) {
   }
   return {{"side", report.side}, {"timings", std::move(timings)}, {"errors", std::move(errors)}};
 }
-
-}  // namespace
 
 Result<void> run_bench_derived(const BenchDerivedOptions& options, Console& console) {
   bench::DerivedBenchOptions measured;

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "app/console.hpp"
+#include "app/json.hpp"
+#include "bench/derived.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {
@@ -21,5 +23,8 @@ struct BenchDerivedOptions {
 /// definition and, where ITK was found at build time and has it, ITK's filter on the same voxels.
 /// JSON keys are in docs/json.md.
 Result<void> run_bench_derived(const BenchDerivedOptions& options, Console& console);
+
+/// `side`, `timings` and `errors`, as docs/json.md says.
+Json json_of(const bench::DerivedBenchReport& report);
 
 }  // namespace nav::app

@@ -6,12 +6,16 @@
 #include <string_view>
 
 #include "app/bench.hpp"
+#include "app/bench_derived.hpp"
 #include "app/report.hpp"
 #include "bench/predicate_bench.hpp"
 #include "bench/two_volumes.hpp"
 
 namespace nav::app {
 namespace {
+
+/// A --volume that is none: what predicates read, derived.
+constexpr std::string_view kFeatures = "features";
 
 Json row_json(const bench::PredicateBenchRow& row) {
   return {{"scene", row.scene},
@@ -135,6 +139,24 @@ Result<Json> measure_two(const bench::PredicateBenchOptions& options, Console& c
   return json;
 }
 
+/// What predicates read and what takes long to derive, beside ITK.
+Result<Json> measure_features(bool quick, int threads, Console& console) {
+  bench::DerivedBenchOptions derived;
+  derived.features = {"snr", "vesselness", "confidence"};
+  derived.threads = threads;
+  if (quick) {
+    derived.side = 96;
+    derived.repeats = {1, 0};
+  }
+  console.begin("features that predicates read");
+  const auto report =
+      bench::measure_derived(derived, [&](double share) { console.progress(share); });
+  if (!report) return report.error();
+  console.end();
+  std::cout << bench::to_text(*report) << std::flush;
+  return json_of(*report);
+}
+
 }  // namespace
 
 Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console) {
@@ -152,7 +174,8 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
     bench.repeats = {3, 1};
   }
   std::optional<bench::PredicateBenchReport> report;
-  if (!bench.volume.starts_with("two")) {
+  const bool only_features = !bench.volume.empty() && kFeatures.starts_with(bench.volume);
+  if (!bench.volume.starts_with("two") && !only_features) {
     console.begin("predicates");
     auto measured =
         bench::measure_predicates(bench, console, [&](double done) { console.progress(done); });
@@ -167,6 +190,12 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
     if (!measured) return measured.error();
     two = *std::move(measured);
   }
+  Json features;
+  if (bench.cpu && (bench.volume.empty() || only_features)) {
+    auto measured = measure_features(options.quick, options.threads, console);
+    if (!measured) return measured.error();
+    features = *std::move(measured);
+  }
   if (!options.json) return {};
   Json json;
   json["verb"] = "bench predicates";
@@ -177,6 +206,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   json["height"] = bench.height;
   if (report) json.update(report_json(*report));
   json["two_volumes"] = std::move(two);
+  json["features"] = std::move(features);
   return write_json(json, *options.json);
 }
 

@@ -639,7 +639,7 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
       ->check(in_range(32, 4096, "pixels"))
       ->capture_default_str();
   verb->add_option("--volume", predicates_.volume,
-                   "only volumes whose name begins so: neck, …, two-volumes");
+                   "only volumes whose name begins so: neck, …, two-volumes, features");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
       ->check(among({"cpu", "gl", "both"}))
       ->capture_default_str();

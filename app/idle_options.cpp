@@ -290,17 +290,21 @@ Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions
 Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options) {
   const std::string& volume = options.volume;
   const bool recorded = !volume.empty() && std::string_view("prostate phantom").starts_with(volume);
+  const bool features = !volume.empty() && std::string_view("features").starts_with(volume);
   return refuse_idle(
-      verb, {{{"--side", "--width", "--height"},
-              !options.quick,
-              "no --quick, which has sizes of its own,",
-              "both"},
-             {{"--side"}, !recorded, "a simulated --volume", volume},
-             {{"--threads"}, options.engine != "gl", "--engine cpu or both", options.engine},
-             {{"--threads"},
-              !volume.starts_with("two"),
-              "a --volume that is not drawn by one thread",
-              volume}});
+      verb,
+      {{{"--side", "--width", "--height"},
+        !options.quick,
+        "no --quick, which has sizes of its own,",
+        "both"},
+       {{"--side"}, !recorded, "a simulated --volume", volume},
+       {{"--side", "--width", "--height"}, !features, "a --volume that is drawn", volume},
+       {{"--engine"}, !features || options.engine != "gl", "--volume of another name", volume},
+       {{"--threads"}, options.engine != "gl", "--engine cpu or both", options.engine},
+       {{"--threads"},
+        !volume.starts_with("two"),
+        "a --volume that is not drawn by one thread",
+        volume}});
 }
 
 Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -209,24 +210,45 @@ Result<void> confidence_curve(DerivedBenchReport& report) {
   return {};
 }
 
-Result<void> window_and_gradient_points(DerivedBenchReport& report) {
-  const ScalarVolume volume = derived_phantom(40);
-  const SnrOptions snr;
-  auto truth = everywhere(volume.grid(), [&](int i, int j, int k) {
-    return definition::signal_to_noise(volume, snr, i, j, k);
-  });
-  if (auto ok = add_point("snr", "7^3 uniform", volume, snr, truth, report); !ok) return ok;
-  truth = everywhere(volume.grid(),
-                     [&](int i, int j, int k) { return gradient_at(volume, i, j, k).norm(); });
-  if (auto ok = add_point("gradient_magnitude", "central", volume, GradientMagnitudeOptions{},
-                          truth, report);
-      !ok) {
-    return ok;
+/// What is computed one way only: sums of a window in double, differences of neighbours, distances.
+Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) {
+  for (const int side : {16, 24, 32, 48}) {
+    const ScalarVolume volume = derived_phantom(side);
+    const ScanLines lines = down(volume);
+    DerivedOptions options = ScanDepthOptions{};
+    std::function<double(int, int, int)> truth = [&](int i, int j, int k) {
+      return lines.depth_mm(volume.grid(), i, j, k);
+    };
+    if (feature == "snr") {
+      options = SnrOptions{};
+      truth = [&](int i, int j, int k) {
+        return definition::signal_to_noise(volume, SnrOptions{}, i, j, k);
+      };
+    } else if (feature == "gradient_magnitude") {
+      options = GradientMagnitudeOptions{};
+      truth = [&](int i, int j, int k) { return gradient_at(volume, i, j, k).norm(); };
+    } else if (feature == "gradient_angle") {
+      options = GradientAngleOptions{};
+      truth = [&](int i, int j, int k) {
+        return gradient_angle(gradient_at(volume, i, j, k), {0, 1, 0}, 1e-3);
+      };
+    }
+    const auto values = everywhere(volume.grid(), truth);
+    const std::string setting = "side=" + std::to_string(side);
+    if (auto ok = add_point(feature, setting, volume, options, values, report); !ok) return ok;
   }
-  truth = everywhere(volume.grid(), [&](int i, int j, int k) {
-    return gradient_angle(gradient_at(volume, i, j, k), {0, 1, 0}, 1e-3);
-  });
-  return add_point("gradient_angle", "central", volume, GradientAngleOptions{}, truth, report);
+  return {};
+}
+
+Result<void> curve_of(const std::string& feature, DerivedBenchReport& report) {
+  if (feature == "vesselness") return vesselness_curve(report);
+  if (feature == "confidence") return confidence_curve(report);
+  return size_curve(feature, report);
+}
+
+bool wanted(const DerivedBenchOptions& options, const std::string& feature) {
+  return options.features.empty() || std::find(options.features.begin(), options.features.end(),
+                                               feature) != options.features.end();
 }
 
 }  // namespace
@@ -259,19 +281,25 @@ Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,
   report.side = options.side;
   const ScalarVolume volume = derived_phantom(options.side);
   ItkPeer peer(itk_voxels(volume), options.threads);
-  const auto all = subjects(volume, options.threads);
-  const double steps = static_cast<double>(all.size()) + 3;
+  auto all = subjects(volume, options.threads);
+  std::erase_if(all, [&](const Subject& subject) { return !wanted(options, subject.name); });
+  std::vector<std::string> curves;
+  for (const char* feature :
+       {"snr", "gradient_magnitude", "gradient_angle", "depth", "vesselness", "confidence"}) {
+    if (wanted(options, feature)) curves.emplace_back(feature);
+  }
+  const double steps = static_cast<double>(all.size() + curves.size());
+  double done = 0;
   for (const Subject& subject : all) {
     auto timing = time_subject(subject, volume, options, peer);
     if (!timing) return timing.error();
     report.timings.push_back(std::move(*timing));
-    progress(static_cast<double>(report.timings.size()) / steps);
+    progress(++done / steps);
   }
-  if (auto ok = window_and_gradient_points(report); !ok) return ok.error();
-  progress((steps - 2) / steps);
-  if (auto ok = vesselness_curve(report); !ok) return ok.error();
-  progress((steps - 1) / steps);
-  if (auto ok = confidence_curve(report); !ok) return ok.error();
+  for (const std::string& feature : curves) {
+    if (auto ok = curve_of(feature, report); !ok) return ok.error();
+    progress(++done / steps);
+  }
   return report;
 }
 

@@ -15,6 +15,8 @@ struct DerivedBenchOptions {
   int side = 256;  ///< Of the timed volume, voxels, [32, 512].
   Repeats repeats{3, 30};
   int threads = 0;  ///< 0: all cores.
+  /// Those of DerivedTiming and depth; empty: all.
+  std::vector<std::string> features{};
 };
 
 /// One feature on the timed volume.
@@ -29,9 +31,11 @@ struct DerivedTiming {
   [[nodiscard]] double ratio() const { return peer_taken.cpu_s / taken.cpu_s; }
 };
 
-/// Run time against error on a volume small enough for the double definition.
+/// Run time against error on a volume small enough for the double definition: over whatever turns
+/// the one into the other, and where the computation has no such thing, over the size of the
+/// volume.
 struct DerivedErrorPoint {
-  std::string feature;
+  std::string feature;  ///< As above, and depth.
   std::string setting;  ///< What was turned, and how far.
   double cpu_s = 0;
   double rms = 0, max = 0;  ///< Against the double definition, in units of the feature.

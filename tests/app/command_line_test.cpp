@@ -779,6 +779,8 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
             "--side: expected a simulated --volume beside it, found prostate"},
            {"bench predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
            {"bench predicates --volume two --threads 1", "--threads: expected a --volume"},
+           {"bench predicates --volume features --width 300", "--width: expected a --volume that"},
+           {"bench predicates --volume features --engine gl", "--engine: expected --volume of"},
            {"bench registration --part skin --trials t.csv", "--trials: expected --part cohort"},
            {"bench registration --part skin --effort quick",
             "--effort: expected --part cohort, faults"},
