@@ -449,6 +449,7 @@ void CommandLine::add_derive() {
   verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
       ->capture_default_str();
   verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
+  verb->add_option("--cache", o.cache, "folder that keeps derived features for the next time");
   verb->add_option("--unknown", o.unknown, "value of voxels that no picture reached")
       ->check(in_range(-32768, 32767));
   verb->add_option("--threads", o.threads, "0: all cores")

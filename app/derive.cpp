@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/feature_maker.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "render/derived/service.hpp"
@@ -136,11 +137,10 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   }
   std::printf("%-20s %10s %10s %10s %10s %10s\n", "feature", "least", "1 %", "99 %", "greatest",
               "seconds");
+  FeatureMaker maker(options.threads, options.cache, console);
   for (const Feature& feature : *features) {
     const auto begun = std::chrono::steady_clock::now();
-    RunOptions run;
-    run.threads = options.threads;
-    const auto found = compute({volume, feature.options, *lines}, run);
+    const auto found = maker.make(feature.name, {volume, feature.options, *lines});
     if (!found) return found.error();
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
     if (auto ok = write_slices(found->volume, feature.name, options.out); !ok) return ok;

@@ -22,13 +22,15 @@ struct DeriveOptions {
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;
-  std::optional<int> unknown;  ///< Value of voxels that no picture reached, 16 bits; absent: none.
-  int threads = 0;             ///< 0: all cores.
+  std::optional<int> unknown;   ///< Value of voxels that no picture reached, 16 bits; absent: none.
+  int threads = 0;              ///< 0: all cores.
+  std::filesystem::path cache;  ///< Folder of derived features; empty: none is kept.
 };
 
 /// Computes the features that predicates read from an ultrasound volume and writes the middle slice
 /// of each along every axis as PNG, black at the 1st and white at the 99th percentile; blue where a
-/// feature is undefined. Prints ranges and times.
+/// feature is undefined. Prints ranges and times, and shows how far it is; Ctrl-C ends it
+/// (kCancelled).
 Result<void> run_derive(const DeriveOptions& options, Console& console);
 
 }  // namespace nav::app

@@ -47,6 +47,7 @@ constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
     {"predicates.histogram.importance", "--importance"},
     {"predicates.ct_importance", "--ct-importance"},
     {"predicates.scan_lines", "--scan-lines"},
+    {"predicates.cache", "--cache"},
     {"predicates.layers", "--layers"},
     {"predicates.apex_mm", "--apex"},
     {"predicates.into", "--into"},

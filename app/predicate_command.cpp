@@ -139,6 +139,7 @@ void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
       ->capture_default_str();
   verb.add_option("--scan-lines", o.scan_lines,
                   "file of the planes of the sweep that the volume was made from, instead");
+  verb.add_option("--cache", o.cache, "folder that keeps derived features for the next time");
 }
 
 void add_predicate_options(CLI::App& verb, SessionConfig& config) {

@@ -48,6 +48,7 @@ struct PredicateOptions {
   std::optional<Eigen::Vector3d> apex_ct{};   ///< Of a fan, LPS mm; instead.
   double face_radius_mm = 0;                  ///< Of the fan's probe.
   double smoothing_mm = 0.4;                  ///< Of gradients.
+  std::filesystem::path cache;                ///< Folder of derived features; empty: none is kept.
   /// Of vessels, for vesselness; absent: what the set-up says.
   std::optional<double> smallest_radius_mm{};
   std::optional<double> largest_radius_mm{};

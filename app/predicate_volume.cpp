@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "app/engines.hpp"
+#include "app/feature_maker.hpp"
 #include "app/predicate_labels.hpp"
 #include "app/predicate_layers.hpp"
 #include "app/predicate_scan_lines.hpp"
@@ -127,7 +128,8 @@ std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
 }
 
 Result<void> add_features(const PredicateOptions& options, const VesselScales& vessels, int threads,
-                          bench::PredicateVolume& volume) {
+                          bench::PredicateVolume& volume, Console& console) {
+  FeatureMaker maker(threads, options.cache, console);
   if (const auto ok =
           render::add_gradient_features(*volume.ultrasound, options.smoothing_mm, volume.predicates,
                                         usable_threads(threads), unknown_of(options));
@@ -139,10 +141,13 @@ Result<void> add_features(const PredicateOptions& options, const VesselScales& v
   derive.vesselness.largest_radius_mm = vessels.largest_radius_mm;
   derive.unknown = unknown_of(options);
   if (vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
-  render::derived::DerivedLimits limits;
-  limits.threads = usable_threads(threads);
-  render::derived::DerivedVolumes service(limits);
-  return render::add_derived_features(volume.ultrasound, derive, service, volume.predicates);
+  if (const auto ok = maker.check_interrupt("gradients"); !ok) return ok;
+  return render::add_derived_features(
+      volume.ultrasound, derive,
+      [&maker](const std::string& name, const render::derived::DerivedRequest& request) {
+        return maker.make(name, request);
+      },
+      volume.predicates);
 }
 
 }  // namespace
@@ -192,7 +197,7 @@ Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, i
   predicates.hue_mean = file->hue_mean;
   predicates.cutaway_importance = file->cutaway_importance;
   predicates.opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);
-  if (const auto ok = add_features(options, file->vessels, threads, *volume); !ok) {
+  if (const auto ok = add_features(options, file->vessels, threads, *volume, console); !ok) {
     return ok.error();
   }
   return PreparedPredicates{*std::move(file), *std::move(volume)};

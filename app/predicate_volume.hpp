@@ -30,7 +30,8 @@ enum class DistancesFrom {
 };
 
 /// Reads the set-up, the volume (or makes the phantom), its labels and scan lines, and derives the
-/// features that the set-up asks for. Before anything is computed it refuses (kUsage) what
+/// features that the set-up asks for, showing how far it is; Ctrl-C then ends it (kCancelled).
+/// Before anything is computed it refuses (kUsage) what
 /// predicates ask for and nobody gave.
 Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
                                               Console& console,

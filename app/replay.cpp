@@ -43,14 +43,12 @@ Json sector_json(const std::optional<SectorOutline>& sector) {
 /// A centre outside of the CT is most likely a volume in another frame.
 Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
                                 Console& console) {
-  console.begin("features of the ultrasound volume");
   const PredicateOptions& options = config.predicates;
   auto made = prepare_predicates(
       options, config.output.threads, console,
       config.source.needle_frame.empty() ? DistancesFrom::kNoNeedle : DistancesFrom::kLiveNeedle);
   if (!made) return made.error();
   const auto& ultrasound = made->volume.ultrasound;
-  console.end(std::to_string(made->volume.predicates.features.volumes.size()) + " derived");
   const VoxelGrid& grid = ct.grid();
   const Eigen::Vector3d at =
       grid.directions.transpose() * (ultrasound->grid().centre().mm - grid.centre().mm);

@@ -96,6 +96,7 @@ void read_predicates(Section& section, const std::string& file, std::optional<Er
   read_labels(section, file, o);
   section.path("layers", o.layers);
   section.path("scan_lines", o.scan_lines);
+  section.path("cache", o.cache);
   section.path("scribbles", o.scribbles);
   section.path("save_set_up", o.save_set_up);
   read_numbers(section, o);
@@ -126,6 +127,7 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
                                   {"picture", &o.picture},
                                   {"layers", &o.layers},
                                   {"scan_lines", &o.scan_lines},
+                                  {"cache", &o.cache},
                                   {"scribbles", &o.scribbles},
                                   {"save_set_up", &o.save_set_up}}) {
     if (!path->empty()) table.insert(key, absolute_text(*path));

@@ -56,37 +56,71 @@ void limit(std::vector<float>& snr) {
   for (float& x : snr) x = std::clamp(x, -kMost, kMost);
 }
 
-}  // namespace
+struct WantedFeature {
+  std::string name;
+  derived::DerivedRequest request;
+};
 
-Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
-                                  const DerivedFeatureOptions& options,
-                                  derived::DerivedVolumes& service, PredicateScene& predicates) {
+/// What the model asks for and is not there.
+Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const Volume>& volume,
+                                                   const DerivedFeatureOptions& options,
+                                                   const PredicateScene& predicates) {
   const auto kinds = kinds_of(predicates.model);
   const derived::ScalarVolume scalar = derived::ScalarVolume::of(volume, options.unknown);
-  std::vector<std::pair<std::string, derived::DerivedVolumes::Ticket>> tickets;
+  std::vector<WantedFeature> wanted;
   for (const auto& [name, how] :
        {std::pair<std::string, derived::DerivedOptions>{feature::kSnr, options.snr},
         {feature::kVesselness, options.vesselness},
         {feature::kConfidence, options.confidence}}) {
     if (kinds.count(name) == 0 || predicates.features.volumes.count(name) != 0) continue;
-    derived::DerivedRequest request{scalar, how, {}};
+    WantedFeature one{name, {scalar, how, {}}};
     if (name == feature::kConfidence) {
       auto lines = lines_of(predicates, volume->grid());
       if (!lines) return lines.error();
-      request.lines = *std::move(lines);
+      one.request.lines = *std::move(lines);
     }
-    auto ticket = service.request(request);
-    if (!ticket) return ticket.error();
-    tickets.emplace_back(name, *std::move(ticket));
+    wanted.push_back(std::move(one));
   }
-  for (const auto& [name, ticket] : tickets) {
-    const auto made = ticket.wait();
-    if (!made) return made.error();
-    std::vector<float> values = *made->volume.values;
-    if (name == feature::kSnr) limit(values);
-    auto stored = FeatureVolume::create(made->volume.grid, values, name);
-    if (!stored) return stored.error();
-    predicates.features.volumes.emplace(name, *std::move(stored));
+  return wanted;
+}
+
+Result<void> store_feature(const std::string& name, const Result<derived::DerivedVolume>& made,
+                           PredicateScene& predicates) {
+  if (!made) return made.error();
+  std::vector<float> values = *made->volume.values;
+  if (name == feature::kSnr) limit(values);
+  auto stored = FeatureVolume::create(made->volume.grid, values, name);
+  if (!stored) return stored.error();
+  predicates.features.volumes.emplace(name, *std::move(stored));
+  return {};
+}
+
+}  // namespace
+
+Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+                                  const DerivedFeatureOptions& options,
+                                  derived::DerivedVolumes& service, PredicateScene& predicates) {
+  const auto wanted = wanted_features(volume, options, predicates);
+  if (!wanted) return wanted.error();
+  std::vector<derived::DerivedVolumes::Ticket> tickets;
+  for (const WantedFeature& one : *wanted) {
+    auto ticket = service.request(one.request);
+    if (!ticket) return ticket.error();
+    tickets.push_back(*std::move(ticket));
+  }
+  for (std::size_t n = 0; n < tickets.size(); ++n) {
+    if (auto ok = store_feature((*wanted)[n].name, tickets[n].wait(), predicates); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+                                  const DerivedFeatureOptions& options, const MakeFeature& make,
+                                  PredicateScene& predicates) {
+  const auto wanted = wanted_features(volume, options, predicates);
+  if (!wanted) return wanted.error();
+  for (const auto& [name, request] : *wanted) {
+    if (auto ok = store_feature(name, make(name, request), predicates); !ok) return ok;
   }
   return {};
 }

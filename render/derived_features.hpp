@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "nav/result.hpp"
 #include "render/derived/service.hpp"
@@ -32,5 +34,13 @@ inline constexpr double kMostSnr = 1000;
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   derived::DerivedVolumes& service, PredicateScene& predicates);
+
+/// Computes or finds one feature of that name.
+using MakeFeature = std::function<Result<derived::DerivedVolume>(const std::string& name,
+                                                                 const derived::DerivedRequest&)>;
+/// The same, one after the other, by whoever knows how.
+Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+                                  const DerivedFeatureOptions& options, const MakeFeature& make,
+                                  PredicateScene& predicates);
 
 }  // namespace nav::render

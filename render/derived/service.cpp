@@ -69,6 +69,11 @@ Result<DerivedVolume> DerivedVolumes::Ticket::wait() const {
   return *job_->result;
 }
 
+bool DerivedVolumes::Ticket::wait_for(std::chrono::milliseconds most) const {
+  std::unique_lock lock(job_->mutex);
+  return job_->finished.wait_for(lock, most, [&] { return job_->result.has_value(); });
+}
+
 void DerivedVolumes::Ticket::cancel() {
   if (interested_) job_->leave();
   interested_ = false;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,7 +38,8 @@ struct DerivedRequest {
 
 /// Refuses options out of range, missing scan lines and those of another grid.
 Result<void> validate(const DerivedRequest& request);
-/// Digest of the volume and of all that the feature depends on.
+/// Digest of the volume and of all that the feature depends on, the version of its definition
+/// included: the same key is the same values, in other runs of the program too.
 std::string key_of(const DerivedRequest& request);
 
 struct DerivedVolume {
@@ -79,6 +81,8 @@ class DerivedVolumes {
     [[nodiscard]] std::optional<Result<DerivedVolume>> poll() const;
     /// Blocks.
     [[nodiscard]] Result<DerivedVolume> wait() const;
+    /// Blocks no longer than that; true when finished.
+    [[nodiscard]] bool wait_for(std::chrono::milliseconds most) const;
     /// Gives up the interest; wait() then says kCancelled unless somebody else lets it finish.
     void cancel();
 

@@ -8,6 +8,9 @@
 namespace nav::render::derived {
 namespace {
 
+/// Raised with every change of a feature's values: those of before are then found no more.
+constexpr double kDefinitionVersion = 1;
+
 template <class... Cases>
 struct Overloaded : Cases... {
   using Cases::operator()...;
@@ -79,6 +82,7 @@ Result<void> validate(const DerivedRequest& request) {
 
 std::string key_of(const DerivedRequest& request) {
   Digest digest;
+  digest.add(kDefinitionVersion);
   digest.add(request.volume.digest());
   add(request.options, digest);
   if (needs_lines(request.options) && request.lines) digest.add(request.lines->digest());

@@ -811,6 +811,33 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
   }
 }
 
+TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
+  const std::string ct = write_ct();
+  const std::string derive = "derive " + ct + " --feature snr confidence --out " +
+                             (folder_ / "slices").string() + " --cache " +
+                             (folder_ / "features").string();
+  const Outcome first = sonde(derive);
+  ASSERT_EQ(first.code, 0) << first.errors;
+  EXPECT_EQ(first.errors.find("from the cache"), std::string::npos) << first.errors;
+  EXPECT_NE(first.errors.find("relative residual"), std::string::npos) << first.errors;
+  const Outcome again = sonde(derive);
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_NE(again.errors.find("snr: from the cache"), std::string::npos) << again.errors;
+  EXPECT_NE(again.errors.find("relative residual"), std::string::npos) << again.errors;
+  // Predicates read what derive kept: the same voxels, scan lines and parameters.
+  const auto set = folder_ / "confident.json";
+  std::ofstream(set) << R"({"sonde_predicates": 1, "name": "c", "predicates": [{"name": "c",)"
+                     << R"( "importance": 1, "hue_deg": 0, "saturation": 1,)"
+                     << R"( "where": {"confidence": {}}}]})";
+  const Outcome drawn = sonde("predicates " + ct + " --into 0 1 0 --predicates " + set.string() +
+                              " --cache " + (folder_ / "features").string() +
+                              " --width 200 --height 200 --out " + (folder_ / "c.png").string());
+  EXPECT_EQ(drawn.code, 0) << drawn.errors;
+  EXPECT_NE(drawn.errors.find("relative residual"), std::string::npos) << drawn.errors;
+  EXPECT_NE(drawn.errors.find("from the cache"), std::string::npos) << drawn.errors;
+  expect_refusal("replay x.mha --print-session --cache d", 2, {"--cache: expected --us-volume"});
+}
+
 TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();

@@ -255,6 +255,7 @@ volume = "us.mha"
 set_up = "mine.json"
 labels = ["a.mha", "b.mha"]
 scribbles = "strokes.json"
+cache = "features"
 scribble_share = 0.5
 picture = "both.png"
 white = 200
@@ -272,6 +273,7 @@ engine = "reference"
   EXPECT_EQ(o.set_up, (folder / "mine.json").string());
   ASSERT_EQ(o.labels.size(), 2U);
   EXPECT_EQ(o.labels[1], folder / "b.mha");
+  EXPECT_EQ(o.cache, folder / "features");
   EXPECT_EQ(o.histogram[0].importance, 0.8);
   EXPECT_EQ(o.histogram[1].hue_deg, 12);
   EXPECT_FALSE(o.histogram[1].importance.has_value());
