@@ -111,6 +111,15 @@ struct Avx2 : LaneMath<Avx2> {
       pairs[i][1] = high_half(_mm256_castps_si256(words[i]));
     }
   }
+  /// Asks for what load_cells() will read there, but for every second row: those are mostly the
+  /// rows of other lanes.
+  static void prefetch_cells(const std::int16_t* p, int slice, I at) {
+    const Lanes lanes(at);
+    for (const auto lane : lanes.at) {
+      __builtin_prefetch(p + lane);
+      __builtin_prefetch(p + lane + slice);
+    }
+  }
   /// Four voxels in the lower half, four others in the upper one.
   static F load_rows(const std::int16_t* low, const std::int16_t* high) {
     const __m128 first = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(low)));

@@ -67,6 +67,12 @@ struct Scalar {
     load_pair(p + slice, at, pairs[2][0], pairs[2][1]);
     load_pair(p + row + slice, at, pairs[3][0], pairs[3][1]);
   }
+  /// Asks for what load_cells() will read there, but for every second row: those are mostly the
+  /// rows of other lanes.
+  static void prefetch_cells(const std::int16_t* p, int slice, I at) {
+    __builtin_prefetch(p + at);
+    __builtin_prefetch(p + at + slice);
+  }
   /// Trilinear central differences along each axis, index steps of two.
   static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {

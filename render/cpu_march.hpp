@@ -75,6 +75,8 @@ struct MarchInputs {
   float quantum;  ///< HU/mm.
 
   float step_mm;
+  bool
+      prefetches;  ///< Voxels of the next run are asked for: steps so long that they are far apart.
   float opaque_at;  ///< Infinity: never.
 
   float half_per_spacing[3];   ///< 1 / (2 spacing), per mm.

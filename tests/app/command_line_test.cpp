@@ -841,7 +841,7 @@ TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
 TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
-    pose(0, 3) = 3 * frame.index;
+    pose(0, 3) = 3.0 * static_cast<double>(frame.index);
     const auto status = frame.index < 4 ? TrackingStatus::kOk : TrackingStatus::kOccluded;
     io::set_transform(frame, {"NeedleTipToTracker", pose, status});
   });

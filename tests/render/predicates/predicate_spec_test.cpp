@@ -322,7 +322,9 @@ TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
     EXPECT_LE(colour, remaining_change(stop.alpha, stop.importance, 2 + more) + kRounding) << more;
     const double tighter = remaining_change(stop.alpha, stop.importance, 2 + more, through);
     EXPECT_LE(colour, tighter + kRounding) << more;
-    if (more >= 1e-3) EXPECT_GE(colour, 0.9 * tighter) << more << ": the worst ray there is";
+    if (more >= 1e-3) {
+      EXPECT_GE(colour, 0.9 * tighter) << more << ": the worst ray there is";
+    }
     constexpr double kError = 1.0 / 255;
     const auto fast = terminated(ray, kError);
     EXPECT_LE((premultiplied(state) - premultiplied(fast)).cwiseAbs().maxCoeff(), kError) << more;
