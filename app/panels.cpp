@@ -64,11 +64,15 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   const auto image_from_ct = epoch.ct_from_image->inverse();
   if (context.plan) {
     const Eigen::Vector3d target = (image_from_ct * context.plan->target_ct).mm;
-    const double r = context.plan->target_radius_mm;
-    const double cut = r * r - target.z() * target.z();
-    if (cut > 0) {
-      canvas.circle(view.pixel_of(target.head<2>()), std::sqrt(cut) / view.mm_per_px, 1.5,
+    const auto ring = [&](double r, double width) {
+      const double cut = r * r - target.z() * target.z();
+      if (!(cut > 0)) return;
+      canvas.circle(view.pixel_of(target.head<2>()), std::sqrt(cut) / view.mm_per_px, width,
                     kTargetColour);
+    };
+    ring(context.plan->target_radius_mm, 1.5);
+    if (context.plan->margin_mm > 0) {
+      ring(context.plan->target_radius_mm + context.plan->margin_mm, 0.7);
     }
   }
   if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;

@@ -197,9 +197,12 @@ render::Scene standard_scene(const render::Scene& by_predicates) {
   for (int i = 0; i < kNodes; ++i) {
     const double x = static_cast<double>(i) / (kNodes - 1);
     const double opacity = std::min(x, render::PredicateScene::kMostOpacity);
+    // Short lengths make white denser than an opacity of 1 mm can tell from 1.
+    constexpr double kDensest = 1 - std::numeric_limits<double>::epsilon() / 2;
+    const double of_1_mm = -std::expm1(std::log1p(-opacity) / p.opacity_length_mm);
     nodes.push_back({p.intensity.black + x * (p.intensity.white - p.intensity.black),
                      {x, x, x},
-                     -std::expm1(std::log1p(-opacity) / p.opacity_length_mm),
+                     std::min(of_1_mm, kDensest),
                      1});
   }
   scene.transfer = *render::TransferFunction::create("grey", std::move(nodes));

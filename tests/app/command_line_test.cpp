@@ -385,6 +385,7 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   const std::string thin = draw("thin", " --opacity-length-mm 50");
   EXPECT_EQ(read_json("thin.json")["opacity_length_mm"], 50);
   EXPECT_NE(dense, thin);
+  EXPECT_NE(draw("densest", " --opacity-length-mm 0.001"), dense);
   set("50");
   EXPECT_EQ(draw("file", ""), thin);
   for (const char* length : {"0", "-3", "1e300"}) {

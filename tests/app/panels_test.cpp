@@ -122,6 +122,28 @@ TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
   EXPECT_NE(ring, dot);
 }
 
+TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
+  Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
+  epoch.needle = {SafetyState::kLost, ""};
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(kWidth, kHeight,
+                            std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
+  const auto drawn = [&](double margin_mm, double off_plane_mm) {
+    NeedlePlan plan;
+    plan.target_ct = {{20, 20, off_plane_mm}};
+    plan.entry_ct = {{20, 0, off_plane_mm}};
+    plan.target_radius_mm = 4;
+    plan.margin_mm = margin_mm;
+    const std::optional<NeedlePlan> planned = plan;
+    return compose_panels(view, {epoch, *ct, planned, {}, "", {}, "", ""});
+  };
+  EXPECT_GT(changed_in_panels(drawn(0, 0), drawn(5, 0)), 100);
+  EXPECT_GT(changed_in_panels(drawn(0, 6), drawn(5, 6)), 100) << "the margin alone meets it";
+  EXPECT_EQ(changed_in_panels(drawn(0, 10), drawn(5, 10)), 0);
+}
+
 TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
   Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
   epoch.needle = {SafetyState::kLost, "no needle pose"};
