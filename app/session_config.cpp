@@ -251,7 +251,7 @@ Result<void> validate(const SessionConfig& config) {
                   quality.adaptive_error);
   }
   if (quality.jitter && config.output.pixel_error > 0) {
-    return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared,",
+    return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
                   config.output.pixel_error);
   }
   if (const auto ok = validate(config.cutaway_objects); !ok) return ok;
