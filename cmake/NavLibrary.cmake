@@ -23,6 +23,10 @@ if(SONDE_SANITIZER)
   target_compile_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER}
                                               -fno-omit-frame-pointer)
   target_link_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER})
+  if(SONDE_SANITIZER MATCHES "address")
+    # Else Eigen allocates in a way of its own, and what Debian's Ceres has instantiated of it does not.
+    target_compile_definitions(nav_common INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  endif()
   if(SONDE_SANITIZER MATCHES "undefined")
     # More than half of the time to compile Eigen. The address sanitizer finds null, and the
     # processor what is not aligned for a vector.
