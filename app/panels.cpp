@@ -205,17 +205,15 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
 
 /// Which way the patient lies, at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
-  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
-  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
-  const Eigen::Vector3d up = right.cross(forward);
+  const ViewLetters letters_of = view_letters(camera);
   constexpr int kSize = 16;
   const auto centred = [&](int x, int y, const std::string& letters) {
     canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kWords);
   };
-  centred(20, height / 2, patient_direction(-right));
-  centred(width - 20, height / 2, patient_direction(right));
-  centred(width / 2, 20, patient_direction(up));
-  centred(width / 2, height - 8, patient_direction(-up));
+  centred(20, height / 2, letters_of.left);
+  centred(width - 20, height / 2, letters_of.right);
+  centred(width / 2, 20, letters_of.up);
+  centred(width / 2, height - 8, letters_of.down);
 }
 
 }  // namespace
@@ -255,6 +253,14 @@ std::string patient_direction(const Eigen::Vector3d& direction_ct) {
     if (size > kNoticeable) letters += letter;
   }
   return letters;
+}
+
+ViewLetters view_letters(const render::Camera& camera) {
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
+  const Eigen::Vector3d up = right.cross(forward);
+  return {patient_direction(-right), patient_direction(right), patient_direction(up),
+          patient_direction(-up)};
 }
 
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {

@@ -35,6 +35,12 @@ std::string guidance_words(const NeedleGuidance& guidance);
 /// strongest first, those above a third of the whole; "RA" is right and, less, anterior.
 std::string patient_direction(const Eigen::Vector3d& direction_ct);
 
+/// Where the edges of a view lie: patient_direction() of its axes.
+struct ViewLetters {
+  std::string left, right, up, down;
+};
+ViewLetters view_letters(const render::Camera& camera);
+
 /// Puts the live ultrasound and the CT along the same plane beside the 3D view, and state and
 /// numbers below. A stale picture is not drawn: its panel says so. The picture is 3/2 as wide as
 /// the view's height more than the view, and one status bar higher.

@@ -29,13 +29,11 @@ class Column {
 };
 
 void add_orientation(const render::Camera& camera, std::vector<WindowWords>& words) {
-  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
-  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
-  const Eigen::Vector3d up = right.cross(forward);
-  words.push_back({patient_direction(-right), kWords, 0.01, 0.5, Align::kLeft, 17});
-  words.push_back({patient_direction(right), kWords, 0.99, 0.5, Align::kRight, 17});
-  words.push_back({patient_direction(up), kWords, 0.5, 0.025, Align::kCentre, 17});
-  words.push_back({patient_direction(-up), kWords, 0.5, 0.975, Align::kCentre, 17});
+  const ViewLetters letters = view_letters(camera);
+  words.push_back({letters.left, kWords, 0.01, 0.5, Align::kLeft, 17});
+  words.push_back({letters.right, kWords, 0.99, 0.5, Align::kRight, 17});
+  words.push_back({letters.up, kWords, 0.5, 0.025, Align::kCentre, 17});
+  words.push_back({letters.down, kWords, 0.5, 0.975, Align::kCentre, 17});
 }
 
 void add_state(const std::string& input, const Safety& safety, Column& column) {
