@@ -96,7 +96,7 @@ struct Avx2 : LaneMath<Avx2> {
   }
   /// Voxels at and at + 1, at a place and one row, one slice, and both further on. Loads lane by
   /// lane: gathers of eight are slower on some processors and not faster on others.
-  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+  static void load_words(const std::int16_t* p, int row, int slice, I at, F* words) {
     const Lanes lanes(at);
     F two[4];
     for (int i = 0; i < 4; ++i) {
@@ -104,8 +104,11 @@ struct Avx2 : LaneMath<Avx2> {
       const __m128i high = load_cell(p + lanes.at[i + 4], row, slice);
       two[i] = _mm256_castsi256_ps(_mm256_set_m128i(high, low));
     }
-    F words[4];
     transpose(two, words);
+  }
+  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+    F words[4];
+    load_words(p, row, slice, at, words);
     for (int i = 0; i < 4; ++i) {
       pairs[i][0] = low_half(_mm256_castps_si256(words[i]));
       pairs[i][1] = high_half(_mm256_castps_si256(words[i]));

@@ -19,15 +19,8 @@ struct PredicateAvx2 : Avx2 {
   }
   /// As PredicateAvx512.
   static void load_cell_words(const std::int16_t* p, int row, int slice, I at, I* words) {
-    const Lanes lanes(at);
-    F two[4];
-    for (int i = 0; i < 4; ++i) {
-      const __m128i low = load_cell(p + lanes.at[i], row, slice);
-      const __m128i high = load_cell(p + lanes.at[i + 4], row, slice);
-      two[i] = _mm256_castsi256_ps(_mm256_set_m128i(high, low));
-    }
     F found[4];
-    transpose(two, found);
+    load_words(p, row, slice, at, found);
     for (int i = 0; i < 4; ++i) words[i] = {_mm256_castps_si256(found[i])};
   }
   static F first_of(I word) { return low_half(word.v); }
