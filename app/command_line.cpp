@@ -434,8 +434,8 @@ void CommandLine::add_derive() {
   verb->add_option("--out", o.out, "folder to write to")->required();
   verb->add_option(
       "--feature", o.features,
-      "snr, vesselness, confidence, gradient-magnitude, gradient-angle or depth; none: "
-      "all");
+      "snr, vesselness, confidence, gradient-magnitude, gradient-angle, gradient-along, "
+      "gradient-across or depth; none: all");
   auto* direction =
       verb->add_option("--direction", o.direction,
                        "x y z, LPS: of parallel scan lines, away from the probe; none: "

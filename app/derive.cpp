@@ -31,8 +31,10 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
   return {{"snr", SnrOptions{}},
           {"vesselness", vessels},
           {"confidence", ConfidenceOptions{}},
-          {"gradient-magnitude", GradientMagnitudeOptions{}},
-          {"gradient-angle", GradientAngleOptions{}},
+          {"gradient-magnitude", GradientPartOptions{GradientPart::kMagnitude}},
+          {"gradient-angle", GradientPartOptions{GradientPart::kAngle}},
+          {"gradient-along", GradientPartOptions{GradientPart::kAlong}},
+          {"gradient-across", GradientPartOptions{GradientPart::kAcross}},
           {"depth", ScanDepthOptions{}}};
 }
 
@@ -46,7 +48,7 @@ Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
     if (found == all.end()) {
       return Error{ErrorCode::kUsage,
                    "--feature: expected snr, vesselness, confidence, gradient-magnitude, "
-                   "gradient-angle or depth, found '" +
+                   "gradient-angle, gradient-along, gradient-across or depth, found '" +
                        name + "'"};
     }
     some.push_back(*found);
@@ -62,8 +64,7 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
   if (!options.apex_mm.empty()) return ScanLines::fan({vector(options.apex_mm)}, 0);
   Eigen::Vector3d away =
       options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
-  // Directions may have any length, whose products need not be finite.
-  if (const double largest = away.cwiseAbs().maxCoeff(); largest > 0) away /= largest;
+  away = away.stableNormalized();  // Of any length, whose square need not be finite.
   Point<frames::Ct> nearest = grid.at({0, 0, 0});
   for (int corner = 1; corner < 8; ++corner) {
     const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),

@@ -15,7 +15,8 @@ namespace nav::app {
 struct DeriveOptions {
   std::filesystem::path volume;  ///< DICOM folder, NIfTI, MetaImage or NRRD.
   std::filesystem::path out;     ///< Folder of the pictures.
-  /// snr, vesselness, confidence, gradient-magnitude, gradient-angle, depth; none: all.
+  /// snr, vesselness, confidence, gradient-magnitude, -angle, -along, -across, depth; none:
+  /// all.
   std::vector<std::string> features;
   std::vector<double> direction;  ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
   std::vector<double> apex_mm;    ///< Of a fan instead, LPS: 3 numbers.

@@ -241,14 +241,16 @@ Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& op
              return std::ranges::find(names, feature) != names.end();
            });
   };
-  return refuse_idle(verb, {{{"--smallest-radius", "--largest-radius", "--bright"},
-                             any_of({"vesselness"}),
-                             "--feature vesselness",
-                             "others"},
-                            {{"--direction", "--apex"},
-                             any_of({"confidence", "gradient-angle", "depth"}),
-                             "--feature confidence, gradient-angle or depth",
-                             "others"}});
+  return refuse_idle(
+      verb,
+      {{{"--smallest-radius", "--largest-radius", "--bright"},
+        any_of({"vesselness"}),
+        "--feature vesselness",
+        "others"},
+       {{"--direction", "--apex"},
+        any_of({"confidence", "gradient-angle", "gradient-along", "gradient-across", "depth"}),
+        "--feature confidence, gradient-angle, -along, -across or depth",
+        "others"}});
 }
 
 Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& o) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "nav/places.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -32,7 +34,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
       {"white", o.white, -kWhole, kWhole},
       {"opacity_length_mm", o.opacity_length_mm.value_or(1), 1e-3, 1e4},
       {"face_radius_mm", o.face_radius_mm, 0, 1e4},
-      {"smoothing_mm", o.smoothing_mm, 0, 100},
+      {"smoothing_mm", o.smoothing_mm, 0, 20},
       {"smallest_radius_mm", o.smallest_radius_mm.value_or(1), 1e-3, 100},
       {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
   };
@@ -57,11 +59,9 @@ bool finite(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
   return !v || v->allFinite();
 }
 
-/// Numbers whose squares stay exact.
 template <int Rows>
 bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
-  constexpr double kFurthestMm = 1e7;
-  return !v || (v->cwiseAbs().array() <= kFurthestMm).all();
+  return !v || is_place(*v);
 }
 
 /// A name, '=', and some numbers between colons at the end: names may hold '=' themselves.

@@ -12,7 +12,6 @@
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
 #include "render/derived_features.hpp"
-#include "render/predicates/gradient_features.hpp"
 #include "render/predicates/registry.hpp"
 
 namespace nav::app {
@@ -130,18 +129,12 @@ std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
 Result<void> add_features(const PredicateOptions& options, const VesselScales& vessels, int threads,
                           bench::PredicateVolume& volume, Console& console) {
   FeatureMaker maker(threads, options.cache, console);
-  if (const auto ok =
-          render::add_gradient_features(*volume.ultrasound, options.smoothing_mm, volume.predicates,
-                                        usable_threads(threads), unknown_of(options));
-      !ok) {
-    return ok;
-  }
   render::DerivedFeatureOptions derive;
+  derive.gradient.smoothing_mm = options.smoothing_mm;
   derive.vesselness.smallest_radius_mm = vessels.smallest_radius_mm;
   derive.vesselness.largest_radius_mm = vessels.largest_radius_mm;
   derive.unknown = unknown_of(options);
   if (vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
-  if (const auto ok = maker.check_interrupt("gradients"); !ok) return ok;
   return render::add_derived_features(
       volume.ultrasound, derive,
       [&maker](const std::string& name, const render::derived::DerivedRequest& request) {

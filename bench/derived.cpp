@@ -22,6 +22,7 @@ using namespace render::derived;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kVoxelMm = 0.4;
+constexpr double kSmoothingMm = 0.4;  // As predicates take it unless told.
 
 /// In [0, 1), from a position: no state, no order.
 double hash01(std::uint64_t x) {
@@ -62,6 +63,10 @@ ScanLines down(const ScalarVolume& volume) {
   return *ScanLines::parallel({{0, 1, 0}}, volume.grid().at({0, 0, 0}));
 }
 
+GradientPartOptions smooth(GradientPart part, double truncate = GradientOptions{}.truncate) {
+  return {part, {.smoothing_mm = kSmoothingMm, .truncate = truncate}};
+}
+
 /// A feature with the ITK filter that computes the same.
 struct Subject {
   std::string name;
@@ -88,9 +93,14 @@ std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
       {"vesselness", vessels, 6, "MultiScaleHessianBasedMeasure, 4 scales",
        [=](ItkPeer& p) { p.vesselness(tubes); }},
       {"confidence", ConfidenceOptions{}, 10, "none", {}},
-      {"gradient_magnitude", GradientMagnitudeOptions{}, kNaN, "GradientMagnitudeImageFilter",
-       [](ItkPeer& p) { p.gradient_magnitude(); }},
-      {"gradient_angle", GradientAngleOptions{}, kNaN, "none", {}},
+      {"gradient_magnitude", GradientPartOptions{}, kNaN, "GradientMagnitudeImageFilter",
+       [](ItkPeer& p) { p.gradient_magnitude(0); }},
+      {"gradient_angle", GradientPartOptions{GradientPart::kAngle}, kNaN, "none", {}},
+      {"smooth_gradient_magnitude", smooth(GradientPart::kMagnitude), kNaN,
+       "GradientMagnitudeRecursiveGaussianImageFilter",
+       [](ItkPeer& p) { p.gradient_magnitude(kSmoothingMm); }},
+      {"smooth_gradient_along", smooth(GradientPart::kAlong), kNaN, "none", {}},
+      {"smooth_gradient_across", smooth(GradientPart::kAcross), kNaN, "none", {}},
   };
 }
 
@@ -210,6 +220,28 @@ Result<void> confidence_curve(DerivedBenchReport& report) {
   return {};
 }
 
+/// Radius of the filters against the definition.
+Result<void> smooth_gradient_curve(const std::string& feature, DerivedBenchReport& report) {
+  const ScalarVolume volume = derived_phantom(48);
+  GradientPart part = GradientPart::kMagnitude;
+  if (feature == "smooth_gradient_along") part = GradientPart::kAlong;
+  if (feature == "smooth_gradient_across") part = GradientPart::kAcross;
+  std::vector<double> truth;
+  for (const Eigen::Vector3d& g : definition::gradients(volume, kSmoothingMm)) {
+    truth.push_back(part == GradientPart::kMagnitude ? g.norm()
+                    : part == GradientPart::kAlong   ? g.y()
+                                                     : std::hypot(g.x(), g.z()));
+  }
+  for (const double truncate : {2.0, 3.0, 4.0, 5.0, 6.0}) {
+    char setting[32];
+    std::snprintf(setting, sizeof setting, "truncate=%.1f", truncate);
+    if (auto ok = add_point(feature, setting, volume, smooth(part, truncate), truth, report); !ok) {
+      return ok;
+    }
+  }
+  return {};
+}
+
 /// What is computed one way only: sums of a window in double, differences of neighbours, distances.
 Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) {
   for (const int side : {16, 24, 32, 48}) {
@@ -225,10 +257,10 @@ Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) 
         return definition::signal_to_noise(volume, SnrOptions{}, i, j, k);
       };
     } else if (feature == "gradient_magnitude") {
-      options = GradientMagnitudeOptions{};
+      options = GradientPartOptions{};
       truth = [&](int i, int j, int k) { return gradient_at(volume, i, j, k).norm(); };
     } else if (feature == "gradient_angle") {
-      options = GradientAngleOptions{};
+      options = GradientPartOptions{GradientPart::kAngle};
       truth = [&](int i, int j, int k) {
         return gradient_angle(gradient_at(volume, i, j, k), {0, 1, 0}, 1e-3);
       };
@@ -243,6 +275,7 @@ Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) 
 Result<void> curve_of(const std::string& feature, DerivedBenchReport& report) {
   if (feature == "vesselness") return vesselness_curve(report);
   if (feature == "confidence") return confidence_curve(report);
+  if (feature.starts_with("smooth_gradient")) return smooth_gradient_curve(feature, report);
   return size_curve(feature, report);
 }
 
@@ -285,7 +318,8 @@ Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,
   std::erase_if(all, [&](const Subject& subject) { return !wanted(options, subject.name); });
   std::vector<std::string> curves;
   for (const char* feature :
-       {"snr", "gradient_magnitude", "gradient_angle", "depth", "vesselness", "confidence"}) {
+       {"snr", "gradient_magnitude", "gradient_angle", "smooth_gradient_magnitude",
+        "smooth_gradient_along", "smooth_gradient_across", "depth", "vesselness", "confidence"}) {
     if (wanted(options, feature)) curves.emplace_back(feature);
   }
   const double steps = static_cast<double>(all.size() + curves.size());

@@ -21,7 +21,9 @@ struct DerivedBenchOptions {
 
 /// One feature on the timed volume.
 struct DerivedTiming {
-  std::string feature;  ///< snr, vesselness, confidence, gradient_magnitude, gradient_angle
+  /// snr, vesselness, confidence, gradient_magnitude, gradient_angle, and smoothed by 0.4 mm:
+  /// smooth_gradient_magnitude, _along, _across.
+  std::string feature;
   Taken taken;
   double goal_s = 0;           ///< Wall, 256^3, two cores; NaN: none set.
   double bytes_per_voxel = 0;  ///< Resident at most, above what was before.

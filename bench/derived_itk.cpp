@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <itkGradientMagnitudeImageFilter.h>
+#include <itkGradientMagnitudeRecursiveGaussianImageFilter.h>
 #include <itkHessianToObjectnessMeasureImageFilter.h>
 #include <itkImage.h>
 #include <itkMeanImageFilter.h>
@@ -71,7 +72,14 @@ void ItkPeer::vesselness(const ItkTubes& tubes) {
   scales->Update();
 }
 
-void ItkPeer::gradient_magnitude() {
+void ItkPeer::gradient_magnitude(double smoothing_mm) {
+  if (smoothing_mm > 0) {
+    const auto smooth = itk::GradientMagnitudeRecursiveGaussianImageFilter<Voxels, Voxels>::New();
+    smooth->SetInput(image_->voxels);
+    smooth->SetSigma(smoothing_mm);
+    smooth->Update();
+    return;
+  }
   const auto gradient = itk::GradientMagnitudeImageFilter<Voxels, Voxels>::New();
   gradient->SetInput(image_->voxels);
   gradient->Update();

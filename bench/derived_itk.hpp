@@ -35,8 +35,9 @@ class ItkPeer {
   void signal_to_noise();
   /// itk::MultiScaleHessianBasedMeasureImageFilter with HessianToObjectnessMeasureImageFilter.
   void vesselness(const ItkTubes& tubes);
-  /// itk::GradientMagnitudeImageFilter.
-  void gradient_magnitude();
+  /// itk::GradientMagnitudeImageFilter; smoothed:
+  /// itk::GradientMagnitudeRecursiveGaussianImageFilter.
+  void gradient_magnitude(double smoothing_mm);
 
  private:
   struct Image;

@@ -10,6 +10,6 @@ ItkPeer::~ItkPeer() = default;
 bool ItkPeer::built() { return false; }
 void ItkPeer::signal_to_noise() {}
 void ItkPeer::vesselness(const ItkTubes&) {}
-void ItkPeer::gradient_magnitude() {}
+void ItkPeer::gradient_magnitude(double) {}
 
 }  // namespace nav::bench

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "render/derived_features.hpp"
-#include "render/predicates/gradient_features.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ultrasound_volume.hpp"
 
@@ -115,12 +114,8 @@ Result<PredicateVolume> simulated_ultrasound(const std::string& name, int side) 
 
 Result<void> add_features(const render::PredicateModel& model, PredicateVolume& volume) {
   volume.predicates.model = model;
-  constexpr double kSmoothingMm = 0.4;
-  if (auto ok = render::add_gradient_features(*volume.ultrasound, kSmoothingMm, volume.predicates);
-      !ok) {
-    return ok;
-  }
   render::DerivedFeatureOptions derive;
+  derive.gradient.smoothing_mm = 0.4;
   derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
   derive.vesselness.largest_radius_mm = 4.5;
   render::derived::DerivedVolumes service;

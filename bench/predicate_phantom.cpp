@@ -8,7 +8,7 @@
 
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
-#include "render/predicates/gradient_features.hpp"
+#include "render/derived_features.hpp"
 
 namespace nav::bench {
 namespace {
@@ -77,10 +77,13 @@ std::vector<PredicateVolume::Look> general_looks() {
 }
 
 Result<void> add_gradients(PredicateVolume& volume) {
+  render::DerivedFeatureOptions options;
+  options.gradient.smoothing_mm = 0.4;
+  render::derived::DerivedVolumes service;
   for (const auto& one : volume.looks) {
     volume.predicates.model = one.model;
-    constexpr double kSmoothing = 0.4;
-    if (auto ok = render::add_gradient_features(*volume.ultrasound, kSmoothing, volume.predicates);
+    if (auto ok =
+            render::add_derived_features(volume.ultrasound, options, service, volume.predicates);
         !ok) {
       return ok;
     }

@@ -11,43 +11,46 @@
 namespace nav::render {
 namespace {
 
-/// A direction and a depth for each voxel, which scenes keep apart.
+/// A direction and a depth for each voxel, which scenes keep apart. depth: null: unknown.
 Result<derived::ScanLines> lines_per_voxel(const VoxelScan& scan, const VoxelGrid& grid,
-                                           const Features& features) {
-  const auto found = features.volumes.find(feature::kDepth);
-  if (found == features.volumes.end()) {
-    return Error{ErrorCode::kMalformedData,
-                 "confidence: expected the depth of every voxel beside the direction of its scan "
-                 "line, found no feature depth"};
-  }
-  const FeatureVolume& depth = found->second;
+                                           const FeatureVolume* depth) {
   std::vector<derived::PackedDirection> away(scan.into_ct->size());
-  std::vector<float> depth_mm(depth.codes()->hu().size(), std::nanf(""));
+  std::vector<float> depth_mm(scan.into_ct->size(), std::nanf(""));
   for (std::size_t i = 0; i < away.size(); ++i) {
     const Eigen::Vector3d into = (*scan.into_ct)[i].cast<double>();
-    if (into.norm() > 0) away[i] = derived::PackedDirection::pack(into.normalized());
+    if (into.norm() > 0) away[i] = derived::PackedDirection::pack(into.stableNormalized());
   }
-  for (std::size_t i = 0; i < depth_mm.size(); ++i) {
-    const std::int16_t code = depth.codes()->hu()[i];
+  for (std::size_t i = 0; depth != nullptr && i < depth_mm.size(); ++i) {
+    const std::int16_t code = depth->codes()->hu()[i];
     if (code == FeatureVolume::kUndefined) continue;
-    depth_mm[i] = static_cast<float>(depth.offset() + depth.scale() * code);
+    depth_mm[i] = static_cast<float>(depth->offset() + depth->scale() * code);
   }
   return derived::ScanLines::per_voxel(grid, std::move(away), std::move(depth_mm));
 }
 
-Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const VoxelGrid& grid) {
+/// name: the feature that needs them.
+Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const VoxelGrid& grid,
+                                    const std::string& name) {
   const auto& scan = predicates.scan;
   if (!scan) {
     return Error{ErrorCode::kMalformedData,
-                 "confidence: expected scan lines of the volume, found no scan geometry"};
+                 name + ": expected scan lines of the volume, found no scan geometry"};
   }
+  if (const auto ok = validate(*scan, grid); !ok) return ok.error();
   if (const auto* parallel = std::get_if<ParallelScan>(&*scan)) {
     return derived::ScanLines::parallel(parallel->into_ct, parallel->face_ct);
   }
   if (const auto* fan = std::get_if<FanScan>(&*scan)) {
     return derived::ScanLines::fan(fan->apex_ct, fan->face_radius_mm);
   }
-  return lines_per_voxel(std::get<VoxelScan>(*scan), grid, predicates.features);
+  const auto found = predicates.features.volumes.find(feature::kDepth);
+  const bool has_depth = found != predicates.features.volumes.end();
+  if (!has_depth && name == feature::kConfidence) {
+    return Error{ErrorCode::kMalformedData,
+                 "confidence: expected the depth of every voxel beside the direction of its scan "
+                 "line, found no feature depth"};
+  }
+  return lines_per_voxel(std::get<VoxelScan>(*scan), grid, has_depth ? &found->second : nullptr);
 }
 
 /// NaN stays.
@@ -65,23 +68,42 @@ struct WantedFeature {
 Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const Volume>& volume,
                                                    const DerivedFeatureOptions& options,
                                                    const PredicateScene& predicates) {
+  using derived::GradientPart;
+  const auto gradient = [&options](GradientPart part) {
+    return derived::GradientPartOptions{part, options.gradient};
+  };
+  struct Feature {
+    std::string name;
+    std::string predicate;  ///< That reads it.
+    derived::DerivedOptions how;
+    bool of_scan_lines;
+  };
+  const Feature features[] = {
+      {feature::kGradientMagnitude, "gradient_magnitude", gradient(GradientPart::kMagnitude),
+       false},
+      {feature::kGradientAlong, "gradient_angle", gradient(GradientPart::kAlong), true},
+      {feature::kGradientAcross, "gradient_angle", gradient(GradientPart::kAcross), true},
+      {feature::kSnr, "snr", options.snr, false},
+      {feature::kVesselness, "vesselness", options.vesselness, false},
+      {feature::kConfidence, "confidence", options.confidence, true}};
   const auto kinds = kinds_of(predicates.model);
   const derived::ScalarVolume scalar = derived::ScalarVolume::of(volume, options.unknown);
   std::vector<WantedFeature> wanted;
-  for (const auto& [name, how] :
-       {std::pair<std::string, derived::DerivedOptions>{feature::kSnr, options.snr},
-        {feature::kVesselness, options.vesselness},
-        {feature::kConfidence, options.confidence}}) {
-    if (kinds.count(name) == 0 || predicates.features.volumes.count(name) != 0) continue;
-    WantedFeature one{name, {scalar, how, {}}};
-    if (name == feature::kConfidence) {
-      auto lines = lines_of(predicates, volume->grid());
-      if (!lines) return lines.error();
-      one.request.lines = *std::move(lines);
-    }
-    wanted.push_back(std::move(one));
+  for (const Feature& one : features) {
+    const bool there = predicates.features.volumes.count(one.name) != 0;
+    if (kinds.count(one.predicate) == 0 || there) continue;
+    wanted.push_back({one.name, {scalar, one.how, {}}});
+    if (!one.of_scan_lines) continue;
+    auto lines = lines_of(predicates, volume->grid(), one.name);
+    if (!lines) return lines.error();
+    wanted.back().request.lines = *std::move(lines);
   }
   return wanted;
+}
+
+bool is_gradient(const std::string& name) {
+  return name == feature::kGradientMagnitude || name == feature::kGradientAlong ||
+         name == feature::kGradientAcross;
 }
 
 Result<void> store_feature(const std::string& name, const Result<derived::DerivedVolume>& made,
@@ -89,6 +111,11 @@ Result<void> store_feature(const std::string& name, const Result<derived::Derive
   if (!made) return made.error();
   std::vector<float> values = *made->volume.values;
   if (name == feature::kSnr) limit(values);
+  if (is_gradient(name)) {
+    const auto per_white =
+        static_cast<float>(1 / (predicates.intensity.white - predicates.intensity.black));
+    for (float& v : values) v *= per_white;
+  }
   auto stored = FeatureVolume::create(made->volume.grid, values, name);
   if (!stored) return stored.error();
   predicates.features.volumes.emplace(name, *std::move(stored));

@@ -19,6 +19,7 @@ struct DerivedFeatureOptions {
   derived::SnrOptions snr;
   derived::VesselnessOptions vesselness;
   derived::ConfidenceOptions confidence;
+  derived::GradientOptions gradient;
   std::optional<std::int16_t> unknown;  ///< Stored value of voxels that no picture reached.
 };
 
@@ -27,10 +28,12 @@ struct DerivedFeatureOptions {
 /// codes would be larger than the ratios of tissue.
 inline constexpr double kMostSnr = 1000;
 
-/// Adds signal-to-noise ratio, vesselness and confidence where a predicate of the model asks for
-/// them and they are not there yet; computes nothing else. They are asked for all at once; waits
-/// for them. Refuses confidence without scan lines, or with a direction per voxel but no feature
-/// depth, and whatever the features themselves do.
+/// Adds gradients, signal-to-noise ratio, vesselness and confidence where a predicate of the model
+/// asks for them and they are not there yet; computes nothing else. They are asked for all at once;
+/// waits for them. Gradients are those of the shares of white (PredicateScene::intensity), per mm;
+/// the angle's are two features, along and across the scan line, since angles cannot be
+/// interpolated. Refuses angles and confidence without scan lines, confidence with a direction per
+/// voxel but no feature depth, and whatever the features themselves do.
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   derived::DerivedVolumes& service, PredicateScene& predicates);

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "nav/matrices.hpp"
+#include "nav/places.hpp"
 #include "render/two_volumes.hpp"
 
 namespace nav::render {
@@ -20,10 +21,8 @@ Error refusal(const std::string& field, const std::string& expected, const Value
   return {ErrorCode::kMalformedData, text.str()};
 }
 
-constexpr double kMaxMm = 1e7;  // 10 km: farther is a mistake of units.
-
 Result<void> check_place(const std::string& field, const Eigen::Vector3d& mm) {
-  if (mm.allFinite() && mm.cwiseAbs().maxCoeff() <= kMaxMm) return {};
+  if (is_place(mm)) return {};
   return refusal(field, "finite numbers within 1e7 mm", mm.transpose());
 }
 
@@ -79,7 +78,8 @@ Result<void> check_camera(const Camera& camera) {
                    camera.up_ct.v.transpose());
   }
   if (camera.orthographic) {
-    return check_positive("camera.orthographic_height_mm", camera.orthographic_height_mm, kMaxMm);
+    return check_positive("camera.orthographic_height_mm", camera.orthographic_height_mm,
+                          kFurthestMm);
   }
   const double fov = camera.vertical_fov_rad;
   if (!(fov > 0 && fov < M_PI)) {
@@ -110,9 +110,9 @@ Result<void> check_plane(const UltrasoundPlane& plane) {
     return refusal("plane.frame.outline.apex_mm", "finite numbers", sector.apex_mm.transpose());
   }
   return first_of(
-      {check_range("plane.frame.outline.radius_min_mm", sector.radius_min_mm, 0, kMaxMm),
+      {check_range("plane.frame.outline.radius_min_mm", sector.radius_min_mm, 0, kFurthestMm),
        check_range("plane.frame.outline.radius_max_mm", sector.radius_max_mm, sector.radius_min_mm,
-                   kMaxMm),
+                   kFurthestMm),
        check_positive("plane.frame.outline.half_angle_rad", sector.half_angle_rad, M_PI / 2)});
 }
 
@@ -120,7 +120,7 @@ Result<void> check_needle(const NeedleShape& needle) {
   if (needle.safety.state == SafetyState::kLost) return {};
   if (const auto ok = first_of({check_place("needle.tip_ct", needle.tip_ct.mm),
                                 check_place("needle.hub_ct", needle.hub_ct.mm),
-                                check_positive("needle.radius_mm", needle.radius_mm, kMaxMm),
+                                check_positive("needle.radius_mm", needle.radius_mm, kFurthestMm),
                                 check_colour("needle.rgb", needle.rgb)});
       !ok) {
     return ok;
@@ -137,10 +137,11 @@ Result<void> check_spheres(const std::vector<SphereShape>& spheres) {
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     const std::string name = "spheres[" + std::to_string(i) + "]";
     const SphereShape& sphere = spheres[i];
-    if (const auto ok = first_of({check_place(name + ".centre_ct", sphere.centre_ct.mm),
-                                  check_positive(name + ".radius_mm", sphere.radius_mm, kMaxMm),
-                                  check_colour(name + ".rgb", sphere.rgb),
-                                  check_positive(name + ".opacity", sphere.opacity, 1)});
+    if (const auto ok =
+            first_of({check_place(name + ".centre_ct", sphere.centre_ct.mm),
+                      check_positive(name + ".radius_mm", sphere.radius_mm, kFurthestMm),
+                      check_colour(name + ".rgb", sphere.rgb),
+                      check_positive(name + ".opacity", sphere.opacity, 1)});
         !ok) {
       return ok;
     }
@@ -154,7 +155,7 @@ Result<void> check_lines(const std::vector<LineShape>& lines) {
     const LineShape& line = lines[i];
     if (const auto ok = first_of({check_place(name + ".from_ct", line.from_ct.mm),
                                   check_place(name + ".to_ct", line.to_ct.mm),
-                                  check_positive(name + ".radius_mm", line.radius_mm, kMaxMm),
+                                  check_positive(name + ".radius_mm", line.radius_mm, kFurthestMm),
                                   check_colour(name + ".rgb", line.rgb),
                                   check_positive(name + ".opacity", line.opacity, 1)});
         !ok) {

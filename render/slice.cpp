@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "nav/places.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec_volume.hpp"
 
@@ -159,7 +160,7 @@ Result<void> validate(const SlicePlane& plane, const SliceOptions& options) {
   }
   if (!within(options.slab_mm, 0, 1000))
     return slice_refusal("slab_mm", "0 to 1000", options.slab_mm);
-  if (!plane.centre_ct.mm.allFinite() || plane.centre_ct.mm.norm() > 1e7) {
+  if (!plane.centre_ct.mm.allFinite() || plane.centre_ct.mm.norm() > kFurthestMm) {
     return slice_refusal("centre_ct", "a point within 1e7 mm", plane.centre_ct.mm.norm());
   }
   constexpr double kTolerance = 1e-6;

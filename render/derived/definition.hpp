@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 
+#include "render/derived/gradient.hpp"
 #include "render/derived/snr.hpp"
 #include "render/derived/vesselness.hpp"
 
@@ -14,6 +15,10 @@ namespace nav::render::derived::definition {
 
 /// Mean and variance of the window in two passes over its voxels.
 double signal_to_noise(const ScalarVolume& volume, const SnrOptions& options, int i, int j, int k);
+
+/// Per mm, in the frame of the volume, per voxel, i fastest: gradient_at(), or the slopes of
+/// Gaussians cut off at 8 sigmas. NaN at unknown voxels.
+std::vector<Eigen::Vector3d> gradients(const ScalarVolume& volume, double smoothing_mm);
 
 /// Eigenvalues (of derivatives normalised by sigma^2) ascending, per voxel, at one scale: filters
 /// cut off at `truncate` sigmas, eigenvalues by iteration (Eigen's SelfAdjointEigenSolver). Voxels:

@@ -60,40 +60,48 @@ class RowDifferences {
   std::array<std::vector<float>, 5> rows_;
 };
 
-/// Turns per-index differences into results. One for all rows; thread-safe.
+/// Turns per-index differences into a part. One for all rows; thread-safe.
 class Writer {
  public:
-  Writer(const VoxelGrid& grid, const ScanLines* lines, double least, std::vector<float>& magnitude,
-         std::vector<float>* angle)
+  Writer(const VoxelGrid& grid, GradientPart part, const ScanLines* lines, double least,
+         std::vector<float>& values)
       : grid_(grid),
+        part_(part),
         lines_(lines),
         least_(least),
         per_mm_(grid.spacing_mm.cwiseInverse().cast<float>()),
-        magnitude_(magnitude),
-        angle_(angle) {
+        values_(values) {
     if (lines != nullptr && lines->common()) {
       common_ = grid.directions.transpose() * *lines->common();
     }
   }
   void write(int i, int j, int k, const Eigen::Vector3f& per_index) const {
     const Eigen::Vector3f g = per_index.cwiseProduct(per_mm_);
-    const std::size_t at = offset_of(grid_, i, j, k);
-    magnitude_[at] = g.norm();
-    if (angle_ == nullptr) return;
+    float& to = values_[offset_of(grid_, i, j, k)];
+    if (part_ == GradientPart::kMagnitude) {
+      to = g.norm();
+      return;
+    }
     const Eigen::Vector3d away =
         common_ ? *common_
                 : Eigen::Vector3d(grid_.directions.transpose() * lines_->away(grid_, i, j, k));
-    (*angle_)[at] = static_cast<float>(gradient_angle(g.cast<double>(), away, least_));
+    to = static_cast<float>(of_direction(g.cast<double>(), away));
   }
 
  private:
+  [[nodiscard]] double of_direction(const Eigen::Vector3d& g, const Eigen::Vector3d& away) const {
+    if (part_ == GradientPart::kAngle) return gradient_angle(g, away, least_);
+    if (part_ == GradientPart::kAlong) return g.dot(away);
+    return g.cross(away).norm();
+  }
+
   const VoxelGrid& grid_;
+  GradientPart part_;
   const ScanLines* lines_;
   double least_;
   Eigen::Vector3f per_mm_;
   std::optional<Eigen::Vector3d> common_;  ///< In the axes of the grid.
-  std::vector<float>& magnitude_;
-  std::vector<float>* angle_;
+  std::vector<float>& values_;
 };
 
 bool by_differences(const ScalarVolume& volume, const Writer& writer, const RunOptions& run) {
@@ -113,10 +121,11 @@ bool by_differences(const ScalarVolume& volume, const Writer& writer, const RunO
 /// Gaussian first derivatives of one plane, as ScalePlane of the vesselness has second ones.
 class SmoothPlane {
  public:
-  SmoothPlane(const FilledField& field, const VoxelGrid& grid, double sigma_mm) : field_(field) {
-    constexpr double kTruncate = 4;
+  SmoothPlane(const FilledField& field, const VoxelGrid& grid, const GradientOptions& options)
+      : field_(field) {
     for (int axis = 0; axis < 3; ++axis) {
-      taps_.emplace_back(gaussian_taps(sigma_mm / grid.spacing_mm[axis], kTruncate), 1.0);
+      const double sigma = options.smoothing_mm / grid.spacing_mm[axis];
+      taps_.emplace_back(gaussian_taps(sigma, options.truncate), 1.0);
     }
   }
   template <class Write>
@@ -176,12 +185,13 @@ class SmoothPlane {
   std::vector<FloatTaps> taps_;
 };
 
-bool by_gaussian(const ScalarVolume& volume, double sigma_mm, const Writer& writer,
+bool by_gaussian(const ScalarVolume& volume, const GradientOptions& options, const Writer& writer,
                  const RunOptions& run) {
   const VoxelGrid& grid = volume.grid();
-  const int reach = gaussian_taps(sigma_mm / grid.spacing_mm.minCoeff(), 4).radius;
+  const double most_voxels = options.smoothing_mm / grid.spacing_mm.minCoeff();
+  const int reach = gaussian_taps(most_voxels, options.truncate).radius;
   const FilledField field = filled_field(volume, reach, run.threads);
-  const SmoothPlane plane(field, grid, sigma_mm);
+  const SmoothPlane plane(field, grid, options);
   Steps steps(run, as_size(grid.size[2]));
   for_each_index(grid.size[2], run.threads, [&](int k) {
     if (!steps.next()) return;
@@ -193,16 +203,16 @@ bool by_gaussian(const ScalarVolume& volume, double sigma_mm, const Writer& writ
   return !steps.stopped();
 }
 
-FeatureVolume volume_of(const VoxelGrid& grid, std::vector<float> values) {
-  return {grid, std::make_shared<const std::vector<float>>(std::move(values))};
-}
-
 }  // namespace
 
 Result<void> validate(const GradientOptions& options) {
   if (!(options.smoothing_mm >= 0 && options.smoothing_mm <= 20)) {
     return Error{ErrorCode::kUsage, "gradient: expected smoothing_mm in [0, 20], found " +
                                         std::to_string(options.smoothing_mm)};
+  }
+  if (!(options.truncate >= 2 && options.truncate <= 8)) {
+    return Error{ErrorCode::kUsage, "gradient: expected truncate in [2, 8], found " +
+                                        std::to_string(options.truncate)};
   }
   if (!(options.least_per_mm > 0 && std::isfinite(options.least_per_mm))) {
     return Error{ErrorCode::kUsage, "gradient: expected a finite least_per_mm above 0, found " +
@@ -232,29 +242,28 @@ double gradient_angle(const Eigen::Vector3d& gradient, const Eigen::Vector3d& aw
   return std::atan2(gradient.cross(away).norm(), gradient.dot(away));
 }
 
-Result<GradientVolumes> gradient_volumes(const ScalarVolume& volume, const ScanLines* lines,
-                                         const GradientOptions& options, const RunOptions& run) {
+Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart part,
+                                    const ScanLines* lines, const GradientOptions& options,
+                                    const RunOptions& run) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": gradient";
-  if (lines != nullptr) {
+  if (part != GradientPart::kMagnitude) {
+    if (lines == nullptr) {
+      return Error{ErrorCode::kUsage, name + ": expected scan-line directions, found none"};
+    }
     if (auto ok = lines->check(grid, name); !ok) return ok.error();
   }
-  const double bytes = 4 + (lines != nullptr ? 4 : 0) + (options.smoothing_mm > 0 ? 10 : 0);
+  const double bytes = 4 + (options.smoothing_mm > 0 ? 10 : 0);
   if (auto ok = check_memory(name, grid.voxel_count(), bytes, run.memory_limit); !ok) {
     return ok.error();
   }
-  std::vector<float> magnitude(grid.voxel_count());
-  std::vector<float> angle(lines != nullptr ? grid.voxel_count() : 0);
-  const Writer writer(grid, lines, options.least_per_mm, magnitude,
-                      lines != nullptr ? &angle : nullptr);
-  const bool finished = options.smoothing_mm > 0
-                            ? by_gaussian(volume, options.smoothing_mm, writer, run)
-                            : by_differences(volume, writer, run);
+  std::vector<float> values(grid.voxel_count());
+  const Writer writer(grid, part, lines, options.least_per_mm, values);
+  const bool finished = options.smoothing_mm > 0 ? by_gaussian(volume, options, writer, run)
+                                                 : by_differences(volume, writer, run);
   if (!finished) return cancelled(name);
-  GradientVolumes out{volume_of(grid, std::move(magnitude)), {}};
-  if (lines != nullptr) out.angle = volume_of(grid, std::move(angle));
-  return out;
+  return FeatureVolume{grid, std::make_shared<const std::vector<float>>(std::move(values))};
 }
 
 }  // namespace nav::render::derived

@@ -14,6 +14,8 @@ struct GradientOptions {
   /// Gaussian smoothing before ("the smoothed gradient", Schulte zu Berge et al. 2014, §3.1), mm,
   /// [0, 20]; 0: central differences of the voxels themselves.
   double smoothing_mm = 0;
+  /// Radius of the smoothing filters in sigmas, [2, 8].
+  double truncate = 4;
   /// Below this magnitude a gradient has no direction and its angle is NaN, per mm, > 0.
   double least_per_mm = 1e-3;
 };
@@ -28,14 +30,18 @@ Eigen::Vector3d gradient_at(const ScalarVolume& volume, int i, int j, int k);
 /// vectors that rounding made longer than 1. NaN when |g| < least or any part is NaN.
 double gradient_angle(const Eigen::Vector3d& gradient, const Eigen::Vector3d& away, double least);
 
-struct GradientVolumes {
-  FeatureVolume magnitude;             ///< Per mm.
-  std::optional<FeatureVolume> angle;  ///< To the scan line away from the transducer, rad.
+/// What of a gradient; all but its magnitude need scan lines and are NaN where they are undefined.
+enum class GradientPart {
+  kMagnitude,  ///< Per mm.
+  kAngle,      ///< To the scan line away from the transducer, rad, [0, pi].
+  kAlong,      ///< Derivative along that line, per mm: > 0 where it gets brighter with depth.
+  kAcross,     ///< Size of the rest, per mm.
 };
-/// lines: null: no angle. Magnitudes of NaN gradients are NaN. Holds 4 bytes per voxel for each
-/// result, and 10 more with smoothing (borders and unknown voxels then as in FilledField).
-Result<GradientVolumes> gradient_volumes(const ScalarVolume& volume, const ScanLines* lines,
-                                         const GradientOptions& options = {},
-                                         const RunOptions& run = {});
+/// NaN where the gradient is. lines: may be null for the magnitude. Holds 4 bytes per voxel, and 10
+/// more with smoothing (borders and unknown voxels then as in FilledField). Refuses a part without
+/// the lines that it needs.
+Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart part,
+                                    const ScanLines* lines, const GradientOptions& options = {},
+                                    const RunOptions& run = {});
 
 }  // namespace nav::render::derived

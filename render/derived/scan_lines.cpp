@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "nav/index.hpp"
+#include "nav/places.hpp"
 #include "render/derived/digest.hpp"
 #include "render/parallel.hpp"
 
@@ -16,11 +17,6 @@ namespace {
 constexpr double kSteps = 32767;
 
 double side_of(double v) { return v < 0 ? -1.0 : 1.0; }
-
-/// Far beyond any probe, and with squares that stay exact.
-constexpr double kFurthestMm = 1e7;
-
-bool is_place(const Eigen::Vector3d& mm) { return (mm.cwiseAbs().array() <= kFurthestMm).all(); }
 
 template <class Found>
 Error refusal(const std::string& expected, const Found& found) {
@@ -63,14 +59,12 @@ Eigen::Vector3d PackedDirection::unpack() const {
 
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
-  const double largest = away.v.cwiseAbs().maxCoeff();
-  if (!away.v.allFinite() || !(largest > 1e-12)) {
+  if (!away.v.allFinite() || !(away.v.cwiseAbs().maxCoeff() > 1e-12)) {
     return refusal("a finite direction of some length", away.v.transpose());
   }
   if (!is_place(on_face.mm)) return refusal("a point within 1e7 mm", on_face.mm.transpose());
   ScanLines lines;
-  // Divided by the largest first: squares of finite numbers may not be finite.
-  lines.direction_ = (away.v / largest).normalized();
+  lines.direction_ = away.v.stableNormalized();  // Squares of finite numbers may not be finite.
   lines.point_mm_ = on_face.mm;
   return lines;
 }

@@ -57,9 +57,8 @@ ScribbleMask::ScribbleMask(const VoxelGrid& grid) : grid_(grid), bits_(grid.voxe
 
 Result<std::size_t> ScribbleMask::add(const Stroke& stroke) {
   if (const auto ok = check(stroke); !ok) return ok.error();
-  // Divided by the largest first: squares of finite numbers may not be finite.
-  const Eigen::Vector3d& wanted = stroke.plane_normal.v;
-  const Eigen::Vector3d normal = (wanted / wanted.cwiseAbs().maxCoeff()).normalized();
+  // Stable: squares of finite numbers may not be finite.
+  const Eigen::Vector3d normal = stroke.plane_normal.v.stableNormalized();
   const double thickness =
       stroke.half_thickness_mm > 0
           ? stroke.half_thickness_mm

@@ -16,23 +16,21 @@
 
 namespace nav::render::derived {
 
-struct GradientMagnitudeOptions {
-  GradientOptions gradient;
-};
-struct GradientAngleOptions {
-  GradientOptions gradient;
+struct GradientPartOptions {
+  GradientPart part = GradientPart::kMagnitude;
+  GradientOptions gradient{};
 };
 struct ScanDepthOptions {};
 
 /// Which feature, with everything that it depends on besides the volume.
-using DerivedOptions =
-    std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions, GradientMagnitudeOptions,
-                 GradientAngleOptions, ScanDepthOptions>;
+using DerivedOptions = std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions,
+                                    GradientPartOptions, ScanDepthOptions>;
 
 struct DerivedRequest {
   ScalarVolume volume;
   DerivedOptions options;
-  /// Needed by confidence, gradient angle and depth along the scan line; ignored by the others.
+  /// Needed by confidence, gradients but for their magnitude, and depth along the scan line;
+  /// ignored by the others.
   std::optional<ScanLines> lines;
 };
 

@@ -9,7 +9,7 @@ namespace nav::render::derived {
 namespace {
 
 /// Raised with every change of a feature's values: those of before are then found no more.
-constexpr double kDefinitionVersion = 1;
+constexpr double kDefinitionVersion = 2;
 
 template <class... Cases>
 struct Overloaded : Cases... {
@@ -17,11 +17,6 @@ struct Overloaded : Cases... {
 };
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
-
-void add(const GradientOptions& o, Digest& digest) {
-  digest.add(o.smoothing_mm);
-  digest.add(o.least_per_mm);
-}
 
 void add(const DerivedOptions& options, Digest& digest) {
   digest.add(static_cast<double>(options.index()));
@@ -41,16 +36,19 @@ void add(const DerivedOptions& options, Digest& digest) {
                    add_all({o.alpha, o.beta, o.gamma, o.solve.error,
                             static_cast<double>(o.solve.max_iterations)});
                  },
-                 [&](const GradientMagnitudeOptions& o) { add(o.gradient, digest); },
-                 [&](const GradientAngleOptions& o) { add(o.gradient, digest); },
+                 [&](const GradientPartOptions& o) {
+                   add_all({static_cast<double>(o.part), o.gradient.smoothing_mm,
+                            o.gradient.truncate, o.gradient.least_per_mm});
+                 },
                  [&](const ScanDepthOptions&) {},
              },
              options);
 }
 
 bool needs_lines(const DerivedOptions& options) {
-  return std::holds_alternative<ConfidenceOptions>(options) ||
-         std::holds_alternative<GradientAngleOptions>(options) ||
+  const auto* gradient = std::get_if<GradientPartOptions>(&options);
+  return (gradient != nullptr && gradient->part != GradientPart::kMagnitude) ||
+         std::holds_alternative<ConfidenceOptions>(options) ||
          std::holds_alternative<ScanDepthOptions>(options);
 }
 
@@ -65,8 +63,7 @@ Result<DerivedVolume> taken(Result<T> result, const Take& take) {
 
 Result<void> validate(const DerivedRequest& request) {
   const auto ok =
-      std::visit(Overloaded{[](const GradientMagnitudeOptions& o) { return validate(o.gradient); },
-                            [](const GradientAngleOptions& o) { return validate(o.gradient); },
+      std::visit(Overloaded{[](const GradientPartOptions& o) { return validate(o.gradient); },
                             [](const ScanDepthOptions&) { return Result<void>(); },
                             [](const auto& o) { return validate(o); }},
                  request.options);
@@ -75,7 +72,7 @@ Result<void> validate(const DerivedRequest& request) {
     return Error{ErrorCode::kUsage,
                  request.volume.name() +
                      ": expected scan-line directions (one direction, a fan's apex or a sweep), "
-                     "which confidence, gradient angle and depth need, found none"};
+                     "which confidence, depth and gradients along or across them need, found none"};
   }
   return request.lines->check(request.volume.grid(), request.volume.name());
 }
@@ -106,13 +103,9 @@ Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& r
               return DerivedVolume{c.volume, note.str()};
             });
           },
-          [&](const GradientMagnitudeOptions& o) {
-            return taken(gradient_volumes(volume, nullptr, o.gradient, run),
-                         [&](const GradientVolumes& g) { return plain(g.magnitude); });
-          },
-          [&](const GradientAngleOptions& o) {
-            return taken(gradient_volumes(volume, &*request.lines, o.gradient, run),
-                         [&](const GradientVolumes& g) { return plain(*g.angle); });
+          [&](const GradientPartOptions& o) {
+            const ScanLines* lines = request.lines ? &*request.lines : nullptr;
+            return taken(gradient_part(volume, o.part, lines, o.gradient, run), plain);
           },
           [&](const ScanDepthOptions&) {
             return taken(scan_depth(volume.grid(), *request.lines, run), plain);

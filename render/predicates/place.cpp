@@ -2,22 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/predicates/place.hpp"
 
-#include <cmath>
 #include <sstream>
+
+#include "nav/places.hpp"
 
 namespace nav::render {
 namespace {
-
-/// Far beyond any probe, and with squares that stay exact.
-constexpr double kFurthestMm = 1e7;
 
 std::string text_of(const Eigen::Vector3d& v) {
   std::ostringstream text;
   text << v.x() << " " << v.y() << " " << v.z();
   return text.str();
 }
-
-bool is_place(const Eigen::Vector3d& mm) { return (mm.cwiseAbs().array() <= kFurthestMm).all(); }
 
 Result<void> check(const ParallelScan& scan, const VoxelGrid&) {
   if (!is_place(scan.face_ct.mm)) {
@@ -52,32 +48,10 @@ Result<void> check(const VoxelScan& scan, const VoxelGrid& grid) {
                               std::to_string(found));
 }
 
-Eigen::Vector3d unit_or_zero(const Eigen::Vector3d& v) {
-  // Divided by the largest first: squares of finite numbers may not be finite.
-  const double largest = v.cwiseAbs().maxCoeff();
-  if (!v.allFinite() || !(largest > 0)) return Eigen::Vector3d::Zero();
-  return (v / largest).normalized();
-}
-
 }  // namespace
 
 Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid) {
   return std::visit([&](const auto& s) { return check(s, grid); }, scan);
-}
-
-Eigen::Vector3d scan_direction(const ScanGeometry& scan, const VoxelGrid& grid, int i, int j,
-                               int k) {
-  if (const auto* parallel = std::get_if<ParallelScan>(&scan)) {
-    return unit_or_zero(parallel->into_ct.v);
-  }
-  if (const auto* fan = std::get_if<FanScan>(&scan)) {
-    return unit_or_zero(grid.at({double(i), double(j), double(k)}).mm - fan->apex_ct.mm);
-  }
-  const std::size_t at = (static_cast<std::size_t>(k) * static_cast<std::size_t>(grid.size[1]) +
-                          static_cast<std::size_t>(j)) *
-                             static_cast<std::size_t>(grid.size[0]) +
-                         static_cast<std::size_t>(i);
-  return unit_or_zero((*std::get<VoxelScan>(scan).into_ct)[at].cast<double>());
 }
 
 }  // namespace nav::render

@@ -44,10 +44,6 @@ using ScanGeometry = std::variant<ParallelScan, FanScan, VoxelScan>;
 /// Refuses zero directions, NaN, a negative radius, a number of directions other than the grid's.
 Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid);
 
-/// Unit direction of the scan line through a voxel, CT axes; zero where it is unknown.
-Eigen::Vector3d scan_direction(const ScanGeometry& scan, const VoxelGrid& grid, int i, int j,
-                               int k);
-
 /// A straight piece, in "grid mm": spacing ∘ index, so that its axes are those of the grid.
 struct Segment {
   Eigen::Vector3d a;

@@ -791,7 +791,8 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
            {"derive u.mha --out o --feature snr --bright",
             "--bright: expected --feature vesselness beside it, found others"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
-            "--apex: expected --feature confidence, gradient-angle or depth beside it"},
+            "--apex: expected --feature confidence, gradient-angle, -along, -across or depth "
+            "beside it"},
            {"bench derived --quick --side 64",
             "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
     expect_refusal(arguments, 2, {refusal});

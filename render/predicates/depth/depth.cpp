@@ -15,8 +15,8 @@ struct Slab {
 };
 
 Slab slab_of(const ParallelScan& scan, const PredicatePlace& place) {
-  const Eigen::Vector3d unit = scan_direction(scan, place.grid, 0, 0, 0);
-  const Eigen::Vector3d normal = place.grid.directions.transpose() * unit;
+  const Eigen::Vector3d normal =
+      place.grid.directions.transpose() * scan.into_ct.v.stableNormalized();
   return {normal, -normal.dot(place.grid_mm(scan.face_ct))};
 }
 

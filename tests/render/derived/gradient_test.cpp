@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/gradient.hpp"
 
+#include <limits>
 #include <numbers>
 
+#include "render/derived/definition.hpp"
 #include "tests/render/derived/derived_support.hpp"
 
 namespace nav::render::derived {
@@ -28,12 +30,19 @@ TEST(GradientTest, OfALinearRampIsExactOnObliqueAnisotropicGrids) {
     Eigen::Vector3d seen = slope;  // An axis of one voxel sees nothing.
     if (size[1] == 1) seen -= slope.dot(oblique().col(1)) * oblique().col(1);
     const auto lines = along(line);
-    const auto found = gradient_volumes(volume, &lines);
-    ASSERT_TRUE(test::has_value(found));
-    const double angle = std::atan2(seen.cross(line).norm(), seen.dot(line));
-    for (std::size_t n = 0; n < found->magnitude.values->size(); ++n) {
-      EXPECT_NEAR((*found->magnitude.values)[n], seen.norm(), 2e-4);
-      EXPECT_NEAR((*found->angle->values)[n], angle, 2e-5);
+    const double across = seen.cross(line).norm();
+    const double angle = std::atan2(across, seen.dot(line));
+    struct Expected {
+      GradientPart part;
+      double value, tolerance;
+    };
+    for (const Expected& e : {Expected{GradientPart::kMagnitude, seen.norm(), 2e-4},
+                              {GradientPart::kAngle, angle, 2e-5},
+                              {GradientPart::kAlong, seen.dot(line), 2e-4},
+                              {GradientPart::kAcross, across, 2e-4}}) {
+      const auto found = gradient_part(volume, e.part, &lines);
+      ASSERT_TRUE(test::has_value(found));
+      for (const float value : *found->values) EXPECT_NEAR(value, e.value, e.tolerance);
     }
     EXPECT_LT((gradient_at(volume, 1, 0, 1) - seen).norm(), 2e-4);
   }
@@ -43,13 +52,46 @@ TEST(GradientTest, BesideUnknownVoxelsIsOneSided) {
   const auto grid = test::centred_grid({7, 3, 3}, {0.5, 1, 1});
   const auto volume = test::make_scalar(
       grid, [](int i, int, int) { return i == 3 || i == 5 ? std::nan("") : 2.0 * i; });
-  const auto found = gradient_volumes(volume, nullptr);
+  const auto found = gradient_part(volume, GradientPart::kMagnitude, nullptr);
   ASSERT_TRUE(test::has_value(found));
-  EXPECT_FLOAT_EQ(found->magnitude.at(0, 1, 1), 4);
-  EXPECT_FLOAT_EQ(found->magnitude.at(2, 1, 1), 4);
-  EXPECT_TRUE(std::isnan(found->magnitude.at(3, 1, 1)));
-  EXPECT_TRUE(std::isnan(found->magnitude.at(4, 1, 1)));  // No neighbour along i.
-  EXPECT_FALSE(found->angle.has_value());
+  EXPECT_FLOAT_EQ(found->at(0, 1, 1), 4);
+  EXPECT_FLOAT_EQ(found->at(2, 1, 1), 4);
+  EXPECT_TRUE(std::isnan(found->at(3, 1, 1)));
+  EXPECT_TRUE(std::isnan(found->at(4, 1, 1)));  // No neighbour along i.
+}
+
+TEST(GradientTest, PartsFollowTheScanLineOfEveryVoxel) {
+  const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
+  const auto fan = ScanLines::fan({{0, 0, 0}}, 0);
+  ASSERT_TRUE(test::has_value(fan));
+  // Brighter with the distance from the apex, which is a voxel: there is no line.
+  const auto volume =
+      test::make_scalar_at(grid, [](const Eigen::Vector3d& p) { return 2 * p.squaredNorm(); });
+  const auto along = gradient_part(volume, GradientPart::kAlong, &*fan);
+  const auto across = gradient_part(volume, GradientPart::kAcross, &*fan);
+  ASSERT_TRUE(test::has_value(along));
+  ASSERT_TRUE(test::has_value(across));
+  EXPECT_TRUE(std::isnan(along->at(4, 4, 4)));
+  EXPECT_TRUE(std::isnan(across->at(4, 4, 4)));
+  for (int k = 1; k < 8; ++k) {
+    for (int j = 1; j < 8; ++j) {
+      for (int i = 1; i < 8; ++i) {
+        const double distance = Eigen::Vector3d(i - 4, j - 4, k - 4).norm();
+        if (distance == 0) continue;
+        EXPECT_NEAR(along->at(i, j, k), 4 * distance, 1e-4);
+        EXPECT_NEAR(across->at(i, j, k), 0, 1e-4);
+      }
+    }
+  }
+}
+
+TEST(GradientTest, RefusesAPartOfALineWithoutLines) {
+  const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {1, 1, 1}), 1);
+  for (const auto part : {GradientPart::kAngle, GradientPart::kAlong, GradientPart::kAcross}) {
+    const auto refused = gradient_part(volume, part, nullptr);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_NE(refused.error().message.find("expected scan-line directions"), std::string::npos);
+  }
 }
 
 TEST(GradientTest, AngleIsExactNearZeroAndPiAndNaNWithoutADirection) {
@@ -71,16 +113,48 @@ TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
   options.smoothing_mm = 0.8;
   const auto ramp = test::make_scalar_at(
       grid, [](const Eigen::Vector3d& p) { return 1e5 + 3 * p.x() - 4 * p.z(); });
-  const auto of_ramp = gradient_volumes(ramp, nullptr, options);
-  ASSERT_TRUE(test::has_value(of_ramp));
-  EXPECT_NEAR(of_ramp->magnitude.at(20, 10, 10), 5, 0.01);  // 1e5 resolves 0.008.
+  const auto magnitude = [&options](const ScalarVolume& volume) {
+    const auto found = gradient_part(volume, GradientPart::kMagnitude, nullptr, options);
+    EXPECT_TRUE(test::has_value(found));
+    return found->at(20, 10, 10);
+  };
+  EXPECT_NEAR(magnitude(ramp), 5, 0.01);  // 1e5 resolves 0.008.
   const double q = 0.9;
   const auto sine = test::make_scalar_at(
       grid, [&](const Eigen::Vector3d& p) { return 100 * std::sin(q * p.x()); });
   const double damped = 100 * q * std::exp(-0.5 * q * q * 0.64);
   const Eigen::Vector3d p = grid.at(Eigen::Vector3d(20, 10, 10)).mm;
-  EXPECT_NEAR(gradient_volumes(sine, nullptr, options)->magnitude.at(20, 10, 10),
-              std::abs(damped * std::cos(q * p.x())), 0.01 * damped);
+  EXPECT_NEAR(magnitude(sine), std::abs(damped * std::cos(q * p.x())), 0.01 * damped);
+}
+
+TEST(GradientTest, SmoothedIsItsDefinition) {
+  for (const std::array<int, 3> size : {std::array{19, 13, 9}, {8, 1, 6}}) {
+    const auto grid = test::centred_grid(size, {0.2, 0.3, 1}, oblique());
+    const auto volume = test::speckled(grid, 7);
+    const Eigen::Vector3d line = Eigen::Vector3d(1, -2, 0.5).normalized();
+    const auto lines = along(line);
+    const auto truth = definition::gradients(volume, 0.4);
+    GradientOptions options;
+    options.smoothing_mm = 0.4;
+    double rms_before = std::numeric_limits<double>::infinity();
+    for (const double truncate : {2.0, 3.0, 4.0, 6.0}) {
+      options.truncate = truncate;
+      const auto found = gradient_part(volume, GradientPart::kAlong, &lines, options);
+      const auto across = gradient_part(volume, GradientPart::kAcross, &lines, options);
+      ASSERT_TRUE(test::has_value(found));
+      ASSERT_TRUE(test::has_value(across));
+      double sum = 0;
+      for (std::size_t n = 0; n < truth.size(); ++n) {
+        const double along_error = (*found->values)[n] - truth[n].dot(line);
+        const double across_error = (*across->values)[n] - truth[n].cross(line).norm();
+        sum += along_error * along_error + across_error * across_error;
+      }
+      const double rms = std::sqrt(sum / static_cast<double>(truth.size()));
+      EXPECT_LT(rms, rms_before) << truncate;
+      rms_before = rms;
+    }
+    EXPECT_LT(rms_before, 2e-4);  // Of slopes of some hundreds per mm.
+  }
 }
 
 TEST(ScanLinesTest, FanPointsAwayFromItsApexAndCountsDepthFromItsFace) {
@@ -156,7 +230,8 @@ TEST(ScanLinesTest, RefuseByName) {
   EXPECT_FALSE(compound_scan_lines(grid, linear_sweep(1, 0), 0));
   const auto other = compound_scan_lines(grid, linear_sweep(4, 0), 1);
   const auto volume = test::speckled(test::centred_grid({4, 4, 5}, {1, 1, 1}), 1);
-  EXPECT_NE(gradient_volumes(volume, &*other).error().message.find("scan-line"), std::string::npos);
+  EXPECT_NE(gradient_part(volume, GradientPart::kAlong, &*other).error().message.find("scan-line"),
+            std::string::npos);
 }
 
 }  // namespace

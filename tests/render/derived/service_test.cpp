@@ -28,8 +28,11 @@ TEST(DerivedVolumesTest, ComputesEveryFeatureAsTheDirectCallDoes) {
   ASSERT_TRUE(test::has_value(lines));
   for (const DerivedOptions& options :
        {DerivedOptions(SnrOptions{}), DerivedOptions(VesselnessOptions{}),
-        DerivedOptions(ConfidenceOptions{}), DerivedOptions(GradientMagnitudeOptions{}),
-        DerivedOptions(GradientAngleOptions{}), DerivedOptions(ScanDepthOptions{})}) {
+        DerivedOptions(ConfidenceOptions{}), DerivedOptions(GradientPartOptions{}),
+        DerivedOptions(GradientPartOptions{GradientPart::kAngle}),
+        DerivedOptions(GradientPartOptions{GradientPart::kAlong}),
+        DerivedOptions(GradientPartOptions{GradientPart::kAcross}),
+        DerivedOptions(ScanDepthOptions{})}) {
     const DerivedRequest request{volume, options, *lines};
     auto ticket = service.request(request);
     ASSERT_TRUE(test::has_value(ticket));
@@ -40,7 +43,7 @@ TEST(DerivedVolumesTest, ComputesEveryFeatureAsTheDirectCallDoes) {
     ASSERT_TRUE(test::has_value(direct));
     EXPECT_TRUE(test::same_bytes(*found->volume.values, *direct->volume.values));
   }
-  EXPECT_EQ(service.counts().computed, 6U);
+  EXPECT_EQ(service.counts().computed, 8U);
 }
 
 TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {

@@ -40,7 +40,7 @@ class GlPredicatesTest : public test::GlPredicateViewTest {
     scene.predicates->features = test::random_features(ct, 3);
     scene.predicates->scan = FanScan{{{0, -40, 0}}, 20};
     scene.predicates->termination_error = 0;
-    EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates, 1)));
+    EXPECT_TRUE(test::has_value(test::add_features(ct, 0.4, *scene.predicates)));
     return scene;
   }
 };
@@ -239,10 +239,10 @@ TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
   scene.predicates->model.histogram.drag(0, 0.3);
   check("an importance");
   scene.predicates->features = test::random_features(scene.ct, 9);
-  EXPECT_TRUE(test::has_value(add_gradient_features(*scene.ct, 0.4, *scene.predicates)));
+  EXPECT_TRUE(test::has_value(test::add_features(scene.ct, 0.4, *scene.predicates)));
   check("other features");
   scene.predicates->model = test::random_model(random);
-  EXPECT_TRUE(test::has_value(add_gradient_features(*scene.ct, 0.4, *scene.predicates)));
+  EXPECT_TRUE(test::has_value(test::add_features(scene.ct, 0.4, *scene.predicates)));
   check("another set");
   scene.predicates->intensity.white = 180;
   check("the window");

@@ -53,7 +53,7 @@ inline std::vector<EdgeCase> angle_cases() {
       render::Scene scene = edge_scene(
           ct, E::kind("gradient_angle", {w.low_deg * M_PI / 180, w.high_deg * M_PI / 180, 1e-3}));
       scene.predicates->scan = render::ParallelScan{{{0, 0, 0}}, {{0, with_depth ? 1.0 : -1.0, 0}}};
-      EXPECT_TRUE(has_value(render::add_gradient_features(*ct, 0, *scene.predicates)));
+      EXPECT_TRUE(has_value(add_features(ct, 0, *scene.predicates)));
       out.push_back({std::to_string(w.low_deg) + " to " + std::to_string(w.high_deg) + " deg, " +
                          (with_depth ? "brighter" : "darker") + " with depth",
                      std::move(scene), with_depth ? w.with_depth : w.against});

@@ -144,7 +144,7 @@ TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
       scene.predicates.emplace();
       scene.predicates->model = test::model_of(sets);
       scene.predicates->opacity_length_mm = 3;
-      ASSERT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates, 1)));
+      ASSERT_TRUE(test::has_value(test::add_features(ct, 0.4, *scene.predicates)));
       EXPECT_LE(
           share_beyond(test::draw(*engine, scene), test::draw(*reference, scene), kTwoGreyLevels),
           kShare)
@@ -215,7 +215,7 @@ TEST(PredicateCpuEngineTest, CachesFollowEveryEdit) {
   scene.predicates->model.histogram.drag(0, 0.3);
   check("an importance");
   scene.predicates->model = test::random_model(random);
-  EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0.4, *scene.predicates)));
+  EXPECT_TRUE(test::has_value(test::add_features(ct, 0.4, *scene.predicates)));
   check("another set");
   scene.needle->tip_ct.mm.x() += 3;
   check("the needle");

@@ -130,7 +130,7 @@ TEST_P(PredicateSceneTest, StrangeVolumesDraw) {
       const auto ct = test::make_volume(grid, [&](int, int, int) { return value; });
       Scene scene = frontal_scene(ct, model);
       scene.predicates->scan = ParallelScan{{{0, -3, 0}}, {{0, 1, 0}}};
-      ASSERT_TRUE(test::has_value(add_gradient_features(*ct, 0, *scene.predicates)));
+      ASSERT_TRUE(test::has_value(test::add_features(ct, 0, *scene.predicates)));
       scene.predicates->features.volumes.emplace(
           feature::kSnr,
           test::feature(grid, feature::kSnr, [](int, int, int) { return std::nan(""); }));
@@ -163,7 +163,7 @@ TEST_P(PredicateSceneTest, AngleSeesLayersAcrossTheScanLine) {
     Scene scene =
         frontal_scene(ct, test::model_of({{E::kind("gradient_angle", {0, 0.3, 1e-3}), 1}}));
     scene.predicates->scan = ParallelScan{{{0, -10, 0}}, {into}};
-    EXPECT_TRUE(test::has_value(add_gradient_features(*ct, 0, *scene.predicates)));
+    EXPECT_TRUE(test::has_value(test::add_features(ct, 0, *scene.predicates)));
     return test::middle(test::draw(*engine_, scene)).r > 0.1;
   };
   EXPECT_TRUE(seen({0, 3, 0}));

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "render/derived_features.hpp"
 #include "render/predicate_sampler.hpp"
-#include "render/predicates/gradient_features.hpp"
 #include "tests/render/scene_support.hpp"
 
 /// Scenes that are drawn by predicates.
@@ -39,6 +39,15 @@ inline render::FeatureVolume feature(const VoxelGrid& grid, const std::string& n
     }
   }
   return *render::FeatureVolume::create(grid, values, name);
+}
+
+/// What its predicates read and it does not have.
+inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double smoothing_mm,
+                                 render::PredicateScene& predicates) {
+  render::DerivedFeatureOptions options;
+  options.gradient.smoothing_mm = smoothing_mm;
+  render::derived::DerivedVolumes service;
+  return render::add_derived_features(ct, options, service, predicates);
 }
 
 /// Speckle, a bright layer, a dark tube with a wall: ultrasound in small, 0 to 255.
@@ -167,7 +176,7 @@ inline render::Scene random_predicate_scene(std::mt19937& random,
   render::PredicateScene predicates{random_model(random), features};
   predicates.opacity_length_mm = 1 + 3 * std::abs(unit(random));
   predicates.scan = render::FanScan{{{0, -40, 0}}, 20};
-  EXPECT_TRUE(has_value(render::add_gradient_features(*ct, 0.4, predicates, 1)));
+  EXPECT_TRUE(has_value(add_features(ct, 0.4, predicates)));
   scene.predicates = std::move(predicates);
   if (unit(random) > 0.3) {
     scene.cutaway.emplace();
