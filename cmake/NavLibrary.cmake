@@ -98,11 +98,13 @@ function(nav_add_library name)
   endif()
 endfunction()
 
-# nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s])
-# One GoogleTest program; each TEST becomes one CTest test. Default label: unit. Programs labelled
-# gpu, hardware or slow are not run under a sanitizer, so they are not built there either.
+# nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s]
+#              [PREFIX text] [OPTIONS flags…])
+# One GoogleTest program; each TEST becomes one CTest test, its name after the prefix. Default label:
+# unit. Programs labelled gpu, hardware or slow are not run under a sanitizer, so they are not built
+# there either. Options are for compiling and linking.
 function(nav_add_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;USES;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PREFIX" "SOURCES;USES;LABELS;OPTIONS")
   if(NOT arg_LABELS)
     set(arg_LABELS unit)
   endif()
@@ -118,13 +120,19 @@ function(nav_add_test name)
   endif()
   target_link_libraries(${name} PRIVATE nav::common nav::warnings ${arg_USES} GTest::gmock
                                         GTest::gtest_main)
-  nav_precompile(${name} nav_test_headers)
+  if(arg_OPTIONS)
+    target_compile_options(${name} PRIVATE ${arg_OPTIONS})
+    target_link_options(${name} PRIVATE ${arg_OPTIONS})
+  else()
+    nav_precompile(${name} nav_test_headers)
+  endif()
   if(not_run)
     return()
   endif()
   include(GoogleTest)
   gtest_discover_tests(
     ${name}
+    TEST_PREFIX "${arg_PREFIX}"
     DISCOVERY_TIMEOUT 120
     PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
 endfunction()

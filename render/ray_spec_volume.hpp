@@ -2,6 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error \
+    "expected a compiler that knows infinities and NaN (-fno-finite-math-only), found finite math only"
+#endif
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>

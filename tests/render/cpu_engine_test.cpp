@@ -253,13 +253,18 @@ TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
   std::mt19937 random(11);
   const auto engine = make_cpu_engine({0, GetParam()});
   const auto reference = make_reference_engine();
-  for (int i = 0; i < 150; ++i) {
+  constexpr int kScenes = 150;
+  constexpr float kRounding = 2e-5F;  // Of single precision; steep colours in noise have more.
+  int within_rounding = 0;
+  for (int i = 0; i < kScenes; ++i) {
     Scene scene = random_scene(random, random_volume(random, random_grid(i)));
     scene.quality.opaque_at = 1;
     const float difference =
         test::max_difference(test::draw(*engine, scene), test::draw(*reference, scene));
     EXPECT_LE(difference, kTwoGreyLevels) << i << ": " << description(scene);
+    if (difference <= kRounding) ++within_rounding;
   }
+  EXPECT_GE(within_rounding, kScenes * 4 / 5);
 }
 
 TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
@@ -278,19 +283,25 @@ TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
 }
 
 TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
-  constexpr float kTolerance = 1e-4F;  // Fused against separate rounding, over whole rays.
+  // Fused against separate rounding, over whole rays.
+  constexpr float kTolerance = 1e-4F;
+  constexpr float kRounding = 2e-5F;
+  constexpr int kScenes = 200;
+  int beyond_rounding = 0;
   const auto vector = make_cpu_engine({0});
   const auto portable = make_cpu_engine({0, CpuLanes::kPortable});
   if (vector->device().substr(0, 3) != "AVX") GTEST_SKIP() << "this processor has no AVX2";
   EXPECT_EQ(portable->device().substr(0, 8), "portable");
   std::mt19937 random(4);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < kScenes; ++i) {
     Scene scene = random_scene(random, random_volume(random, random_grid(i)));
     scene.quality.opaque_at = 1;  // A last bit decides where a ray ends otherwise.
-    EXPECT_LT(test::max_difference(test::draw(*vector, scene), test::draw(*portable, scene)),
-              kTolerance)
-        << i;
+    const float difference =
+        test::max_difference(test::draw(*vector, scene), test::draw(*portable, scene));
+    EXPECT_LT(difference, kTolerance) << i << ": " << description(scene);
+    if (difference > kRounding) ++beyond_rounding;
   }
+  EXPECT_LE(beyond_rounding, kScenes / 50);
 }
 
 TEST(CpuEngineTest, EightAndSixteenLanesDrawTheSameBytes) {

@@ -34,6 +34,25 @@ TEST_P(OpticsTest, SlabIsBeerLambertForAnyStep) {
   }
 }
 
+TEST_P(OpticsTest, OpacitiesTooSmallForSinglePrecisionAreNothing) {
+  const auto ct = slab(101, 2.0);
+  for (const double tau : {1e-30, 1e-38, 1e-42, 1e-45, 1e-300, 5e-324}) {
+    for (const double step : {1.0 / 32, 1.0, 8.0}) {
+      Scene scene = test::plain_scene(ct, test::fog(tau), test::frontal(313.7, 20, true));
+      scene.width = scene.height = 3;
+      scene.background_rgb = {0.25, 0.5, 0.75};
+      scene.quality.step_voxels = step;
+      for (const bool shaded : {false, true}) {
+        scene.shading.enabled = shaded;
+        const RgbaF found = test::middle(test::draw(*engine_, scene));
+        EXPECT_FLOAT_EQ(found.r, 0.25F) << tau << ", step " << step;
+        EXPECT_FLOAT_EQ(found.g, 0.5F) << tau << ", step " << step;
+        EXPECT_FLOAT_EQ(found.b, 0.75F) << tau << ", step " << step;
+      }
+    }
+  }
+}
+
 TEST_P(OpticsTest, CutsTheCellAtAnOpaqueSurfaceExactly) {
   // The fog in front of a black plane inside a cell of 8 voxels.
   constexpr double kTolerance = 1e-5;

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cstring>
 #include <random>
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
 
 #include "tests/render/verification_engines.hpp"
 
@@ -208,6 +211,35 @@ TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
         << threads;
   }
 }
+
+#if defined(__SSE2__)
+/// Denormal numbers are nothing on the calling thread while it lives.
+class FlushDenormals {
+ public:
+  FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
+  ~FlushDenormals() { _mm_setcsr(before_); }
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+  unsigned before_;
+};
+
+/// Callers such as audio or simulation programs set this for their threads.
+TEST(DeterminismTest, PicturesDoNotHangOnDenormalNumbers) {
+  Scene scene = full_scene();
+  for (const bool faint : {false, true}) {
+    if (faint) scene.transfer = test::fog(1e-39);
+    for (const CpuLanes lanes : {CpuLanes::kFastest, CpuLanes::kPortable}) {
+      const RenderedImage with = test::draw(*make_cpu_engine({1, lanes}), scene);
+      const FlushDenormals flush;
+      const RenderedImage without = test::draw(*make_cpu_engine({1, lanes}), scene);
+      EXPECT_LE(test::max_difference(with, without), faint ? 1e-30F : 0.0F)
+          << "lanes " << static_cast<int>(lanes);
+    }
+  }
+}
+#endif
 
 /// One event of a live session: the plane as the gate let it through, or its loss.
 std::optional<UltrasoundPlane> jittered(std::mt19937& random, const UltrasoundPlane& rest) {

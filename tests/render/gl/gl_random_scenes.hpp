@@ -31,6 +31,20 @@ class RandomScenes {
     return scene;
   }
 
+  /// The same elements with another transfer function, camera and step: no other program.
+  void vary(render::Scene& scene) {
+    const bool windows = scene.transfer.uses_gradient();
+    do {
+      scene.transfer = transfer();
+    } while (scene.transfer.uses_gradient() != windows);
+    const bool orthographic = scene.camera.orthographic;
+    const Point<frames::Ct> middle = scene.camera.look_at_ct;
+    set_camera(scene);
+    scene.camera.look_at_ct.mm = 0.5 * (scene.camera.look_at_ct.mm + middle.mm);  // Stays near.
+    scene.camera.orthographic = orthographic;
+    scene.quality.step_voxels = std::array{0.3, 0.5, 1.0, 1.7, 3.0}[index(5)];
+  }
+
  private:
   double number(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
