@@ -59,6 +59,10 @@ struct GlFeatures {
   bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
   /// Something can move while the view stays: rays note what they meet.
   [[nodiscard]] bool signature() const { return (plane || solids || cutaway) && !sparse; }
+  /// Rays are cast side by side (render/gl_packed_rays.hpp): where the device runs in software.
+  [[nodiscard]] bool packed_rays() const {
+    return sparse && voxel_pairs && !shared_depth && !means;
+  }
   auto operator<=>(const GlFeatures&) const = default;
 };
 

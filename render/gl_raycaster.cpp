@@ -119,11 +119,13 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     return ok;
   }
   const auto sparse = sparse_rays(scene);
-  if (sparse) {
+  const bool packed = features.packed_rays();
+  if (sparse && !packed) {
     if (auto ok = lattice_.prepare(width_, height_, layers_, framebuffer_, *sparse); !ok) return ok;
   } else {
     lattice_.release();
   }
+  if (!packed) packed_rays_.release();
   const int compiled = programs_.compiled();
   auto program = programs_.get(features);
   if (!program) return program.error();
@@ -135,7 +137,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   begin_keeping(**program, keep);
   if (first) draw_one_pixel();
   GlProgram* means = nullptr;
-  if (sparse) {
+  if (sparse && !packed) {
     const GlFeatures of_means = means_features(features);
     auto got = programs_.get(of_means);
     if (!got) return got.error();
@@ -146,7 +148,11 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   glFinish();
   const auto prepared = Clock::now();
   write_everything();
-  if (sparse) {
+  if (packed) {
+    auto drawn = packed_rays_.draw(
+        scene, *sparse, layers_, **program, [this] { draw_triangle(); }, targets_);
+    if (!drawn) return drawn;
+  } else if (sparse) {
     lattice_.draw(**program, *means, [this] { draw_triangle(); });
   } else {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
@@ -434,6 +440,7 @@ void GlRaycaster::release() {
   field_spans_.release();
   release_targets();
   lattice_.release();
+  packed_rays_.release();
   programs_.clear();
   resolve_program_.reset();
   composite_program_.reset();

@@ -11,6 +11,7 @@
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/gl_lattice.hpp"
+#include "render/gl_packed_rays.hpp"
 #include "render/gl_predicates.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_textures.hpp"
@@ -145,6 +146,7 @@ class GlRaycaster {
   std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
   int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.
   GlLattice lattice_;                 ///< With fewer rays than pixels.
+  GlPackedRays packed_rays_;          ///< The same where OpenGL runs on the processor.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlLayers targets_;

@@ -268,6 +268,7 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
   set_rays(program, scene);
+  if (features.packed_rays()) program.set("ray_list", kRayList);
   const bool transfer = !features.predicates || features.beside_ct;
   if (transfer) program.set("opaque_at", opaque_at(scene));
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {

@@ -45,7 +45,8 @@ enum GlUnit {
   kLooks,
   kLeaves,
   kOpacity,
-  kTarget
+  kTarget,
+  kRayList = kLooks  ///< Rays that are spared are none by predicates.
 };
 
 /// What a scene needs compiled in. A plane or needle that is lost needs nothing. textures: updated

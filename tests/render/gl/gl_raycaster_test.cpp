@@ -9,9 +9,11 @@
 #include <vtkSphereSource.h>
 
 #include "render/gl_device.hpp"
+#include "render/gl_packed_rays.hpp"
 #include "render/gl_volume_fit.hpp"
 #include "render/vtk_convert.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
 #include "tests/render/scene_support.hpp"
@@ -66,13 +68,65 @@ TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
   scene_.quality.pixel_error = 0.1;
   draw();
   EXPECT_GT(statistics().pixels_without_ray, 1000U);
-  EXPECT_EQ(caster().compiled(), 3);  // Rays that are spared, and means.
+  const int of_packed = caster().voxel_pairs() ? 2 : 3;  // Rays from a list; else means besides.
+  EXPECT_EQ(caster().compiled(), of_packed);
   for (const double error : {0.2, 0.0, 0.05}) {
     scene_.quality.pixel_error = error;
     scene_.camera.eye_ct.mm.x() += 1;
     draw();
   }
-  EXPECT_EQ(caster().compiled(), 3);
+  EXPECT_EQ(caster().compiled(), of_packed);
+  caster().set_voxel_pairs(false);
+  draw();
+  const int of_means = caster().compiled();
+  scene_.quality.pixel_error = 0.1;
+  draw();
+  EXPECT_EQ(caster().compiled(), of_means);
+}
+
+TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    scene_ = test::RandomScenes(seed).next();
+    scene_.width = 157;
+    scene_.height = 118;
+    scene_.quality.jitter = false;
+    scene_.quality.pixel_error = 0.05;
+    caster().set_voxel_pairs(false);
+    const Image2d<Rgba8> tested = picture();
+    const RenderStatistics by_depth = statistics();
+    caster().set_voxel_pairs(true);
+    const Image2d<Rgba8> packed = picture();
+    const RenderStatistics by_list = statistics();
+    EXPECT_EQ(by_list.rays + by_list.pixels_without_ray, 157U * 118U) << seed;
+    // Lists take the surroundings of shapes by blocks.
+    EXPECT_LE(by_list.pixels_without_ray, by_depth.pixels_without_ray + 40) << seed;
+    const auto found = test::difference(packed, tested, 2);
+    EXPECT_LT(found.fraction_above, 0.01) << seed;
+  }
+}
+
+TEST(PackedOrderTest, EveryRayHasAPlaceOfItsOwnInBlocksOfFour) {
+  for (const std::size_t count :
+       {std::size_t{1}, std::size_t{16}, std::size_t{17}, std::size_t{4099}, std::size_t{600000}}) {
+    const PackedOrder order = PackedOrder::of(count);
+    const int rows = order.rows(count);
+    EXPECT_EQ(order.columns % PackedOrder::kBlock, 0);
+    EXPECT_LE(rows, 8192);
+    std::vector<bool> taken(static_cast<std::size_t>(order.columns) *
+                            static_cast<std::size_t>(rows));
+    ASSERT_GE(taken.size(), count);
+    for (std::size_t n = 0; n < count; ++n) {
+      const auto [column, row] = order.place(n);
+      ASSERT_LT(column, order.columns);
+      ASSERT_LT(row, rows);
+      // As the shader has it.
+      const int block = (row >> 2) * (order.columns >> 2) + (column >> 2);
+      ASSERT_EQ(static_cast<std::size_t>(block * 16 + (row & 3) * 4 + (column & 3)), n);
+      const auto at = static_cast<std::size_t>(row * order.columns + column);
+      ASSERT_FALSE(taken[at]);
+      taken[at] = true;
+    }
+  }
 }
 
 TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {

@@ -1,0 +1,290 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <bit>
+
+#include "nav/index.hpp"
+#include "render/gl_packed_rays.hpp"
+#include "render/gl_state.hpp"
+#include "render/gl_uniforms.hpp"
+#include "render/gl_upload.hpp"
+#include "render/parallel.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr int kTile = 8;            // Pixels; whole squares of every pass.
+constexpr float kSeesLive = -1e6F;  // Columns of the ultrasound picture are more.
+
+/// Pairs first, so that a mean does not depend on a direction. b is across from a, d from c.
+template <std::size_t kChannels>
+std::array<float, kChannels> mean(const std::vector<std::array<float, kChannels>>& of,
+                                  std::size_t a, std::size_t b) {
+  std::array<float, kChannels> out;
+  for (std::size_t i = 0; i < kChannels; ++i) out[i] = 0.5F * (of[a][i] + of[b][i]);
+  return out;
+}
+template <std::size_t kChannels>
+std::array<float, kChannels> mean(const std::vector<std::array<float, kChannels>>& of,
+                                  std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
+  std::array<float, kChannels> out;
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    out[i] = 0.25F * ((of[a][i] + of[b][i]) + (of[c][i] + of[d][i]));
+  }
+  return out;
+}
+
+template <std::size_t kChannels>
+bool within(const std::vector<std::array<float, kChannels>>& of,
+            const std::array<std::size_t, 4>& corners, float error) {
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    const auto [low, high] =
+        std::minmax({of[corners[0]][i], of[corners[1]][i], of[corners[2]][i], of[corners[3]][i]});
+    if (!(high - low <= error)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+PackedOrder PackedOrder::of(std::size_t count) {
+  constexpr std::size_t kMostRows = 8192;
+  PackedOrder order{64};
+  while (count > as_size(order.columns) * kMostRows) order.columns *= 2;
+  return order;
+}
+
+int PackedOrder::rows(std::size_t count) const {
+  const std::size_t of_blocks = as_size(columns) * kBlock;
+  return static_cast<int>((count + of_blocks - 1) / of_blocks) * kBlock;
+}
+
+std::array<int, 2> PackedOrder::place(std::size_t n) const {
+  constexpr std::size_t kSize = kBlock * kBlock;
+  const std::size_t across = as_size(columns) / kBlock;
+  const std::size_t block = n / kSize;
+  const auto within = static_cast<int>(n % kSize);
+  return {static_cast<int>(block % across) * kBlock + within % kBlock,
+          static_cast<int>(block / across) * kBlock + within / kBlock};
+}
+
+std::size_t GlPackedRays::texel_of(int x, int y) const {
+  return as_size(height_ - 1 - y) * as_size(width_) + as_size(x);
+}
+
+Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse, bool plane,
+                                GlProgram& rays, const std::function<void()>& draw_triangle,
+                                GlLayers& layers) {
+  width_ = scene.width;
+  height_ = scene.height;
+  plane_ = plane;
+  const std::size_t count = as_size(width_) * as_size(height_);
+  front_.resize(count);
+  spent_.assign(count, Texel{});
+  behind_.resize(plane ? count : 0);
+  live_at_.resize(plane ? count : 0);
+  const SurfaceBounds bounds(scene);
+  const auto view = spec::make_view<double>(scene.camera, width_, height_, scene.ct->grid());
+  const int across = (width_ + kTile - 1) / kTile;
+  const int down = (height_ + kTile - 1) / kTile;
+  shapes_.resize(as_size(across) * as_size(down));
+  for_each_index(down, 0, [&](int row) {
+    for (int column = 0; column < across; ++column) {
+      const bool shapes = bounds.reach(view, column * kTile, row * kTile, kTile).shapes;
+      shapes_[as_size(row) * as_size(across) + as_size(column)] = shapes ? 1 : 0;
+    }
+  });
+  const PixelLattice lattice(width_, height_, sparse.stride);
+  list_lattice(lattice);
+  if (auto ok = cast_listed(rays, draw_triangle); !ok) return ok;
+  for (int pass = 1; pass < lattice.passes(); ++pass) {
+    const int side = lattice.side(pass);
+    find_even(lattice, side, sparse.error);
+    list_halves(lattice, side);
+    if (auto ok = cast_listed(rays, draw_triangle); !ok) return ok;
+  }
+  send(layers);
+  return {};
+}
+
+void GlPackedRays::list_lattice(const PixelLattice& lattice) {
+  listed_.clear();
+  for (int top = 0; top < height_; top += kTile) {
+    for (int left = 0; left < width_; left += kTile) {
+      for (int y = top; y < std::min(top + kTile, height_); ++y) {
+        for (int x = left; x < std::min(left + kTile, width_); ++x) {
+          const bool on = ((x | y) & (lattice.stride - 1)) == 0;
+          if (on || lattice.beyond(x, y)) listed_.push_back(x | y << 16);
+        }
+      }
+    }
+  }
+}
+
+bool GlPackedRays::is_even(int x, int y, int side, float error) const {
+  const std::array corners{texel_of(x, y), texel_of(x + side, y), texel_of(x, y + side),
+                           texel_of(x + side, y + side)};
+  if (!within(front_, corners, error)) return false;
+  if (!plane_) return true;
+  const auto seen = std::count_if(corners.begin(), corners.end(), [this](std::size_t corner) {
+    return live_at_[corner][0] > kSeesLive;
+  });
+  return within(behind_, corners, error) && (seen == 0 || seen == 4);
+}
+
+void GlPackedRays::find_even(const PixelLattice& lattice, int side, float error) {
+  squares_across_ = lattice.last_x / side;
+  const int down = lattice.last_y / side;
+  even_.resize(as_size(squares_across_) * as_size(down));
+  for_each_index(down, 0, [&](int row) {
+    for (int column = 0; column < squares_across_; ++column) {
+      even_[as_size(row) * as_size(squares_across_) + as_size(column)] =
+          is_even(column * side, row * side, side, error) ? 1 : 0;
+    }
+  });
+}
+
+/// Squares that are not there decide nothing.
+bool GlPackedRays::even_around(const PixelLattice& lattice, int x, int y, int side) const {
+  const auto at = [this](int column, int row) {
+    return even_[as_size(row) * as_size(squares_across_) + as_size(column)] != 0;
+  };
+  const int shift = std::countr_zero(static_cast<unsigned>(side));  // Divisions are dear.
+  const int column = x >> shift;
+  const int row = y >> shift;
+  if ((x & (side - 1)) == 0) {
+    const bool left = x > 0;
+    const bool right = x < lattice.last_x;
+    return (left || right) && (!left || at(column - 1, row)) && (!right || at(column, row));
+  }
+  if ((y & (side - 1)) == 0) {
+    const bool above = y > 0;
+    const bool below = y < lattice.last_y;
+    return (above || below) && (!above || at(column, row - 1)) && (!below || at(column, row));
+  }
+  return at(column, row);
+}
+
+void GlPackedRays::fill(int x, int y, int side) {
+  const int across = x & (side - 1);
+  const int down = y & (side - 1);
+  const std::size_t to = texel_of(x, y);
+  const std::size_t a = texel_of(x - across, y - down);
+  const std::size_t b = texel_of(x + across, y + down);
+  const bool two = across == 0 || down == 0;
+  const std::size_t c = two ? a : texel_of(x - across, y + down);
+  const std::size_t d = two ? b : texel_of(x + across, y - down);
+  front_[to] = two ? mean(front_, a, b) : mean(front_, a, b, c, d);
+  if (!plane_) return;
+  behind_[to] = two ? mean(behind_, a, b) : mean(behind_, a, b, c, d);
+  live_at_[to] = two ? mean(live_at_, a, b) : mean(live_at_, a, b, c, d);
+}
+
+/// The middles of a pass' squares and of their edges: means, or into the list.
+void GlPackedRays::list_halves(const PixelLattice& lattice, int side) {
+  const int step = side / 2;
+  const int across = (width_ + kTile - 1) / kTile;
+  const int down = (height_ + kTile - 1) / kTile;
+  std::vector<std::vector<std::int32_t>> rows(as_size(down));
+  for_each_index(down, 0, [&](int row) {
+    auto& listed = rows[as_size(row)];
+    for (int column = 0; column < across; ++column) {
+      const bool shapes = shapes_[as_size(row) * as_size(across) + as_size(column)] != 0;
+      const int right = std::min((column + 1) * kTile - 1, lattice.last_x);
+      const int bottom = std::min((row + 1) * kTile - 1, lattice.last_y);
+      for (int y = row * kTile; y <= bottom; y += step) {
+        for (int x = column * kTile; x <= right; x += step) {
+          if (((x | y) & (side - 1)) == 0) continue;
+          if (shapes || !even_around(lattice, x, y, side)) {
+            listed.push_back(x | y << 16);
+          } else {
+            fill(x, y, side);
+          }
+        }
+      }
+    }
+  });
+  listed_.clear();
+  for (const auto& row : rows) listed_.insert(listed_.end(), row.begin(), row.end());
+}
+
+Result<void> GlPackedRays::make_room(int columns, int rows) {
+  if (framebuffer_ != 0 && columns <= packed_columns_ && rows <= packed_rows_ &&
+      packed_plane_ == plane_) {
+    return {};
+  }
+  packed_columns_ = std::max(packed_columns_, columns);
+  packed_rows_ = std::max(packed_rows_, rows);
+  packed_plane_ = plane_;
+  if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  packed_.attach(packed_columns_, packed_rows_, plane_, false);
+  return gl::complete_framebuffer();
+}
+
+Result<void> GlPackedRays::cast_listed(GlProgram& rays,
+                                       const std::function<void()>& draw_triangle) {
+  if (listed_.empty()) return {};
+  const PackedOrder order = PackedOrder::of(listed_.size());
+  const int rows = order.rows(listed_.size());
+  if (auto ok = make_room(order.columns, rows); !ok) return ok;
+  const std::size_t count = listed_.size();
+  listed_.resize(as_size(order.columns) * as_size(rows), listed_.back());
+  glActiveTexture(GL_TEXTURE0 + kRayList);
+  gl::send_table(list_, GL_R32I, listed_);
+  listed_.resize(count);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, order.columns, rows);
+  rays.set("ray_columns", order.columns);
+  draw_triangle();
+  read_back(order.columns, rows);
+  return {};
+}
+
+void GlPackedRays::read_back(int columns, int rows) {
+  const auto scatter = [&](GLenum attachment, GLenum format, auto& to) {
+    std::decay_t<decltype(to)> seen(as_size(columns) * as_size(rows));
+    glReadBuffer(attachment);
+    glReadPixels(0, 0, columns, rows, format, GL_FLOAT, seen.data());
+    const PackedOrder order{columns};
+    for (std::size_t n = 0; n < listed_.size(); ++n) {
+      const auto [column, row] = order.place(n);
+      to[texel_of(listed_[n] & 0xFFFF, listed_[n] >> 16)] =
+          seen[as_size(row) * as_size(columns) + as_size(column)];
+    }
+  };
+  scatter(GL_COLOR_ATTACHMENT0, GL_RGBA, front_);
+  scatter(GL_COLOR_ATTACHMENT1, GL_RGBA, spent_);
+  if (!plane_) return;
+  scatter(GL_COLOR_ATTACHMENT2, GL_RGBA, behind_);
+  scatter(GL_COLOR_ATTACHMENT3, GL_RG, live_at_);
+}
+
+void GlPackedRays::send(GlLayers& layers) const {
+  const gl::PackedRows packed;
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  const auto send_one = [&](GlTexture& texture, GLenum format, const auto& texels) {
+    glBindTexture(GL_TEXTURE_2D, texture.id());
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, format, GL_FLOAT, texels.data());
+  };
+  send_one(layers.front, GL_RGBA, front_);
+  send_one(layers.spent, GL_RGBA, spent_);
+  if (plane_) {
+    send_one(layers.behind, GL_RGBA, behind_);
+    send_one(layers.live_at, GL_RG, live_at_);
+  }
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+void GlPackedRays::release() {
+  packed_.release();
+  if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
+  framebuffer_ = 0;
+  packed_columns_ = packed_rows_ = 0;
+  list_.release();
+}
+
+}  // namespace nav::render

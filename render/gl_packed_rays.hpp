@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "render/cpu_surface_bounds.hpp"
+#include "render/gl_layers.hpp"
+#include "render/gl_program.hpp"
+#include "render/sparse_rays.hpp"
+
+namespace nav::render {
+
+/// The passes of sparse_rays.hpp where OpenGL runs on the processor. Rays are cast side by side in
+/// a target of their own, since software runs a program for several fragments at once, whether one
+/// of them is wanted or all; what they show is compared and averaged here, which costs a tenth of
+/// what a program does. Every function needs the context current. Internal to render/.
+class GlPackedRays {
+ public:
+  GlPackedRays() = default;
+  ~GlPackedRays() { release(); }
+  GlPackedRays(const GlPackedRays&) = delete;
+  GlPackedRays& operator=(const GlPackedRays&) = delete;
+
+  /// Draws a scene's picture into the layers, which have its size. rays: of raycast.frag, set up.
+  /// Leaves another framebuffer bound.
+  Result<void> draw(const Scene& scene, const SparseRays& sparse, bool plane, GlProgram& rays,
+                    const std::function<void()>& draw_triangle, GlLayers& layers);
+  void release();
+
+ private:
+  using Texel = std::array<float, 4>;
+
+  [[nodiscard]] std::size_t texel_of(int x, int y) const;
+  void list_lattice(const PixelLattice& lattice);
+  void find_even(const PixelLattice& lattice, int side, float error);
+  [[nodiscard]] bool is_even(int x, int y, int side, float error) const;
+  [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
+  void list_halves(const PixelLattice& lattice, int side);
+  void fill(int x, int y, int side);
+  Result<void> cast_listed(GlProgram& rays, const std::function<void()>& draw_triangle);
+  Result<void> make_room(int columns, int rows);
+  void read_back(int columns, int rows);
+  void send(GlLayers& layers) const;
+
+  int width_ = 0;
+  int height_ = 0;
+  bool plane_ = false;
+  // Texels of the layers, those of the lowest row of the picture first.
+  std::vector<Texel> front_, spent_, behind_;
+  std::vector<std::array<float, 2>> live_at_;
+  std::vector<std::uint8_t> shapes_;  ///< By block: a needle, sphere or line may be seen there.
+  std::vector<std::uint8_t> even_;    ///< By square of this pass.
+  int squares_across_ = 0;
+  std::vector<std::int32_t> listed_;  ///< Column | row << 16 of pixels that get rays.
+
+  GlLayers packed_;
+  unsigned framebuffer_ = 0;
+  int packed_columns_ = 0;
+  int packed_rows_ = 0;
+  bool packed_plane_ = false;
+  GlTable list_;
+};
+
+/// Order of the fragments of a packed target: blocks of 4 × 4, row by row, as software works on
+/// them. As set_pixel() of shaders/include/sparse.glsl.
+struct PackedOrder {
+  static constexpr int kBlock = 4;
+  int columns;  ///< Of the target, a multiple of kBlock.
+
+  /// Enough rows for so many, at most 8192, which every device has.
+  static PackedOrder of(std::size_t count);
+  [[nodiscard]] int rows(std::size_t count) const;
+  /// Column and row of one of them.
+  [[nodiscard]] std::array<int, 2> place(std::size_t n) const;
+};
+
+}  // namespace nav::render
