@@ -141,7 +141,16 @@ std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& 
     constexpr std::array<std::size_t, 4> kWhich{0, 7, 5, 2};
     if (in_volume++ == kWhich[(volumes - 1) % kWhich.size()]) few.push_back(named);
   }
-  return few.empty() ? scenes : few;
+  // Some of either shading, so that no ratio is missing.
+  for (const bool shaded : {false, true}) {
+    const auto is_so = [&](const bench::NamedScene& named) {
+      return named.scene.shading.enabled == shaded;
+    };
+    if (std::any_of(few.begin(), few.end(), is_so)) continue;
+    const auto found = std::find_if(scenes.begin(), scenes.end(), is_so);
+    if (found != scenes.end()) few.push_back(*found);
+  }
+  return few;
 }
 
 /// Samples are counted on pictures of 200 x 150 pixels.

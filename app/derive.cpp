@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include "app/feature_maker.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
+#include "nav/places.hpp"
 #include "render/derived/service.hpp"
 
 namespace nav::app {
@@ -61,7 +63,13 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
   };
-  if (!options.apex_mm.empty()) return ScanLines::fan({vector(options.apex_mm)}, 0);
+  if (!options.apex_mm.empty()) {
+    const Point<frames::Ct> apex{vector(options.apex_mm)};
+    if (is_place(apex.mm)) return ScanLines::fan(apex, 0);
+    std::ostringstream text;
+    text << "--apex: expected 3 numbers within 1e7 mm, found " << apex.mm.transpose();
+    return Error{ErrorCode::kUsage, text.str()};
+  }
   Eigen::Vector3d away =
       options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
   away = away.stableNormalized();  // Of any length, whose square need not be finite.

@@ -120,10 +120,13 @@ struct Sized {
   Index first = 0, count = 0;
 };
 
+double telling_mm(const Misfit& misfit) {
+  return kTellingMm[static_cast<std::size_t>(misfit.cause)];
+}
+
 /// What a cause must be found to move the patches by for a warning, mm.
 double least_noticed_mm(const Misfit& misfit) {
-  const double telling_mm = kTellingMm[static_cast<std::size_t>(misfit.cause)];
-  return std::hypot(telling_mm, std::sqrt(kNoiseShare) * misfit.noise_mm);
+  return std::hypot(telling_mm(misfit), std::sqrt(kNoiseShare) * misfit.noise_mm);
 }
 
 /// Misfit::unnoticed and unnoticed_along: of the direction of a cause's sized numbers that least of
@@ -274,8 +277,9 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
   return out;
 }
 
-/// Of a direction in the axes of a picture.
+/// Of a direction in the axes of a picture; empty: it is not known, so that it may be any.
 std::string picture_direction(const std::vector<double>& along) {
+  if (along.empty()) return "in any direction";
   constexpr double kMostly = 0.9;
   constexpr const char* kNames[] = {"across the pictures", "in depth",
                                     "out of the pictures' plane"};
@@ -412,7 +416,7 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
   for (const Misfit& misfit : misfits) {
     const double excess_mm = misfit.excess_mm();
     if (std::isnan(excess_mm)) return excess_mm;
-    const double share = excess_mm / kTellingMm[static_cast<std::size_t>(misfit.cause)];
+    const double share = excess_mm / telling_mm(misfit);
     largest = std::max(largest, excess_mm * std::clamp(2 * share - 1, 0.0, 1.0));
   }
   return largest;

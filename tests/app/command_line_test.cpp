@@ -460,7 +460,8 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
   const std::string derive =
       "derive " + volume + " --out " + (folder_ / "derived").string() + " --feature depth ";
   EXPECT_EQ(sonde(derive + "--direction 1e300 0 0").code, 0);
-  expect_refusal(derive + "--apex 1e300 0 0", 2, {"apex within 1e7 mm", "1e+300"});
+  expect_refusal(derive + "--apex 1e300 0 0", 2,
+                 {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
   for (const char* threads : {"100000", "-3"}) {
     expect_refusal(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
     expect_refusal("bench derived --threads " + std::string(threads), 2, {"--threads", "1024"});
