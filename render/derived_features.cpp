@@ -8,6 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "nav/index.hpp"
+#include "render/parallel.hpp"
+
 namespace nav::render {
 namespace {
 
@@ -16,41 +19,50 @@ Result<derived::ScanLines> lines_per_voxel(const VoxelScan& scan, const VoxelGri
                                            const FeatureVolume* depth) {
   std::vector<derived::PackedDirection> away(scan.into_ct->size());
   std::vector<float> depth_mm(scan.into_ct->size(), std::nanf(""));
-  for (std::size_t i = 0; i < away.size(); ++i) {
-    const Eigen::Vector3d into = (*scan.into_ct)[i].cast<double>();
-    if (into.norm() > 0) away[i] = derived::PackedDirection::pack(into.stableNormalized());
-  }
-  for (std::size_t i = 0; depth != nullptr && i < depth_mm.size(); ++i) {
-    const std::int16_t code = depth->codes()->hu()[i];
-    if (code == FeatureVolume::kUndefined) continue;
-    depth_mm[i] = static_cast<float>(depth->offset() + depth->scale() * code);
-  }
+  const std::size_t slice = as_size(grid.size[0]) * as_size(grid.size[1]);
+  for_each_index(grid.size[2], 0, [&](int k) {
+    for (std::size_t i = as_size(k) * slice; i < (as_size(k) + 1) * slice; ++i) {
+      const Eigen::Vector3d into = (*scan.into_ct)[i].cast<double>();
+      if (into.norm() > 0) away[i] = derived::PackedDirection::pack(into.stableNormalized());
+      const std::int16_t code = depth != nullptr ? depth->codes()->hu()[i] : std::int16_t{0};
+      if (depth == nullptr || code == FeatureVolume::kUndefined) continue;
+      depth_mm[i] = static_cast<float>(depth->offset() + depth->scale() * code);
+    }
+  });
   return derived::ScanLines::per_voxel(grid, std::move(away), std::move(depth_mm));
 }
 
-/// name: the feature that needs them.
-Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const VoxelGrid& grid,
-                                    const std::string& name) {
+const FeatureVolume* depth_of(const PredicateScene& predicates) {
+  const auto found = predicates.features.volumes.find(feature::kDepth);
+  return found == predicates.features.volumes.end() ? nullptr : &found->second;
+}
+
+/// Whether a feature may have the scan lines of a scene.
+Result<void> check_lines(const PredicateScene& predicates, const VoxelGrid& grid,
+                         const std::string& name) {
   const auto& scan = predicates.scan;
   if (!scan) {
     return Error{ErrorCode::kMalformedData,
                  name + ": expected scan lines of the volume, found no scan geometry"};
   }
-  if (const auto ok = validate(*scan, grid); !ok) return ok.error();
-  if (const auto* parallel = std::get_if<ParallelScan>(&*scan)) {
-    return derived::ScanLines::parallel(parallel->into_ct, parallel->face_ct);
-  }
-  if (const auto* fan = std::get_if<FanScan>(&*scan)) {
-    return derived::ScanLines::fan(fan->apex_ct, fan->face_radius_mm);
-  }
-  const auto found = predicates.features.volumes.find(feature::kDepth);
-  const bool has_depth = found != predicates.features.volumes.end();
-  if (!has_depth && name == feature::kConfidence) {
+  if (std::holds_alternative<VoxelScan>(*scan) && depth_of(predicates) == nullptr &&
+      name == feature::kConfidence) {
     return Error{ErrorCode::kMalformedData,
                  "confidence: expected the depth of every voxel beside the direction of its scan "
                  "line, found no feature depth"};
   }
-  return lines_per_voxel(std::get<VoxelScan>(*scan), grid, has_depth ? &found->second : nullptr);
+  return validate(*scan, grid);
+}
+
+Result<derived::ScanLines> lines_of(const PredicateScene& predicates, const VoxelGrid& grid) {
+  if (const auto* parallel = std::get_if<ParallelScan>(&*predicates.scan)) {
+    return derived::ScanLines::parallel({parallel->into_ct.v.stableNormalized()},
+                                        parallel->face_ct);
+  }
+  if (const auto* fan = std::get_if<FanScan>(&*predicates.scan)) {
+    return derived::ScanLines::fan(fan->apex_ct, fan->face_radius_mm);
+  }
+  return lines_per_voxel(std::get<VoxelScan>(*predicates.scan), grid, depth_of(predicates));
 }
 
 /// NaN stays.
@@ -89,14 +101,19 @@ Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const V
   const auto kinds = kinds_of(predicates.model);
   const derived::ScalarVolume scalar = derived::ScalarVolume::of(volume, options.unknown);
   std::vector<WantedFeature> wanted;
+  std::optional<derived::ScanLines> lines;  // Of all that need them.
   for (const Feature& one : features) {
     const bool there = predicates.features.volumes.count(one.name) != 0;
     if (kinds.count(one.predicate) == 0 || there) continue;
     wanted.push_back({one.name, {scalar, one.how, {}}});
     if (!one.of_scan_lines) continue;
-    auto lines = lines_of(predicates, volume->grid(), one.name);
-    if (!lines) return lines.error();
-    wanted.back().request.lines = *std::move(lines);
+    if (auto ok = check_lines(predicates, volume->grid(), one.name); !ok) return ok.error();
+    if (!lines) {
+      auto found = lines_of(predicates, volume->grid());
+      if (!found) return found.error();
+      lines = *std::move(found);
+    }
+    wanted.back().request.lines = lines;
   }
   return wanted;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <sstream>
 
 #include "nav/index.hpp"
@@ -56,6 +57,13 @@ Eigen::Vector3d PackedDirection::unpack() const {
   return Eigen::Vector3d((1 - std::abs(y)) * side_of(x), (1 - std::abs(x)) * side_of(y), z)
       .normalized();
 }
+
+struct ScanLines::KnownDigest {
+  std::once_flag once;
+  std::string hex;
+};
+
+ScanLines::ScanLines() : digest_(std::make_shared<KnownDigest>()) {}
 
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
@@ -135,17 +143,20 @@ Result<void> ScanLines::check(const VoxelGrid& grid, const std::string& name) co
 }
 
 std::string ScanLines::digest() const {
-  Digest digest;
-  digest.add(static_cast<double>(kind_));
-  for (int a = 0; a < 3; ++a) digest.add(direction_[a]);
-  for (int a = 0; a < 3; ++a) digest.add(point_mm_[a]);
-  digest.add(face_radius_mm_);
-  if (kind_ == Kind::kPerVoxel) {
-    digest.add(grid_);
-    digest.add(std::as_bytes(std::span(*away_)));
-    digest.add(std::as_bytes(std::span(*depth_)));
-  }
-  return digest.hex();
+  std::call_once(digest_->once, [this] {
+    Digest digest;
+    digest.add(static_cast<double>(kind_));
+    for (int a = 0; a < 3; ++a) digest.add(direction_[a]);
+    for (int a = 0; a < 3; ++a) digest.add(point_mm_[a]);
+    digest.add(face_radius_mm_);
+    if (kind_ == Kind::kPerVoxel) {
+      digest.add(grid_);
+      digest.add(std::as_bytes(std::span(*away_)));
+      digest.add(std::as_bytes(std::span(*depth_)));
+    }
+    digest_->hex = digest.hex();
+  });
+  return digest_->hex;
 }
 
 Result<FeatureVolume> scan_depth(const VoxelGrid& grid, const ScanLines& lines,

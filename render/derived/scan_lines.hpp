@@ -54,7 +54,8 @@ class ScanLines {
 
  private:
   enum class Kind { kParallel, kFan, kPerVoxel };
-  ScanLines() = default;
+  struct KnownDigest;
+  ScanLines();
   Kind kind_ = Kind::kParallel;
   Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d point_mm_ = Eigen::Vector3d::Zero();
@@ -62,6 +63,7 @@ class ScanLines {
   VoxelGrid grid_;
   std::shared_ptr<const std::vector<PackedDirection>> away_;
   std::shared_ptr<const std::vector<float>> depth_;
+  std::shared_ptr<KnownDigest> digest_;  ///< Shared by copies.
 };
 
 /// One picture of a sweep: where it was and what its probe insonified.
