@@ -4,6 +4,7 @@
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 #include "nav/index.hpp"
 #include "render/gl_packed_rays.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int kTile = 8;            // Pixels; whole squares of every pass.
 constexpr float kSeesLive = -1e6F;  // Columns of the ultrasound picture are more.
+constexpr float kNowhere = -1e9F;   // As raycast.frag has it.
 
 /// Pairs first, so that a mean does not depend on a direction. b is across from a, d from c.
 template <std::size_t kChannels>
@@ -74,28 +76,18 @@ std::size_t GlPackedRays::texel_of(int x, int y) const {
   return as_size(height_ - 1 - y) * as_size(width_) + as_size(x);
 }
 
-Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse, bool plane,
-                                GlProgram& rays, const std::function<void()>& draw_triangle,
-                                GlLayers& layers) {
+Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse,
+                                const BrickShell* shell, bool plane, GlProgram& rays,
+                                const std::function<void()>& draw_triangle, GlLayers& layers) {
   width_ = scene.width;
   height_ = scene.height;
   plane_ = plane;
   const std::size_t count = as_size(width_) * as_size(height_);
-  front_.resize(count);
+  front_.assign(count, Texel{});
   spent_.assign(count, Texel{});
-  behind_.resize(plane ? count : 0);
-  live_at_.resize(plane ? count : 0);
-  const SurfaceBounds bounds(scene);
-  const auto view = spec::make_view<double>(scene.camera, width_, height_, scene.ct->grid());
-  const int across = (width_ + kTile - 1) / kTile;
-  const int down = (height_ + kTile - 1) / kTile;
-  shapes_.resize(as_size(across) * as_size(down));
-  for_each_index(down, 0, [&](int row) {
-    for (int column = 0; column < across; ++column) {
-      const bool shapes = bounds.reach(view, column * kTile, row * kTile, kTile).shapes;
-      shapes_[as_size(row) * as_size(across) + as_size(column)] = shapes ? 1 : 0;
-    }
-  });
+  behind_.assign(plane ? count : 0, Texel{});
+  live_at_.assign(plane ? count : 0, {kNowhere, kNowhere});
+  look_at_blocks(scene, shell);
   const PixelLattice lattice(width_, height_, sparse.stride);
   list_lattice(lattice);
   if (auto ok = cast_listed(rays, draw_triangle); !ok) return ok;
@@ -109,14 +101,40 @@ Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse, bo
   return {};
 }
 
+void GlPackedRays::look_at_blocks(const Scene& scene, const BrickShell* shell) {
+  const SurfaceBounds bounds(scene);
+  const auto view = spec::make_view<double>(scene.camera, width_, height_, scene.ct->grid());
+  std::optional<VisibleSpans> spans;
+  if (shell != nullptr && VisibleSpans::worth(scene, *shell)) spans.emplace(scene, *shell, 0);
+  static_assert(VisibleSpans::kSide == kTile);
+  blocks_across_ = (width_ + kTile - 1) / kTile;
+  blocks_down_ = (height_ + kTile - 1) / kTile;
+  blocks_.resize(as_size(blocks_across_) * as_size(blocks_down_));
+  for_each_index(blocks_down_, 0, [&](int row) {
+    for (int column = 0; column < blocks_across_; ++column) {
+      const SurfaceReach reach = bounds.reach(view, column * kTile, row * kTile, kTile);
+      const bool empty = spans && spans->at(column * kTile, row * kTile).empty();
+      blocks_[as_size(row) * as_size(blocks_across_) + as_size(column)] = {!empty || reach.any(),
+                                                                           reach.shapes};
+    }
+  });
+}
+
+/// And what pixels of blocks show in which nothing is.
 void GlPackedRays::list_lattice(const PixelLattice& lattice) {
+  constexpr Texel kOneRay{0, 0, 0, 1};
   listed_.clear();
-  for (int top = 0; top < height_; top += kTile) {
-    for (int left = 0; left < width_; left += kTile) {
-      for (int y = top; y < std::min(top + kTile, height_); ++y) {
-        for (int x = left; x < std::min(left + kTile, width_); ++x) {
-          const bool on = ((x | y) & (lattice.stride - 1)) == 0;
-          if (on || lattice.beyond(x, y)) listed_.push_back(x | y << 16);
+  for (int n = 0; n < blocks_across_ * blocks_down_; ++n) {
+    const int left = n % blocks_across_ * kTile;
+    const int top = n / blocks_across_ * kTile;
+    const bool something = blocks_[as_size(n)].something;
+    for (int y = top; y < std::min(top + kTile, height_); ++y) {
+      for (int x = left; x < std::min(left + kTile, width_); ++x) {
+        const bool on = ((x | y) & (lattice.stride - 1)) == 0;
+        if (!something) {
+          spent_[texel_of(x, y)] = kOneRay;  // Which went without a sample.
+        } else if (on || lattice.beyond(x, y)) {
+          listed_.push_back(x | y << 16);
         }
       }
     }
@@ -185,13 +203,13 @@ void GlPackedRays::fill(int x, int y, int side) {
 /// The middles of a pass' squares and of their edges: means, or into the list.
 void GlPackedRays::list_halves(const PixelLattice& lattice, int side) {
   const int step = side / 2;
-  const int across = (width_ + kTile - 1) / kTile;
-  const int down = (height_ + kTile - 1) / kTile;
-  std::vector<std::vector<std::int32_t>> rows(as_size(down));
-  for_each_index(down, 0, [&](int row) {
+  std::vector<std::vector<std::int32_t>> rows(as_size(blocks_down_));
+  for_each_index(blocks_down_, 0, [&](int row) {
     auto& listed = rows[as_size(row)];
-    for (int column = 0; column < across; ++column) {
-      const bool shapes = shapes_[as_size(row) * as_size(across) + as_size(column)] != 0;
+    for (int column = 0; column < blocks_across_; ++column) {
+      const auto [something, shapes] =
+          blocks_[as_size(row) * as_size(blocks_across_) + as_size(column)];
+      if (!something) continue;
       const int right = std::min((column + 1) * kTile - 1, lattice.last_x);
       const int bottom = std::min((row + 1) * kTile - 1, lattice.last_y);
       for (int y = row * kTile; y <= bottom; y += step) {

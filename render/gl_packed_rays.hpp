@@ -11,13 +11,15 @@
 #include "render/gl_layers.hpp"
 #include "render/gl_program.hpp"
 #include "render/sparse_rays.hpp"
+#include "render/visible_spans.hpp"
 
 namespace nav::render {
 
 /// The passes of sparse_rays.hpp where OpenGL runs on the processor. Rays are cast side by side in
 /// a target of their own, since software runs a program for several fragments at once, whether one
-/// of them is wanted or all; what they show is compared and averaged here, which costs a tenth of
-/// what a program does. Every function needs the context current. Internal to render/.
+/// of them is wanted or all; none are for blocks of pixels that can see nothing. What they show is
+/// compared and averaged here, which costs a tenth of what a program does. Every function needs the
+/// context current. Internal to render/.
 class GlPackedRays {
  public:
   GlPackedRays() = default;
@@ -25,16 +27,19 @@ class GlPackedRays {
   GlPackedRays(const GlPackedRays&) = delete;
   GlPackedRays& operator=(const GlPackedRays&) = delete;
 
-  /// Draws a scene's picture into the layers, which have its size. rays: of raycast.frag, set up.
-  /// Leaves another framebuffer bound.
-  Result<void> draw(const Scene& scene, const SparseRays& sparse, bool plane, GlProgram& rays,
-                    const std::function<void()>& draw_triangle, GlLayers& layers);
+  /// Draws a scene's picture into the layers, which have its size. shell: of its volume; null:
+  /// every pixel may see something. rays: of raycast.frag, set up. Leaves another framebuffer
+  /// bound.
+  Result<void> draw(const Scene& scene, const SparseRays& sparse, const BrickShell* shell,
+                    bool plane, GlProgram& rays, const std::function<void()>& draw_triangle,
+                    GlLayers& layers);
   void release();
 
  private:
   using Texel = std::array<float, 4>;
 
   [[nodiscard]] std::size_t texel_of(int x, int y) const;
+  void look_at_blocks(const Scene& scene, const BrickShell* shell);
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
   [[nodiscard]] bool is_even(int x, int y, int side, float error) const;
@@ -52,8 +57,15 @@ class GlPackedRays {
   // Texels of the layers, those of the lowest row of the picture first.
   std::vector<Texel> front_, spent_, behind_;
   std::vector<std::array<float, 2>> live_at_;
-  std::vector<std::uint8_t> shapes_;  ///< By block: a needle, sphere or line may be seen there.
-  std::vector<std::uint8_t> even_;    ///< By square of this pass.
+  /// What may be seen in a block of pixels.
+  struct Block {
+    bool something;
+    bool shapes;  ///< A needle, sphere or line.
+  };
+  std::vector<Block> blocks_;
+  int blocks_across_ = 0;
+  int blocks_down_ = 0;
+  std::vector<std::uint8_t> even_;  ///< By square of this pass.
   int squares_across_ = 0;
   std::vector<std::int32_t> listed_;  ///< Column | row << 16 of pixels that get rays.
 

@@ -92,7 +92,7 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, features.skipping, "SKIPPING");
   define(defines, features.adaptive, "ADAPTIVE");
   define(defines, features.sparse, "SPARSE");
-  define(defines, features.packed_rays(), "PACKED_RAYS");
+  define(defines, features.listed, "PACKED_RAYS");
   return defines;
 }
 
@@ -158,9 +158,8 @@ int samplers_of(const GlFeatures& f) {
     return static_cast<int>(std::count(used.begin(), used.end(), true));
   };
   // Of the pass before: front, spent; behind and live_at with a plane.
-  const int packed = f.packed_rays() ? 1 : 0;
   if (f.means) return count({true, f.solids, f.shared_depth}) + (f.plane ? 4 : 2);
-  int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature()}) + packed;
+  int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature(), f.listed});
   if (f.predicates) {
     const GlPredicateForm& p = *f.predicates;
     // Bricks, looks, opacity.

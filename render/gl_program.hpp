@@ -49,6 +49,7 @@ struct GlFeatures {
   bool jitter = false;
   bool means = false;          ///< sparse_means.frag instead.
   bool sparse = false;         ///< Fewer rays than pixels.
+  bool listed = false;         ///< Pixels of rays come from a list: render/gl_packed_rays.hpp.
   bool plane = false;          ///< Ultrasound picture or its border.
   bool solids = false;         ///< Needle, spheres or lines.
   bool capsules = false;       ///< Some of them are longer than a sphere.
@@ -59,10 +60,6 @@ struct GlFeatures {
   bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
   /// Something can move while the view stays: rays note what they meet.
   [[nodiscard]] bool signature() const { return (plane || solids || cutaway) && !sparse; }
-  /// Rays are cast side by side (render/gl_packed_rays.hpp): where the device runs in software.
-  [[nodiscard]] bool packed_rays() const {
-    return sparse && voxel_pairs && !shared_depth && !means;
-  }
   auto operator<=>(const GlFeatures&) const = default;
 };
 

@@ -119,7 +119,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     return ok;
   }
   const auto sparse = sparse_rays(scene);
-  const bool packed = features.packed_rays();
+  const bool packed = features.listed;
   if (sparse && !packed) {
     if (auto ok = lattice_.prepare(width_, height_, layers_, framebuffer_, *sparse); !ok) return ok;
   } else {
@@ -149,8 +149,10 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   const auto prepared = Clock::now();
   write_everything();
   if (packed) {
+    const bool leaps = features.skipping && features.projection == Projection::kComposite;
+    const BrickShell* shell = leaps ? &textures.shell() : nullptr;
     auto drawn = packed_rays_.draw(
-        scene, *sparse, layers_, **program, [this] { draw_triangle(); }, targets_);
+        scene, *sparse, shell, layers_, **program, [this] { draw_triangle(); }, targets_);
     if (!drawn) return drawn;
   } else if (sparse) {
     lattice_.draw(**program, *means, [this] { draw_triangle(); });

@@ -286,7 +286,16 @@ void GlTextures::update_bricks() {
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8UI, ranges_.count.x(), ranges_.count.y(),
                ranges_.count.z(), 0, GL_RGBA_INTEGER, GL_UNSIGNED_BYTE, made.texels.data());
   bricks_valid_ = true;
+  shell_.reset();
   ++uploads_.bricks;
+}
+
+const BrickShell& GlTextures::shell() {
+  if (!shell_) {
+    update_ranges();
+    shell_ = brick_shell(ranges_, hidden_bricks(ranges_, *table_, 0));
+  }
+  return *shell_;
 }
 
 void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {

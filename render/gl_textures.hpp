@@ -17,6 +17,7 @@
 #include "render/gl_volume_fit.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_table.hpp"
+#include "render/visible_spans.hpp"
 
 namespace nav::render {
 
@@ -84,6 +85,8 @@ class GlTextures {
   [[nodiscard]] const TransferTable& table() const { return *table_; }
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
+  /// Of the volume, as the transfer function has it; found when first asked for.
+  const BrickShell& shell();
 
   /// The volume to draw in place of one that the device does not hold: the same, or one of fewer
   /// voxels, made once. Leaves the bindings of the active texture unit changed.
@@ -149,6 +152,7 @@ class GlTextures {
   bool bricks_valid_ = false;
   std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
   std::uint64_t bricks_occupied_ = 0;
+  std::optional<BrickShell> shell_;
   std::optional<AdaptiveStep> cells_of_;  ///< What is on the device.
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;
