@@ -303,6 +303,8 @@ void GlPackedRays::release() {
   framebuffer_ = 0;
   packed_columns_ = packed_rows_ = 0;
   list_.release();
+  front_ = spent_ = behind_ = {};
+  live_at_ = {};
 }
 
 }  // namespace nav::render

@@ -301,10 +301,16 @@ def measured(sonde: pathlib.Path, *arguments: object) -> dict:
 
 
 def part(file: pathlib.Path, wanted: bool, measure: Callable[[], object]) -> dict | None:
-    """Measures a part anew, or takes what was kept of it: date, load, result; none: nothing was."""
+    """Measures a part anew, or takes what was kept of it: date, load, processor, result; none:
+    nothing was."""
     if wanted:
         load = os.getloadavg()[0]
-        kept = {"date": str(datetime.date.today()), "load": load, "result": measure()}
+        kept = {
+            "date": str(datetime.date.today()),
+            "load": load,
+            "processor": processor(),
+            "result": measure(),
+        }
         file.write_text(json.dumps(kept))
         return kept
     return json.loads(file.read_text()) if file.exists() else None
@@ -319,8 +325,22 @@ def standing(page: str, first: str, after: str | None) -> str:
     return page[begin:end]
 
 
+def processor() -> str:
+    """Ratios differ from one to another; the model alone may be that of a whole series."""
+    try:
+        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.machine()
+    found = {}
+    for line in lines:
+        key, _, value = line.partition(":")
+        found.setdefault(key.strip(), value.strip())
+    return f"{found.get('model name', platform.machine())}, family {found.get('cpu family', '?')}"
+
+
 def when(kept: dict) -> str:
-    return f"Measured on {kept['date']}, load of the machine before it {kept['load']:.1f}."
+    on = f" ({kept['processor']})" if "processor" in kept else ""
+    return f"Measured on {kept['date']}{on}, load of the machine before it {kept['load']:.1f}."
 
 
 def render_section(kept: dict, docs: pathlib.Path) -> str:
