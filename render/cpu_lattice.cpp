@@ -71,22 +71,10 @@ void LatticeSquares::find(int x0, int y0, int side) {
 }
 
 bool LatticeSquares::even_around(int x, int y) const {
-  const int column = (x - x0_) >> shift_;
-  const int row = (y - y0_) >> shift_;
-  const bool on_column = beyond_edge(x) == 0;
-  const bool on_row = beyond_edge(y) == 0;
-  // Squares that are not there decide nothing.
-  const bool left = x > 0;
-  const bool right = x < lattice_.last_x;
-  const bool above = y > 0;
-  const bool below = y < lattice_.last_y;
-  if (on_column) {
-    return (left || right) && (!left || at(column - 1, row)) && (!right || at(column, row));
-  }
-  if (on_row) {
-    return (above || below) && (!above || at(column, row - 1)) && (!below || at(column, row));
-  }
-  return at(column, row);
+  const int column0 = x0_ >> shift_;
+  const int row0 = y0_ >> shift_;
+  return lattice_.even_around(
+      x, y, shift_, [&](int column, int row) { return at(column - column0, row - row0); });
 }
 
 void LatticeSquares::fill(int x, int y) const {

@@ -8,7 +8,6 @@
 
 #include "nav/index.hpp"
 #include "render/gl_packed_rays.hpp"
-#include "render/gl_state.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
 #include "render/parallel.hpp"
@@ -164,25 +163,11 @@ void GlPackedRays::find_even(const PixelLattice& lattice, int side, float error)
   });
 }
 
-/// Squares that are not there decide nothing.
 bool GlPackedRays::even_around(const PixelLattice& lattice, int x, int y, int side) const {
-  const auto at = [this](int column, int row) {
-    return even_[as_size(row) * as_size(squares_across_) + as_size(column)] != 0;
-  };
-  const int shift = std::countr_zero(static_cast<unsigned>(side));  // Divisions are dear.
-  const int column = x >> shift;
-  const int row = y >> shift;
-  if ((x & (side - 1)) == 0) {
-    const bool left = x > 0;
-    const bool right = x < lattice.last_x;
-    return (left || right) && (!left || at(column - 1, row)) && (!right || at(column, row));
-  }
-  if ((y & (side - 1)) == 0) {
-    const bool above = y > 0;
-    const bool below = y < lattice.last_y;
-    return (above || below) && (!above || at(column, row - 1)) && (!below || at(column, row));
-  }
-  return at(column, row);
+  return lattice.even_around(
+      x, y, std::countr_zero(static_cast<unsigned>(side)), [this](int column, int row) {
+        return even_[as_size(row) * as_size(squares_across_) + as_size(column)] != 0;
+      });
 }
 
 void GlPackedRays::fill(int x, int y, int side) {

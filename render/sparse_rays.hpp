@@ -44,6 +44,26 @@ struct PixelLattice {
   /// Of the squares that a pass > 0 halves, pixels.
   [[nodiscard]] int side(int pass) const { return stride >> (pass - 1); }
   [[nodiscard]] bool beyond(int x, int y) const { return x > last_x || y > last_y; }
+  /// Whether a pixel in the middle of a square, or of an edge of one, may take a mean: squares have
+  /// 2^shift pixels a side, and even(column, row) says it of one, counted from the upper left.
+  /// Squares that are not there decide nothing.
+  template <class Even>
+  [[nodiscard]] bool even_around(int x, int y, int shift, const Even& even) const {
+    const int within = (1 << shift) - 1;  // Divisions are dear.
+    const int column = x >> shift;
+    const int row = y >> shift;
+    if ((x & within) == 0) {
+      const bool left = x > 0;
+      const bool right = x < last_x;
+      return (left || right) && (!left || even(column - 1, row)) && (!right || even(column, row));
+    }
+    if ((y & within) == 0) {
+      const bool above = y > 0;
+      const bool below = y < last_y;
+      return (above || below) && (!above || even(column, row - 1)) && (!below || even(column, row));
+    }
+    return even(column, row);
+  }
 };
 
 /// How a scene's rays are spared; none: every pixel has its ray. Pictures by predicates, whose
