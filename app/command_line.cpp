@@ -387,21 +387,27 @@ void CommandLine::add_info() {
 void CommandLine::add_slices() {
   CLI::App* verb = app_.add_subcommand(
       "slices", "Write CT slices: axial, coronal, sagittal, oblique, along needle and ultrasound");
-  verb->add_option("ct", config_.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD")->required();
-  verb->add_option("--out", config_.output.folder, "folder to write to")->required();
+  verb->add_option("ct", config_.ct.path, "CT: DICOM folder, NIfTI, MetaImage or NRRD");
+  verb->add_option("--session", session_, "session file (TOML); options here win over it");
+  verb->add_option("--out", config_.output.folder, "folder to write to");
   add_series_options(*verb, config_);
   verb->add_option("--recording", config_.source.recording,
                    "PLUS sequence: also the slice along a picture of it, laid over the CT");
   verb->add_option("--registration", config_.placement.registration, "result of 'sonde register'");
   add_recording_options(*verb, config_, matrix_);
   add_slices_options(*verb, config_, slices_);
+  verb->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {
       const bool registered = verb->count("--registration") > 0;
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = as_given(*verb, validate(config_)); !ok) return ok;
+      // One thing is laid over a CT: the option wins over the session's recording.
+      if (!slices_.second.empty()) config_.source.recording.clear();
       if (const auto ok = refuse_idle_of_slices(*verb, config_, slices_); !ok) return ok;
-      return run_slices(config_, slices_, console);
+      if (!print_session_) return run_slices(config_, slices_, console);
+      std::cout << to_toml(config_);
+      return {};
     };
   });
 }

@@ -21,11 +21,6 @@ namespace {
 constexpr std::size_t kMostAnimated = 60;
 constexpr int kReplayAnimationMs = 150;
 
-Result<void> require(const std::filesystem::path& path, const char* option, const char* what) {
-  if (!path.empty()) return {};
-  return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
-}
-
 std::string banner_of(const Placement& placement, bool follows) {
   if (placement.kind != "registered") return "recording, CT NOT REGISTERED";
   return follows ? "recording, CT follows the tissue" : "recording";
@@ -287,9 +282,9 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
 
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
                         Console& console) {
-  if (auto ok = require(config.source.recording, "sweep", "a recording"); !ok) return ok;
-  if (auto ok = require(config.ct.path, "--ct", "a CT"); !ok) return ok;
-  if (auto ok = require(config.output.folder, "--out", "a folder"); !ok) return ok;
+  if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
+  if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
+  if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");

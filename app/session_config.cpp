@@ -263,6 +263,11 @@ Result<void> validate(const SessionConfig& config) {
   return {};
 }
 
+Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what) {
+  if (!path.empty()) return {};
+  return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
+}
+
 std::string to_toml(const SessionConfig& config) {
   toml::table root;
   toml::table ct;

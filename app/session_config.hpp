@@ -134,6 +134,9 @@ Result<void> validate(const SessionConfig& config);
 
 Result<void> validate(const SessionConfig::Look& look);
 
+/// Refuses a path that neither the session nor an option gave, by that option. what: "a CT".
+Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);
+
 /// The resolved form, as TOML: what the program really uses.
 std::string to_toml(const SessionConfig& config);
 

@@ -11,7 +11,7 @@ namespace nav::app {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
-using Needle = std::array<Point<frames::Ct>, 2>;  ///< Hub and tip.
+using Needle = std::array<Point<frames::Ct>, 2>;  ///< Hub and tip, or entry and target.
 
 Error refuse(const std::string& option, const std::string& expected, const Vec3& found) {
   std::ostringstream text;
@@ -89,10 +89,15 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
 
 }  // namespace
 
-Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options, const Volume& ct,
+Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
+                                             const std::optional<NeedlePlan>& plan,
+                                             const Volume& ct,
                                              const std::optional<PlacedPicture>& picture) {
   const auto needle = needle_of(options, ct, picture);
   if (!needle) return needle.error();
+  if (plan) {
+    if (auto error = outside("plan.target_mm", "a target", ct, plan->target_ct.mm)) return *error;
+  }
   Point<frames::Ct> at = ct.grid().centre();
   std::optional<render::SlicePlane> along;
   if (picture) {
@@ -109,6 +114,8 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options, const
     if (auto error = outside("--frame", "a picture whose middle lies", ct, at.mm)) return *error;
   } else if (*needle) {
     at = (**needle)[1];
+  } else if (plan) {
+    at = plan->target_ct;
   }
   const double whole = options.mm_per_pixel > 0
                            ? options.mm_per_pixel
@@ -125,11 +132,13 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options, const
     if (!plane) return plane.error();
     planes.push_back({"oblique", *plane, scale(*plane)});
   }
-  if (*needle) {
-    const auto two = render::needle_slices((**needle)[0], (**needle)[1]);
-    planes.push_back({"needle-1", two[0], scale(two[0]), **needle});
-    planes.push_back({"needle-2", two[1], scale(two[1]), **needle});
-  }
+  const auto add_along = [&](const std::string& name, const Needle& line) {
+    const auto two = render::needle_slices(line[0], line[1]);
+    planes.push_back({name + "-1", two[0], scale(two[0]), line});
+    planes.push_back({name + "-2", two[1], scale(two[1]), line});
+  };
+  if (*needle) add_along("needle", **needle);
+  if (plan) add_along("path", {plan->entry_ct, plan->target_ct});
   if (along) {
     const double fits = extent_mm(picture->plane.frame) / options.size_px;
     planes.push_back(

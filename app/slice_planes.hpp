@@ -7,6 +7,7 @@
 
 #include "app/placed_picture.hpp"
 #include "app/slices.hpp"
+#include "nav/plan.hpp"
 #include "render/slice.hpp"
 
 namespace nav::app {
@@ -16,13 +17,17 @@ struct NamedPlane {
   std::string name;  ///< Of the file, without its ending.
   render::SlicePlane plane;
   double mm_per_pixel;
-  /// Of a needle in the plane, from its hub to its tip; absent: none.
-  std::optional<std::array<Point<frames::Ct>, 2>> needle_ct{};
+  /// A line in the plane, drawn: of a needle from its hub to its tip, of a plan from the entry to
+  /// the target; absent: none.
+  std::optional<std::array<Point<frames::Ct>, 2>> line_ct{};
 };
 
-/// The slices that options ask for. Refuses, by option: points outside the CT or not finite, a
-/// normal or in-plane directions that span no plane, a needle without length.
-Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options, const Volume& ct,
+/// The slices that options and the session's plan ask for. Refuses, by option or key: points
+/// outside the CT or not finite, a normal or in-plane directions that span no plane, a needle
+/// without length.
+Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
+                                             const std::optional<NeedlePlan>& plan,
+                                             const Volume& ct,
                                              const std::optional<PlacedPicture>& picture);
 
 }  // namespace nav::app

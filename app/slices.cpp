@@ -25,7 +25,7 @@ Result<render::SlabMode> slab_mode(const std::string& name) {
   return Error{ErrorCode::kUsage, "--mode: expected maximum, minimum or mean, found " + name};
 }
 
-/// The slice's picture with its name, the letters of its edges, and its needle.
+/// The slice's picture with its name, the letters of its edges, and its needle or path.
 Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
                         const std::string& warning) {
   render::Canvas canvas(picture.width(), picture.height(), render::rgb8(0));
@@ -33,14 +33,13 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   const Rgba8 colour = render::rgb8(0xffd24a);
   constexpr int kSize = 16;
   constexpr int kMargin = 6;
-  if (slice.needle_ct) {
+  if (slice.line_ct) {
     const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
       const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
       return {from.dot(slice.plane.right.v) + 0.5 * (picture.width() - 1),
               from.dot(slice.plane.down.v) + 0.5 * (picture.height() - 1)};
     };
-    canvas.line(pixel((*slice.needle_ct)[0]), pixel((*slice.needle_ct)[1]), 1,
-                render::rgb8(0x6fd3ff));
+    canvas.line(pixel((*slice.line_ct)[0]), pixel((*slice.line_ct)[1]), 1, render::rgb8(0x6fd3ff));
   }
   const auto centred = [&](const std::string& text) {
     return (picture.width() - canvas.text_width(kSize, text)) / 2;
@@ -57,7 +56,8 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   return canvas.picture();
 }
 
-Result<void> validate(const SlicesOptions& options, bool recorded) {
+/// recorded or planned: of the session.
+Result<void> validate(const SlicesOptions& options, bool recorded, bool planned) {
   if (!(options.width_hu > 0 && options.width_hu <= 1e6)) {
     return Error{ErrorCode::kUsage, "--window-width: expected more than 0 to 10^6 HU, found " +
                                         std::to_string(options.width_hu)};
@@ -67,7 +67,8 @@ Result<void> validate(const SlicesOptions& options, bool recorded) {
                                         std::to_string(options.level_hu)};
   }
   // The letters and words need room.
-  const bool words = recorded || options.normal_ct || options.right_ct || options.needle_ct;
+  const bool words =
+      recorded || planned || options.normal_ct || options.right_ct || options.needle_ct;
   const int least_px = words ? 192 : 64;
   if (options.size_px < least_px || options.size_px > 8192) {
     return Error{ErrorCode::kUsage, "--size: expected " + std::to_string(least_px) +
@@ -142,14 +143,21 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
 
 Result<void> run_slices(const SessionConfig& config, const SlicesOptions& options,
                         Console& console) {
+  if (config.source.kind == SessionConfig::SourceKind::kSimulated) {
+    return Error{ErrorCode::kUsage,
+                 "source.kind: expected \"recording\", whose CT has a file, found \"simulated\""};
+  }
+  if (auto ok = require_path(config.ct.path, "ct", "a CT"); !ok) return ok;
+  if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
   const auto mode = slab_mode(options.slab);
   if (!mode) return mode.error();
-  if (const auto ok = validate(options, !config.source.recording.empty()); !ok) return ok;
+  const bool recorded = !config.source.recording.empty();
+  if (const auto ok = validate(options, recorded, config.plan.has_value()); !ok) return ok;
   const auto ct = read_session_ct(config, console);
   if (!ct) return ct.error();
   const auto overlay = read_overlay(config, options, **ct, console);
   if (!overlay) return overlay.error();
-  const auto planes = slice_planes(options, **ct, overlay->picture);
+  const auto planes = slice_planes(options, config.plan, **ct, overlay->picture);
   if (!planes) return planes.error();
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();

@@ -16,7 +16,8 @@ namespace nav::app {
 
 struct SlicesOptions {
   /// Point of the axial, coronal, sagittal and oblique slice, LPS mm. Absent: the middle of the
-  /// ultrasound picture, the needle's tip, or the middle of the CT, whichever there is first.
+  /// ultrasound picture, the needle's tip, the plan's target, or the middle of the CT, whichever
+  /// there is first.
   std::optional<Eigen::Vector3d> at_ct;
   std::optional<Eigen::Vector3d> normal_ct;  ///< Of an oblique slice, LPS; of any length and sign.
   std::optional<Eigen::Vector3d> right_ct;   ///< Instead: its direction to the right, LPS,
@@ -41,9 +42,10 @@ struct SlicesOptions {
 
 /// Writes axial.png, coronal.png and sagittal.png of the session's CT through a point into the
 /// session's output folder, with the letters of the directions at their edges; where they are asked
-/// for oblique.png, needle-1.png and needle-2.png (along the needle, at right angles) and
-/// ultrasound.png (along a picture of the session's recording, placed as a replay places it), all
-/// fused with that picture or the second volume. Refuses by name what is out of range, points
+/// for oblique.png, needle-1.png and needle-2.png (along the needle, at right angles), of a session
+/// with a plan path-1.png and path-2.png (along its path), and ultrasound.png (along a picture of
+/// the session's recording, placed as a replay places it), all fused with that picture or the
+/// second volume. Refuses by name what is missing or out of range, the simulated procedure, points
 /// outside the CT, and frames without a pose.
 Result<void> run_slices(const SessionConfig& config, const SlicesOptions& options,
                         Console& console);

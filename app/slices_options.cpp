@@ -21,7 +21,7 @@ CLI::Option* add_vector(CLI::App& verb, const std::string& option,
 void add_planes(CLI::App& verb, SlicesOptions& o) {
   add_vector(verb, "--at", o.at_ct,
              "x y z, LPS mm: the point of the slices; none: the middle of the ultrasound picture, "
-             "the needle's tip, or the middle of the CT");
+             "the needle's tip, the plan's target, or the middle of the CT");
   CLI::Option* normal = add_vector(verb, "--normal", o.normal_ct,
                                    "x y z, LPS: also an oblique slice at right angles to it");
   CLI::Option* right = add_vector(verb, "--right", o.right_ct,

@@ -332,6 +332,73 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
   expect_refusal(arguments + " --second no.mha", 3, {"no.mha"});
 }
 
+TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
+  const auto session = folder_ / "session.toml";
+  const auto out = folder_ / "slices";
+  const auto bytes = [&](const std::string& name) {
+    std::ifstream file(out / name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string ct = write_ct();
+  const std::string sweep = write_sweep();
+  const std::string config = write_config();
+  const std::string files =
+      "[ct]\npath = \"" + ct + "\"\n[output]\nfolder = \"" + out.string() + "\"\n";
+  const std::string plan =
+      "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 0, 0]\ntarget_radius_mm = 6\n";
+  const std::string recording = "[source]\nrecording = \"" + sweep + "\"\nplus_config = \"" +
+                                config +
+                                "\"\n[placement]\nct_from_reference_mm = "
+                                "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
+  const std::string arguments = "slices --size 192 --session " + session.string();
+  const std::vector<std::string> whole{"axial.png", "coronal.png", "sagittal.png"};
+
+  // The path is drawn as a needle at the same place is, whose tip is the point of all slices too.
+  const auto on_line = [&](const std::string& name) {
+    const auto picture = io::read_png(out / name);
+    if (!picture) return std::ptrdiff_t{-1};
+    return std::ranges::count_if(picture->pixels(), [](const Rgba8& p) {
+      return p.b > p.r + 30;  // The CT is grey, the words are yellow.
+    });
+  };
+  std::ofstream(session) << files << plan;
+  ASSERT_EQ(sonde(arguments).code, 0);
+  std::map<std::string, std::string> of_plan;
+  for (const std::string& name : whole) of_plan[name] = bytes(name);
+  const auto along_path = std::pair(on_line("path-1.png"), on_line("path-2.png"));
+  EXPECT_GT(along_path.first, 20);
+  EXPECT_FALSE(std::filesystem::exists(out / "needle-1.png"));
+  std::filesystem::remove_all(out);
+  std::ofstream(session) << files;
+  ASSERT_EQ(sonde(arguments + " --needle 0 0 0 0 -50 40").code, 0);
+  for (const std::string& name : whole) EXPECT_EQ(bytes(name), of_plan[name]) << name;
+  EXPECT_EQ(std::pair(on_line("needle-1.png"), on_line("needle-2.png")), along_path);
+  EXPECT_FALSE(std::filesystem::exists(out / "path-1.png"));
+
+  // Its recording is laid over the CT, unless an option says what is.
+  std::ofstream(session) << files << recording << plan;
+  const Outcome along = sonde(arguments + " --frame 3 --share 1");
+  ASSERT_EQ(along.code, 0) << along.errors;
+  EXPECT_EQ(static_cast<int>(io::read_png(out / "ultrasound.png")->at(70, 110).r), 130);
+  std::filesystem::remove_all(out);
+  const Outcome second = sonde(arguments + " --second " + ct + " --out " + out.string());
+  ASSERT_EQ(second.code, 0) << second.errors;
+  EXPECT_FALSE(std::filesystem::exists(out / "ultrasound.png"));
+  EXPECT_TRUE(std::filesystem::exists(out / "path-1.png"));
+  expect_refusal(arguments + " --second " + ct + " --frame 3", 2,
+                 {"--frame: expected --recording beside it"});
+  EXPECT_NE(sonde(arguments + " --print-session").output.find(sweep), std::string::npos);
+
+  std::ofstream(session) << files
+                         << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 900, 0]\n"
+                            "target_radius_mm = 6\n";
+  expect_refusal(arguments, 2, {"plan.target_mm", "inside the CT", "900"});
+  std::ofstream(session) << "[source]\nkind = \"simulated\"\n";
+  expect_refusal(arguments, 2, {"source.kind", "simulated"});
+  expect_refusal("slices --out x", 2, {"ct: expected a CT, found nothing"});
+  expect_refusal("slices " + ct, 2, {"--out: expected a folder, found nothing"});
+}
+
 /// A small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.
 std::string write_ultrasound(const std::filesystem::path& file) {
   VoxelGrid grid;
