@@ -22,7 +22,6 @@ using namespace render::derived;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kVoxelMm = 0.4;
-constexpr double kSmoothingMm = 0.4;  // As predicates take it unless told.
 
 /// In [0, 1), from a position: no state, no order.
 double hash01(std::uint64_t x) {
@@ -64,7 +63,7 @@ ScanLines down(const ScalarVolume& volume) {
 }
 
 GradientPartOptions smooth(GradientPart part, double truncate = GradientOptions{}.truncate) {
-  return {part, {.smoothing_mm = kSmoothingMm, .truncate = truncate}};
+  return {part, {.smoothing_mm = kUsualSmoothingMm, .truncate = truncate}};
 }
 
 /// A feature with the ITK filter that computes the same.
@@ -98,7 +97,7 @@ std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
       {"gradient_angle", GradientPartOptions{GradientPart::kAngle}, kNaN, "none", {}},
       {"smooth_gradient_magnitude", smooth(GradientPart::kMagnitude), kNaN,
        "GradientMagnitudeRecursiveGaussianImageFilter",
-       [](ItkPeer& p) { p.gradient_magnitude(kSmoothingMm); }},
+       [](ItkPeer& p) { p.gradient_magnitude(kUsualSmoothingMm); }},
       {"smooth_gradient_along", smooth(GradientPart::kAlong), kNaN, "none", {}},
       {"smooth_gradient_across", smooth(GradientPart::kAcross), kNaN, "none", {}},
   };
@@ -227,7 +226,7 @@ Result<void> smooth_gradient_curve(const std::string& feature, DerivedBenchRepor
   if (feature == "smooth_gradient_along") part = GradientPart::kAlong;
   if (feature == "smooth_gradient_across") part = GradientPart::kAcross;
   std::vector<double> truth;
-  for (const Eigen::Vector3d& g : definition::gradients(volume, kSmoothingMm)) {
+  for (const Eigen::Vector3d& g : definition::gradients(volume, kUsualSmoothingMm)) {
     truth.push_back(part == GradientPart::kMagnitude ? g.norm()
                     : part == GradientPart::kAlong   ? g.y()
                                                      : std::hypot(g.x(), g.z()));

@@ -115,7 +115,7 @@ Result<PredicateVolume> simulated_ultrasound(const std::string& name, int side) 
 Result<void> add_features(const render::PredicateModel& model, PredicateVolume& volume) {
   volume.predicates.model = model;
   render::DerivedFeatureOptions derive;
-  derive.gradient.smoothing_mm = 0.4;
+  derive.gradient.smoothing_mm = render::derived::kUsualSmoothingMm;
   derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
   derive.vesselness.largest_radius_mm = 4.5;
   render::derived::DerivedVolumes service;

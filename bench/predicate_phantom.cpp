@@ -78,7 +78,7 @@ std::vector<PredicateVolume::Look> general_looks() {
 
 Result<void> add_gradients(PredicateVolume& volume) {
   render::DerivedFeatureOptions options;
-  options.gradient.smoothing_mm = 0.4;
+  options.gradient.smoothing_mm = render::derived::kUsualSmoothingMm;
   render::derived::DerivedVolumes service;
   for (const auto& one : volume.looks) {
     volume.predicates.model = one.model;

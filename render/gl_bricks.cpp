@@ -6,8 +6,7 @@
 
 namespace nav::render {
 BrickTexels brick_texels(const BrickGrid& bricks, const BrickGrid& parts,
-                         const TransferTable& table) {
-  const std::vector<std::uint8_t> hidden = hidden_bricks(bricks, table);
+                         const std::vector<std::uint8_t>& hidden, const TransferTable& table) {
   const std::vector<std::uint8_t> shows = visible_parts(parts, bricks, hidden, table);
   const BrickDistances distances = brick_distances(bricks, hidden);
   std::vector<std::uint8_t> texels;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <sys/mman.h>
 
+#include "nav/check.hpp"
 #include "render/gl_bricks.hpp"
 #include "render/gl_gradients.hpp"
 #include "render/gl_textures.hpp"
@@ -279,7 +280,8 @@ void GlTextures::update_bricks() {
   update_ranges();
   if (part_ranges_of_ != volume_) part_ranges_ = make_part_grid(*volume_, 0);
   part_ranges_of_ = volume_;
-  const BrickTexels made = brick_texels(ranges_, part_ranges_, *table_);
+  hidden_ = hidden_bricks(ranges_, *table_, 0);
+  const BrickTexels made = brick_texels(ranges_, part_ranges_, hidden_, *table_);
   bricks_occupied_ = made.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
@@ -291,10 +293,8 @@ void GlTextures::update_bricks() {
 }
 
 const BrickShell& GlTextures::shell() {
-  if (!shell_) {
-    update_ranges();
-    shell_ = brick_shell(ranges_, hidden_bricks(ranges_, *table_, 0));
-  }
+  NAV_CHECK(bricks_valid_, "bricks of a scene that skips them");
+  if (!shell_) shell_ = brick_shell(ranges_, hidden_);
   return *shell_;
 }
 

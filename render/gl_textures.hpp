@@ -85,7 +85,8 @@ class GlTextures {
   [[nodiscard]] const TransferTable& table() const { return *table_; }
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
-  /// Of the volume, as the transfer function has it; found when first asked for.
+  /// Of the volume, as the transfer function has it; found when first asked for. Precondition: the
+  /// last update() was of a scene that skips empty bricks.
   const BrickShell& shell();
 
   /// The volume to draw in place of one that the device does not hold: the same, or one of fewer
@@ -152,6 +153,7 @@ class GlTextures {
   bool bricks_valid_ = false;
   std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
   std::uint64_t bricks_occupied_ = 0;
+  std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
   std::optional<BrickShell> shell_;
   std::optional<AdaptiveStep> cells_of_;  ///< What is on the device.
   Image2d<std::uint8_t> pixels_;

@@ -96,35 +96,36 @@ double signal_to_noise(const ScalarVolume& volume, const SnrOptions& options, in
 
 std::vector<Eigen::Vector3d> gradients(const ScalarVolume& volume, double smoothing_mm) {
   const VoxelGrid& grid = volume.grid();
+  std::vector<double> slopes[3];
+  if (smoothing_mm > 0) {
+    constexpr double kTruncate = 8;
+    const Eigen::Vector3d sigma = grid.spacing_mm.cwiseInverse() * smoothing_mm;
+    const GaussianTaps taps[3] = {gaussian_taps(sigma.x(), kTruncate),
+                                  gaussian_taps(sigma.y(), kTruncate),
+                                  gaussian_taps(sigma.z(), kTruncate)};
+    const Field field =
+        field_of(volume, std::max({taps[0].radius, taps[1].radius, taps[2].radius}));
+    for (int axis = 0; axis < 3; ++axis) {
+      Field one = field;
+      for (int a = 0; a < 3; ++a) {
+        one = filtered(one, a, taps[a], a == axis ? Order::kSlope : Order::kSmooth);
+      }
+      slopes[axis] = std::move(one.values);
+    }
+  }
   std::vector<Eigen::Vector3d> out;
   out.reserve(grid.voxel_count());
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) out.push_back(gradient_at(volume, i, j, k));
-    }
-  }
-  if (!(smoothing_mm > 0)) return out;
-  constexpr double kTruncate = 8;
-  const Eigen::Vector3d sigma = grid.spacing_mm.cwiseInverse() * smoothing_mm;
-  const GaussianTaps taps[3] = {gaussian_taps(sigma.x(), kTruncate),
-                                gaussian_taps(sigma.y(), kTruncate),
-                                gaussian_taps(sigma.z(), kTruncate)};
-  const Field field = field_of(volume, std::max({taps[0].radius, taps[1].radius, taps[2].radius}));
-  std::vector<double> slopes[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    Field one = field;
-    for (int a = 0; a < 3; ++a) {
-      one = filtered(one, a, taps[a], a == axis ? Order::kSlope : Order::kSmooth);
-    }
-    slopes[axis] = std::move(one.values);
-  }
-  std::size_t n = 0;
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++n) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (!(smoothing_mm > 0)) {
+          out.push_back(gradient_at(volume, i, j, k));
+          continue;
+        }
+        const std::size_t n = out.size();
         const Eigen::Vector3d slope(slopes[0][n], slopes[1][n], slopes[2][n]);
-        out[n] = grid.directions * slope.cwiseQuotient(grid.spacing_mm);
-        if (std::isnan(volume.at(i, j, k))) out[n].setConstant(std::nan(""));
+        out.emplace_back(grid.directions * slope.cwiseQuotient(grid.spacing_mm));
+        if (std::isnan(volume.at(i, j, k))) out.back().setConstant(std::nan(""));
       }
     }
   }

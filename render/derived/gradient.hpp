@@ -10,6 +10,9 @@
 
 namespace nav::render::derived {
 
+/// What predicates' gradients are smoothed by unless told otherwise, mm.
+inline constexpr double kUsualSmoothingMm = 0.4;
+
 struct GradientOptions {
   /// Gaussian smoothing before ("the smoothed gradient", Schulte zu Berge et al. 2014, §3.1), mm,
   /// [0, 20]; 0: central differences of the voxels themselves.

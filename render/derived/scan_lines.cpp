@@ -79,8 +79,8 @@ Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
 
 Result<ScanLines> ScanLines::fan(const Point<frames::Ct>& apex, double face_radius_mm) {
   if (!is_place(apex.mm)) return refusal("an apex within 1e7 mm", apex.mm.transpose());
-  if (!(face_radius_mm >= 0 && face_radius_mm <= 1e4)) {
-    return refusal("a face radius of 0 to 10000 mm", face_radius_mm);
+  if (!(face_radius_mm >= 0 && face_radius_mm <= kFurthestMm)) {
+    return refusal("a face radius of 0 to 1e7 mm", face_radius_mm);
   }
   ScanLines lines;
   lines.kind_ = Kind::kFan;
