@@ -183,7 +183,9 @@ class Marcher {
     }
     M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
     if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
-    set_before(part.cell, V::both(part.active, bowed), fresh);
+    // A bow changes nothing where both ends are invisible.
+    const M may_bow = V::both(bowed, V::less(V::set(in_.invisible_up_to_hu), V::max(v0, v1)));
+    set_before(part.cell, V::both(part.active, may_bow), fresh);
     const F rise_before = V::sub(v0, before_);
     part.bow = V::mask(bowed, V::mul(V::sub(rise_before, rise), V::set(1.0F / 12)));
     before_ = v0;
