@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 #include "render/cpu_kernel_leap.hpp"
 #include "render/cpu_kernel_part.hpp"
 #include "render/cpu_kernel_segment.hpp"
@@ -54,13 +56,18 @@ class Marcher {
     M fresh = active;  // Lanes whose value at the begin of their cell is not known.
     // Lanes enter bricks one after the other: a look for each would cost more than to march on a
     // little through what is empty, which changes nothing.
+    // And the more often they find nothing to leap over, the seldomer they look.
+    int patience = 1;
     for (int until_look = 0; true;) {
       if (skipping && until_look == 0) {
         if (leaper.leap(cell, end_, active, fresh)) {
           active = V::both(active, V::less(cell, end_));
           if (!V::any(active)) break;
+          patience = 1;
+        } else {
+          patience = std::min(patience + 1, kMarchPatience);
         }
-        until_look = in_.cells_per_look;
+        until_look = patience * in_.cells_per_look;
       }
       if constexpr (kAdaptive) {
         const M single = kFade ? V::less(cell, fading_.t2) : V::none();

@@ -39,6 +39,10 @@ struct alignas(64) IntegralEntry {
 /// 8: processors wait less for memory and for one another's results, but rays end among them.
 inline constexpr int kMarchRun = 4;
 
+/// How many times as far a ray marches at most before it looks at bricks again, after looks that
+/// found nothing to leap over.
+inline constexpr int kMarchPatience = 3;
+
 /// What all rays of a picture share.
 struct MarchInputs {
   const std::int16_t* voxels;  ///< Voxel (0, 0, 0) of a volume with repeated borders.
