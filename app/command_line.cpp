@@ -22,6 +22,7 @@
 #include "app/look_options.hpp"
 #include "app/option_checks.hpp"
 #include "app/option_keys.hpp"
+#include "app/overwriting.hpp"
 #include "app/predicate_command.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
@@ -36,6 +37,12 @@ namespace {
 
 using Verb = std::function<Result<void>(Console&)>;
 
+std::string default_of(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
 /// Options that several verbs share, bound to one configuration.
 void add_output_options(CLI::App& verb, SessionConfig& config) {
   auto& out = config.output;
@@ -44,12 +51,18 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
       ->capture_default_str();
   verb.add_option("--width", out.width, "width of the 3D view, pixels")->capture_default_str();
   verb.add_option("--height", out.height, "height of the 3D view, pixels")->capture_default_str();
-  verb.add_option("--step", out.step_voxels,
-                  "sampling distance, voxels; not given: what --rms-error needs");
-  verb.add_option("--rms-error", out.rms_error,
-                  "root mean square error of the picture's colours that the step is chosen for")
+  auto* step = verb.add_option("--step", out.step_voxels,
+                               "sampling distance, voxels; not given: what --rms-error needs");
+  verb.add_option_function<double>(
+          "--rms-error",
+          [&out](const double& rms) {
+            out.rms_error = rms;
+            out.step_voxels.reset();  // A session's, which an option replaces.
+          },
+          "root mean square error of the picture's colours that the step is chosen for")
       ->check(in_range(1e-5, 1))
-      ->capture_default_str();
+      ->excludes(step)
+      ->default_str(default_of(out.rms_error));
   verb.add_option("--pixel-error", out.pixel_error,
                   "pixels between rays that differ by no more have none of their own; 0: all have")
       ->check(in_range(0, 1))
@@ -242,7 +255,7 @@ void CommandLine::add_demo() {
       demo_.quality = demo_config_.quality;
       demo_.cutaway_objects = demo_config_.cutaway_objects;
       demo_.json = json();
-      return run_demo(demo_, console);
+      return as_given(*demo, run_demo(demo_, console));
     };
   });
 }
@@ -285,6 +298,14 @@ void CommandLine::add_replay() {
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = as_given(*replay, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_replay(*replay, config_); !ok) return ok;
+      const auto own = refuse_overwriting({{"--json", json_}, {"--save-look", config_.look.save}},
+                                          {{"sweep", config_.source.recording},
+                                           {"--ct", config_.ct.path},
+                                           {"--config", config_.source.plus_config},
+                                           {"--registration", config_.placement.registration},
+                                           {"--session", config_.file},
+                                           {"--us-volume", config_.predicates.volume}});
+      if (!own) return own;
       if (print_session_) {
         std::cout << to_toml(config_);
         return {};
@@ -297,9 +318,9 @@ void CommandLine::add_replay() {
         demo_.quality = config_.quality;
         demo_.cutaway_objects = config_.cutaway_objects;
         demo_.json = json();
-        return run_demo(demo_, console);
+        return as_given(*replay, run_demo(demo_, console));
       }
-      return run_replay(config_, json(), console);
+      return as_given(*replay, run_replay(config_, json(), console));
     };
   });
 }
@@ -365,6 +386,15 @@ void CommandLine::add_register() {
         }
         register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
       }
+      const auto ok = refuse_overwriting({{"--json", json_}},
+                                         {{"sweep", config_.source.recording},
+                                          {"--ct", config_.ct.path},
+                                          {"--config", config_.source.plus_config},
+                                          {"--landmarks", register_.landmarks},
+                                          {"--points", register_.shape.points},
+                                          {"--surface", register_.shape.surface},
+                                          {"--centre-lines", register_.shape.centre_lines}});
+      if (!ok) return ok;
       return run_register(config_, register_, json(), console);
     };
   });
@@ -447,12 +477,25 @@ void CommandLine::add_derive() {
                        "x y z, LPS: of parallel scan lines, away from the probe; none: "
                        "0 1 0")
           ->expected(3);
-  verb->add_option("--apex", o.apex_mm, "x y z, LPS mm: apex of a fan of scan lines instead")
-      ->expected(3)
-      ->excludes(direction);
+  auto* apex =
+      verb->add_option("--apex", o.apex_mm, "x y z, LPS mm: apex of a fan of scan lines instead")
+          ->expected(3)
+          ->excludes(direction);
+  verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
+      ->check(in_range(0, 1e4, "mm"))
+      ->capture_default_str();
+  verb->add_option("--scan-lines", o.scan_lines,
+                   "file of the planes of the sweep that the volume was made from, instead")
+      ->excludes(direction)
+      ->excludes(apex);
+  verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")
+      ->check(in_range(0, 20, "mm"))
+      ->capture_default_str();
   verb->add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
+      ->check(in_range(1e-3, 100, "mm"))
       ->capture_default_str();
   verb->add_option("--largest-radius", o.largest_radius_mm, "of vessels, mm")
+      ->check(in_range(1e-3, 100, "mm"))
       ->capture_default_str();
   verb->add_flag("--bright", o.bright_vessels, "vessels are brighter than what surrounds them");
   verb->add_option("--cache", o.cache, "folder that keeps derived features for the next time");
@@ -550,7 +593,10 @@ void CommandLine::add_simulate() {
   }
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) {
-      const auto ok = refuse_idle_of_simulate(*verb, simulate_);
+      if (const auto ok = refuse_idle_of_simulate(*verb, simulate_); !ok) return ok;
+      const auto ok = refuse_overwriting(
+          {{"--out", simulate_.out}, {"--ct", simulate_.ct}, {"--truth", simulate_.truth}},
+          {{"--patient-ct", simulate_.patient_ct}});
       return ok ? run_simulate(simulate_, console) : ok;
     };
   });
@@ -708,7 +754,9 @@ void CommandLine::add_devices() {
 
 int CommandLine::fail(const Error& error) const {
   std::string message = error.message;
-  for (char& c : message) c = c == '\n' ? ' ' : c;
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';  // Names come from files.
+  }
   std::fprintf(stderr, "sonde: error: %s\n", message.c_str());
   return exit_code(error);
 }

@@ -24,6 +24,15 @@ spdlog::logger& logger() {
   return *instance;
 }
 
+/// Names come from files: what steers a terminal does not reach it.
+std::string without_controls(std::string_view text) {
+  std::string clean(text);
+  for (char& c : clean) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return clean;
+}
+
 }  // namespace
 
 Console::Console(bool verbose)
@@ -38,7 +47,7 @@ void Console::report(Severity severity, std::string_view source, std::string_vie
                      : severity == Severity::kWarning ? spdlog::level::warn
                                                       : spdlog::level::info;
   if (terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
-  logger().log(level, "{}: {}", source, message);
+  logger().log(level, "{}: {}", without_controls(source), without_controls(message));
 }
 
 void Console::begin(const std::string& stage) {
@@ -55,13 +64,13 @@ void Console::end(const std::string& outcome) {
   if (stage_.empty()) return;
   const double seconds = seconds_since(begun_);
   std::fprintf(stderr, "%s%s: %s (%.1f s)\n", terminal_ ? "\r\033[K" : "", stage_.c_str(),
-               outcome.c_str(), seconds);
+               without_controls(outcome).c_str(), seconds);
   stage_.clear();
 }
 
 void Console::say(const std::string& line) {
   if (!stage_.empty()) end();
-  std::fprintf(stderr, "%s\n", line.c_str());
+  std::fprintf(stderr, "%s\n", without_controls(line).c_str());
 }
 
 void Console::draw(double fraction) {

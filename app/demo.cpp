@@ -229,6 +229,7 @@ Result<void> Demo::write_report() {
   json["rejected_poses"] = navigator_.rejected_poses();
   json["final_tip_to_target_mm"] =
       last_guidance_ ? Json(last_guidance_->tip_to_target_mm) : Json(nullptr);
+  say_sampling(presenter_.step(), options_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
   json["views_cast"] = presenter_.views_cast();
   json["views_reused"] = presenter_.views_reused();
@@ -342,7 +343,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
-  presenter->cut_free(*shapes);
+  if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
   Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));
   return demo.run();
 }

@@ -9,8 +9,10 @@
 #include <cstdio>
 #include <sstream>
 
+#include "app/engines.hpp"
 #include "app/feature_maker.hpp"
-#include "io/ct.hpp"
+#include "app/predicate_scan_lines.hpp"
+#include "app/predicate_volume.hpp"
 #include "io/picture.hpp"
 #include "nav/places.hpp"
 #include "render/derived/service.hpp"
@@ -30,13 +32,16 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
   vessels.smallest_radius_mm = options.smallest_radius_mm;
   vessels.largest_radius_mm = options.largest_radius_mm;
   vessels.polarity = options.bright_vessels ? Polarity::kBright : Polarity::kDark;
+  const auto gradient = [&](GradientPart part) {
+    return GradientPartOptions{part, {.smoothing_mm = options.smoothing_mm}};
+  };
   return {{"snr", SnrOptions{}},
           {"vesselness", vessels},
           {"confidence", ConfidenceOptions{}},
-          {"gradient-magnitude", GradientPartOptions{GradientPart::kMagnitude}},
-          {"gradient-angle", GradientPartOptions{GradientPart::kAngle}},
-          {"gradient-along", GradientPartOptions{GradientPart::kAlong}},
-          {"gradient-across", GradientPartOptions{GradientPart::kAcross}},
+          {"gradient-magnitude", gradient(GradientPart::kMagnitude)},
+          {"gradient-angle", gradient(GradientPart::kAngle)},
+          {"gradient-along", gradient(GradientPart::kAlong)},
+          {"gradient-across", gradient(GradientPart::kAcross)},
           {"depth", ScanDepthOptions{}}};
 }
 
@@ -63,15 +68,23 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
   };
+  if (!options.scan_lines.empty()) {
+    return read_scan_lines(options.scan_lines, grid, usable_threads(options.threads));
+  }
   if (!options.apex_mm.empty()) {
     const Point<frames::Ct> apex{vector(options.apex_mm)};
-    if (is_place(apex.mm)) return ScanLines::fan(apex, 0);
+    if (is_place(apex.mm)) return ScanLines::fan(apex, options.face_radius_mm);
     std::ostringstream text;
     text << "--apex: expected 3 numbers within 1e7 mm, found " << apex.mm.transpose();
     return Error{ErrorCode::kUsage, text.str()};
   }
   Eigen::Vector3d away =
       options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
+  if (!away.allFinite() || away.isZero(0)) {
+    std::ostringstream text;
+    text << "--direction: expected 3 finite numbers, not all 0, found " << away.transpose();
+    return Error{ErrorCode::kUsage, text.str()};
+  }
   away = away.stableNormalized();  // Of any length, whose square need not be finite.
   Point<frames::Ct> nearest = grid.at({0, 0, 0});
   for (int corner = 1; corner < 8; ++corner) {
@@ -131,13 +144,26 @@ Result<void> write_slices(const FeatureVolume& volume, const std::string& name,
 Result<void> run_derive(const DeriveOptions& options, Console& console) {
   const auto features = chosen(options);
   if (!features) return features.error();
-  auto read = io::read_ct(options.volume, console);
+  if (options.out.empty()) {
+    return Error{ErrorCode::kUsage, "--out: expected a folder, found nothing"};
+  }
+  if (options.smallest_radius_mm > options.largest_radius_mm) {
+    std::ostringstream text;
+    text << "--smallest-radius: expected at most --largest-radius, " << options.largest_radius_mm
+         << " mm, found " << options.smallest_radius_mm;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  auto read = read_ultrasound(options.volume, console);
   if (!read) return read.error();
   std::optional<std::int16_t> unknown;
   if (options.unknown) unknown = static_cast<std::int16_t>(*options.unknown);
   const auto volume = ScalarVolume::of(std::make_shared<const Volume>(std::move(*read)), unknown);
   const auto lines = lines_of(options, volume.grid());
   if (!lines) return lines.error();
+  // Whatever is wrong with one of them is said before any is made.
+  for (const Feature& feature : *features) {
+    if (const auto ok = validate(DerivedRequest{volume, feature.options, *lines}); !ok) return ok;
+  }
   std::error_code failed;
   std::filesystem::create_directories(options.out, failed);
   if (failed) {

@@ -9,6 +9,7 @@
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
+#include "render/derived/gradient.hpp"
 
 namespace nav::app {
 
@@ -20,6 +21,9 @@ struct DeriveOptions {
   std::vector<std::string> features;
   std::vector<double> direction;  ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
   std::vector<double> apex_mm;    ///< Of a fan instead, LPS: 3 numbers.
+  double face_radius_mm = 0;      ///< Of the fan's probe.
+  std::filesystem::path scan_lines;                          ///< File of a sweep's planes; instead.
+  double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;

@@ -100,10 +100,18 @@ void FeatureCache::keep(const DerivedRequest& request, const DerivedVolume& volu
   content += digest_of(content);
   std::error_code failed;
   std::filesystem::create_directories(folder_, failed);
-  const auto written =
-      failed ? Result<void>(Error{ErrorCode::kIo,
-                                  folder_.string() + ": expected a folder, " + failed.message()})
-             : io::write_file(path_of(request), content);
+  const auto path = path_of(request);
+  const auto written = [&]() -> Result<void> {
+    if (failed) {
+      return Error{ErrorCode::kIo, folder_.string() + ": expected a folder, " + failed.message()};
+    }
+    // Whoever reads a pipe there would be waited for.
+    const auto there = std::filesystem::status(path, failed);
+    if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
+      return Error{ErrorCode::kIo, path.string() + ": expected a file, found a special one"};
+    }
+    return io::write_file(path, content);
+  }();
   if (!written) {
     diagnostics.report(Severity::kWarning, "cache", written.error().message + "; nothing is kept");
   }

@@ -57,6 +57,7 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   }
   if (cache_) cache_->keep(request, *made, console_);
   console_.end(made->note.empty() ? "done" : made->note);
+  if (const auto ok = check_interrupt(name); !ok) return ok.error();  // Asked at the very end.
   return made;
 }
 

@@ -9,6 +9,7 @@
 #include "app/engines.hpp"
 #include "app/predicate_picture.hpp"
 #include "app/predicate_scribbles.hpp"
+#include "app/predicate_volume.hpp"
 #include "bench/predicate_patient.hpp"
 #include "bench/scene_set.hpp"
 #include "bench/two_volumes.hpp"
@@ -216,7 +217,7 @@ Result<std::optional<bench::PredicateVolume>> PredicateGallery::recorded(
                     "skipped: expected " + path.string() + ", found nothing (set SONDE_DATA_DIR)");
     return std::optional<bench::PredicateVolume>();
   }
-  auto read = io::read_ct(path, console_);
+  auto read = read_ultrasound(path, console_);
   if (!read) return read.error();
   return std::optional(bench::PredicateVolume{
       path.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}});

@@ -20,11 +20,17 @@ struct Need {
   std::string found = "none";
 };
 
+/// Verbs have not all of the options.
+bool is_given(const CLI::App& verb, const char* option) {
+  const CLI::Option* there = verb.get_option_no_throw(option);
+  return there != nullptr && there->count() > 0;
+}
+
 Result<void> refuse_idle(const CLI::App& verb, const std::vector<Need>& needs) {
   for (const Need& need : needs) {
     if (need.met) continue;
     for (const char* option : need.options) {
-      if (verb.count(option) == 0) continue;
+      if (!is_given(verb, option)) continue;
       return Error{ErrorCode::kUsage, std::string(option) + ": expected " + need.expected +
                                           " beside it, found " + need.found};
     }
@@ -45,39 +51,43 @@ std::vector<Need> needs_of_look(const SessionConfig& config, const Shown& shown)
   const std::vector<const char*> cutaway{"--cutaway-inner", "--cutaway-outer", "--cutaway-overlay",
                                          "--cutaway-around", "--cutaway-mesh"};
   const std::vector<const char*> surface{"--shading", "--emphasis"};
+  const std::vector<const char*> off{"--no-shading", "--no-cutaway"};
+  // By predicates alone colours are the histogram's, and nothing is shaded.
+  const std::vector<const char*> of_ct{"--transfer-function", "--importance", "--save-look",
+                                       "--shading",           "--emphasis",   "--no-shading"};
   const std::vector<const char*> colours{"--transfer-function", "--look",
                                          "--importance",        "--save-look",
                                          "--classification",    "--adaptive-error"};
   const std::string colourful = "--projection composite";
-  return {
-      {{"--grey-level", "--grey-width"},
-       !composite,
-       "--projection maximum, minimum or mean",
-       look.projection},
-      {colours, composite, colourful, look.projection},
-      {surface, composite, colourful, look.projection},
-      {cutaway, composite, colourful, look.projection},
-      {{"--transfer-function"},
-       look.file.empty() && look.nodes.empty(),
-       "no look file or nodes, which replace it,",
-       look.file.empty() ? "nodes of the session file" : look.file.string()},
-      {surface, look.shading, "shading that is on", "it off"},
-      {cutaway, look.cutaway.enabled.value_or(true), "a cutaway that is on", "it off"},
-      {{"--cutaway-around"},
-       shown.needle || !look.cutaway.around_needle.value_or(false),
-       "--needle-frame, the needle that it names,"},
-      {{"--cutaway-around"},
-       shown.targets || !look.cutaway.around_targets.value_or(false),
-       "a session file with a plan, whose targets it names,"},
-      {{"--classification", "--adaptive-error"},
-       !shown.without_ct,
-       "a CT, whose values they sample,",
-       "--us-alone"},
-      {{"--rms-error"}, !config.output.step_voxels, "no --step, which it would choose,", "both"},
-      {{"--rms-error"},
-       composite && !shown.without_ct,
-       "a CT in colours, whose step it chooses,",
-       composite ? "--us-alone" : look.projection}};
+  return {{{"--grey-level", "--grey-width"},
+           !composite,
+           "--projection maximum, minimum or mean",
+           look.projection},
+          {colours, composite, colourful, look.projection},
+          {surface, composite, colourful, look.projection},
+          {cutaway, composite, colourful, look.projection},
+          {off, composite, colourful, look.projection},
+          {of_ct, !shown.without_ct, "a CT, which they show,", "--us-alone"},
+          {surface, look.shading, "shading that is on", "it off"},
+          {cutaway, look.cutaway.enabled.value_or(true), "a cutaway that is on", "it off"},
+          {{"--cutaway-around"},
+           shown.needle || !look.cutaway.around_needle.value_or(false),
+           "--needle-frame, the needle that it names,"},
+          {{"--cutaway-around"},
+           shown.targets || !look.cutaway.around_targets.value_or(false),
+           "a session file with a plan, whose targets it names,"},
+          {{"--classification", "--adaptive-error"},
+           !shown.without_ct,
+           "a CT, whose values they sample,",
+           "--us-alone"},
+          {{"--pixel-error"},
+           config.output.engine != "reference",
+           "--engine cpu or gl, which may spare rays,",
+           config.output.engine},
+          {{"--rms-error"},
+           composite && !shown.without_ct,
+           "a CT in colours, whose step it chooses,",
+           composite ? "--us-alone" : look.projection}};
 }
 
 Need folder_of_series(const SessionConfig& config) {
@@ -92,9 +102,50 @@ Need fan_of_face(const PredicateOptions& options) {
   return {{"--face-radius-mm"}, options.apex_ct.has_value(), "--apex"};
 }
 
+/// Options of what only some predicates read.
+Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions& options) {
+  const std::vector<const char*> scan{"--into", "--apex", "--face-radius-mm", "--scan-lines"};
+  const std::vector<const char*> labels{"--labels", "--layers"};
+  const std::vector<const char*> vessels{"--smallest-radius", "--largest-radius", "--bright"};
+  const auto given = [&](const auto& names) {
+    return std::ranges::any_of(names, [&](const char* name) { return is_given(verb, name); });
+  };
+  const bool asks = given(scan) || given(labels) || given(vessels) ||
+                    given(std::vector<const char*>{"--smoothing-mm", "--unknown", "--cache"});
+  if (!asks) return {};
+  const auto file = set_up_of(options);
+  if (!file) return file.error();
+  const std::set<std::string> kinds = render::kinds_of(file->model);
+  const auto any_of = [&](std::initializer_list<const char*> names) {
+    return std::ranges::any_of(names, [&](const char* name) { return kinds.contains(name); });
+  };
+  const std::string found = "none in " + file->name;
+  const bool gradients = any_of({"gradient_magnitude", "gradient_angle"});
+  return refuse_idle(
+      verb,
+      {{scan, any_of({"depth", "gradient_angle", "confidence"}),
+        "a predicate depth, gradient_angle or confidence", found},
+       {labels, any_of({"label"}), "a predicate label", found},
+       {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
+       {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
+       {{"--unknown", "--cache"},
+        gradients || any_of({"snr", "vesselness", "confidence"}),
+        "a predicate of a derived feature",
+        found}});
+}
+
+/// The error asked for chooses how many rays are spared, too.
+Result<void> refuse_idle_estimate(const CLI::App& verb) {
+  return refuse_idle(verb, {{{"--rms-error"},
+                             !is_given(verb, "--pixel-error"),
+                             "no --pixel-error, which it would choose,",
+                             "both"}});
+}
+
 }  // namespace
 
 Result<void> refuse_idle_of_demo(const CLI::App& verb, const SessionConfig& config) {
+  if (const auto ok = refuse_idle_estimate(verb); !ok) return ok;
   return refuse_idle(verb, needs_of_look(config, {false, true, true}));
 }
 
@@ -141,6 +192,7 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
        ultrasound,
        "--us-volume"},
       {{"--ct-importance"}, !without_ct, "a CT, which --us-alone leaves out,", "both"},
+      {{"--pixel-error"}, !ultrasound, "a CT alone, whose rays may be spared,", "--us-volume"},
       fan_of_face(predicates),
       {{"--us-volume"},
        predicates.alone || config.look.projection == "composite",
@@ -150,7 +202,9 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
   const Shown shown{without_ct, simulated || !config.source.needle_frame.empty(),
                     simulated || config.plan.has_value()};
   for (Need& need : needs_of_look(config, shown)) needs.push_back(std::move(need));
-  return refuse_idle(verb, needs);
+  if (const auto ok = refuse_idle_estimate(verb); !ok) return ok;
+  if (const auto ok = refuse_idle(verb, needs); !ok) return ok;
+  return ultrasound ? refuse_idle_of_set_up(verb, predicates) : Result<void>();
 }
 
 Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& config,
@@ -183,34 +237,7 @@ Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOpti
                                       "--scribbles, --show or --hide"},
                                      fan_of_face(options)});
   if (!ok) return ok;
-  const std::vector<const char*> scan{"--into", "--apex", "--face-radius-mm", "--scan-lines"};
-  const std::vector<const char*> labels{"--labels", "--layers"};
-  const std::vector<const char*> vessels{"--smallest-radius", "--largest-radius", "--bright"};
-  const auto given = [&](const auto& names) {
-    return std::ranges::any_of(names, [&](const char* name) { return verb.count(name) > 0; });
-  };
-  const bool asks = given(scan) || given(labels) || given(vessels) ||
-                    verb.count("--smoothing-mm") > 0 || verb.count("--unknown") > 0;
-  if (!asks) return {};
-  const auto file = set_up_of(options);
-  if (!file) return file.error();
-  const std::set<std::string> kinds = render::kinds_of(file->model);
-  const auto any_of = [&](std::initializer_list<const char*> names) {
-    return std::ranges::any_of(names, [&](const char* name) { return kinds.contains(name); });
-  };
-  const std::string found = "none in " + file->name;
-  const bool gradients = any_of({"gradient_magnitude", "gradient_angle"});
-  return refuse_idle(
-      verb,
-      {{scan, any_of({"depth", "gradient_angle", "confidence"}),
-        "a predicate depth, gradient_angle or confidence", found},
-       {labels, any_of({"label"}), "a predicate label", found},
-       {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
-       {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
-       {{"--unknown"},
-        gradients || any_of({"snr", "vesselness", "confidence"}),
-        "a predicate of a derived feature",
-        found}});
+  return refuse_idle_of_set_up(verb, options);
 }
 
 Result<void> refuse_idle_of_slices(const CLI::App& verb, const SessionConfig& config,
@@ -247,10 +274,20 @@ Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& op
         any_of({"vesselness"}),
         "--feature vesselness",
         "others"},
-       {{"--direction", "--apex"},
+       {{"--direction", "--apex", "--face-radius-mm", "--scan-lines"},
         any_of({"confidence", "gradient-angle", "gradient-along", "gradient-across", "depth"}),
         "--feature confidence, gradient-angle, -along, -across or depth",
-        "others"}});
+        "others"},
+       {{"--face-radius-mm"}, !options.apex_mm.empty(), "--apex"},
+       {{"--smoothing-mm"},
+        any_of({"gradient-magnitude", "gradient-angle", "gradient-along", "gradient-across"}),
+        "--feature gradient-magnitude, -angle, -along or -across",
+        "others"},
+       {{"--unknown"},
+        any_of({"snr", "vesselness", "confidence", "gradient-magnitude", "gradient-angle",
+                "gradient-along", "gradient-across"}),
+        "a --feature of what the voxels hold",
+        "depth"}});
 }
 
 Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& o) {

@@ -75,7 +75,13 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
   if (!cutaway) return cutaway.error();
   ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}, {}};
   if (file && file->shading) resolved.shading = *file->shading;
-  resolved.shading.enabled = resolved.shading.enabled && look.shading;
+  // Who asks for a style asks for shading, whatever the file says.
+  const bool in_file = resolved.shading.enabled || look.style.has_value();
+  if (look.shading && !in_file && look.emphasis) {
+    return Error{ErrorCode::kUsage, "look.emphasis: expected shading that is on, found it off in " +
+                                        look.file.string()};
+  }
+  resolved.shading.enabled = in_file && look.shading;
   resolved.shading.emphasis = look.emphasis.value_or(resolved.shading.emphasis);
   if (look.style) {
     resolved.shading.style =

@@ -63,9 +63,19 @@ void add_look_options(CLI::App& verb, SessionConfig::Look& look) {
   for (const std::string& name : render::preset_names()) {
     presets += (presets.empty() ? "" : ", ") + name;
   }
-  verb.add_option("--transfer-function", look.preset, presets)->capture_default_str();
+  auto* preset = verb.add_option_function<std::string>(
+                         "--transfer-function",
+                         [&look](const std::string& name) {
+                           look.preset = name;
+                           look.nodes.clear();  // Those of a session, which an option replaces.
+                           look.file.clear();
+                         },
+                         presets)
+                     ->check(among(render::preset_names()))
+                     ->default_str(look.preset);
   verb.add_option("--look", look.file,
-                  "look file, or a volume property of 3D Slicer (.vp, .vp.json)");
+                  "look file, or a volume property of 3D Slicer (.vp, .vp.json)")
+      ->excludes(preset);
   verb.add_option("--save-look", look.save,
                   "stores the look as it is drawn, for --look on other data");
   verb.add_option_function<std::vector<std::string>>(

@@ -31,9 +31,13 @@ constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
     {"look.grey_level_hu", "--grey-level"},
     {"look.grey_width_hu", "--grey-width"},
     {"look.cutaway.theta1_deg", "--cutaway-inner"},
+    {"look.cutaway.theta1_deg", "--cutaway-outer"},
     {"look.cutaway.theta2_deg", "--cutaway-outer"},
     {"look.cutaway.overlay_mm", "--cutaway-overlay"},
+    {"cutaway_objects", "--cutaway-mesh"},
+    {"placement.ct_from_reference_mm", "--ct-from-reference"},
     {"predicates.phantom_side", "--phantom-side"},
+    {"predicates.phantom", "--phantom"},
     {"predicates.scribble_share", "--scribble-share"},
     {"predicates.black", "--black"},
     {"predicates.white", "--white"},
@@ -45,6 +49,8 @@ constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
     {"predicates.hue_mean", "--hue-mean"},
     {"predicates.unknown", "--unknown"},
     {"predicates.histogram.importance", "--importance"},
+    {"predicates.histogram", "--importance"},
+    {"predicates.histogram", "--colour"},
     {"predicates.ct_importance", "--ct-importance"},
     {"predicates.scan_lines", "--scan-lines"},
     {"predicates.cache", "--cache"},
@@ -52,8 +58,8 @@ constexpr std::pair<const char*, const char*> kOptionsOfKeys[] = {
     {"predicates.apex_mm", "--apex"},
     {"predicates.into", "--into"},
     {"predicates.from", "--from"},
-    {"predicates.target", "--target"},
-    {"predicates.needle", "--needle"}};
+    {"predicates.target_mm", "--target"},
+    {"predicates.needle_mm", "--needle"}};
 
 }  // namespace
 

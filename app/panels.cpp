@@ -278,8 +278,11 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   } else {
-    // Whose picture it is, and that it is not registered, is said however small it is.
+    // Whose picture it is, that it is not registered and what it leaves out are said however small
+    // it is.
     draw_note(canvas, view_3d.height() + 16, canvas.width(), context.banner);
+    const int next = draw_note(canvas, 16, canvas.width(), context.note);
+    draw_note(canvas, next, canvas.width(), context.warning);
   }
   return canvas.picture();
 }

@@ -64,13 +64,16 @@ void add_scribble_options(CLI::App& verb, PredicateOptions& o) {
   for (const auto& [name, paint] :
        {std::pair<std::string, Paint>{"--show", Paint::kShow}, {"--hide", Paint::kHide}}) {
     verb.add_option_function<std::vector<std::string>>(
-        name,
-        [&o, name = name, paint = paint](const std::vector<std::string>& strokes) {
-          for (const auto& text : strokes) {
-            o.strokes.push_back(or_throw(parse_stroke(name, paint, text)));
-          }
-        },
-        "'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', LPS mm: a stroke; several");
+            name,
+            [&o, name = name, paint = paint](const std::vector<std::string>& strokes) {
+              for (const auto& text : strokes) {
+                o.strokes.push_back(or_throw(parse_stroke(name, paint, text)));
+              }
+            },
+            "'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', LPS mm: a stroke; several, in order: the "
+            "last "
+            "one that covers a voxel counts")
+        ->trigger_on_parse();
   }
   verb.add_option("--scribble-share", o.scribble_share, "of the importance that strokes move")
       ->capture_default_str();
@@ -113,9 +116,22 @@ void add_view_options(CLI::App& verb, SessionConfig& config) {
 }  // namespace
 
 void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
-  verb.add_option("--labels", o.labels,
-                  "label volume of bit masks; several: one bit each, where not 0");
-  verb.add_option("--layers", o.layers, "file of B-spline surfaces between layers, instead");
+  // An option replaces what the session says in another way.
+  auto* labels = verb.add_option_function<std::vector<std::string>>(
+      "--labels",
+      [&o](const std::vector<std::string>& files) {
+        o.labels.assign(files.begin(), files.end());
+        o.layers.clear();
+      },
+      "label volume of bit masks; several: one bit each, where not 0");
+  verb.add_option_function<std::string>(
+          "--layers",
+          [&o](const std::string& file) {
+            o.layers = file;
+            o.labels.clear();
+          },
+          "file of B-spline surfaces between layers, instead")
+      ->excludes(labels);
   verb.add_option("--black", o.black, "stored value of black")->capture_default_str();
   verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
   auto* into = verb.add_option_function<Numbers>(
@@ -123,22 +139,32 @@ void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
                        [&o](const Numbers& p) {
                          o.into_ct = Eigen::Vector3d(p[0], p[1], p[2]);
                          o.apex_ct.reset();
+                         o.scan_lines.clear();
                        },
                        "x y z, LPS: direction of parallel scan lines")
                    ->expected(3);
-  verb.add_option_function<Numbers>(
-          "--apex",
-          [&o](const Numbers& p) {
-            o.apex_ct = Eigen::Vector3d(p[0], p[1], p[2]);
-            o.into_ct.reset();
-          },
-          "x y z, LPS mm: of a fan of scan lines")
-      ->expected(3)
-      ->excludes(into);
+  auto* apex = verb.add_option_function<Numbers>(
+                       "--apex",
+                       [&o](const Numbers& p) {
+                         o.apex_ct = Eigen::Vector3d(p[0], p[1], p[2]);
+                         o.into_ct.reset();
+                         o.scan_lines.clear();
+                       },
+                       "x y z, LPS mm: of a fan of scan lines")
+                   ->expected(3)
+                   ->excludes(into);
   verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
       ->capture_default_str();
-  verb.add_option("--scan-lines", o.scan_lines,
-                  "file of the planes of the sweep that the volume was made from, instead");
+  verb.add_option_function<std::string>(
+          "--scan-lines",
+          [&o](const std::string& file) {
+            o.scan_lines = file;
+            o.into_ct.reset();
+            o.apex_ct.reset();
+          },
+          "file of the planes of the sweep that the volume was made from, instead")
+      ->excludes(into)
+      ->excludes(apex);
   verb.add_option("--cache", o.cache, "folder that keeps derived features for the next time");
 }
 

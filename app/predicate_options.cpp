@@ -111,10 +111,11 @@ Result<void> validate(const PredicateOptions& o) {
     return refusal("from", "3 finite numbers, not all 0", o.from.transpose());
   }
   if (!near(o.target) || (o.target && !(o.target->w() > 0))) {
-    return refusal("target", "x y z and a radius > 0, within 1e7 mm", o.target->transpose());
+    return refusal("target_mm", "x y z and a radius > 0, within 1e7 mm", o.target->transpose());
   }
   if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
-    return refusal("needle", "a tip and a hub apart from it, within 1e7 mm", o.needle->transpose());
+    return refusal("needle_mm", "a tip and a hub apart from it, within 1e7 mm",
+                   o.needle->transpose());
   }
   if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
     return refusal("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");

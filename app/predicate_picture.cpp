@@ -195,6 +195,7 @@ Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& windo
 
 Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
   constexpr int kTitle = 16;
+  constexpr int kSmallestTitle = 9;
   constexpr int kIndent = 8;
   NAV_CHECK(!panels.empty());
   const int width = panels.front().picture.width();
@@ -215,8 +216,10 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
   const int base = kTitleHeight + height;
   for (const PredicatePanel& panel : panels) {
     canvas.copy(panel.picture, left, kTitleHeight);
-    canvas.text(left + kIndent, kTitleHeight - kIndent, kTitle, panel.title,
-                render::rgb8(0xffd24a));
+    int size = kTitle;
+    while (size > kSmallestTitle && canvas.text_width(size, panel.title) > width - 2 * kIndent)
+      --size;
+    canvas.text(left + kIndent, kTitleHeight - kIndent, size, panel.title, render::rgb8(0xffd24a));
     if (panel.model) {
       draw_bars(*panel.model, greatest, left, width, base, canvas);
       legend(*panel.model, left, width, base + kBarsHeight, measure, &canvas);

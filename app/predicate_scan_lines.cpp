@@ -91,6 +91,7 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
     plane.refuse_unknown();
   });
   member.refuse_unknown();
+  if (!error && sweep.planes.empty()) member.fail("planes", "at least one", Json::array());
   if (error) return *error;
   return sweep;
 }
@@ -108,8 +109,8 @@ bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid)
 
 }  // namespace
 
-Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
-                            render::PredicateScene& predicates) {
+Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
+                                                   const VoxelGrid& grid, int threads) {
   const auto sweep = read_sweep(path);
   if (!sweep) return sweep.error();
   const auto named = [&](const Error& error) {
@@ -117,13 +118,25 @@ Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& 
   };
   render::derived::RunOptions run;
   run.threads = threads;
-  const auto lines =
-      render::derived::compound_scan_lines(grid, sweep->planes, sweep->reach_mm, run);
+  auto lines = render::derived::compound_scan_lines(grid, sweep->planes, sweep->reach_mm, run);
   if (!lines) return named(lines.error());
   if (!any_defined(*lines, grid)) {
     return named({ErrorCode::kMalformedData,
-                  "planes: expected pictures of the volume, found none within reach_mm of it"});
+                  "planes: expected pictures within reach_mm of a voxel whose directions do not "
+                  "cancel there, found none"});
   }
+  return lines;
+}
+
+Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
+                            render::PredicateScene& predicates) {
+  const auto lines = read_scan_lines(path, grid, threads);
+  if (!lines) return lines.error();
+  const auto named = [&](const Error& error) {
+    return Error{error.code, path.string() + ": " + error.message};
+  };
+  render::derived::RunOptions run;
+  run.threads = threads;
   const auto depths = render::derived::scan_depth(grid, *lines, run);
   if (!depths) return named(depths.error());
   auto depth = render::FeatureVolume::create(grid, *depths->values, render::feature::kDepth);

@@ -5,13 +5,20 @@
 #include <filesystem>
 
 #include "nav/result.hpp"
+#include "render/derived/scan_lines.hpp"
 #include "render/predicate_scene.hpp"
 
 namespace nav::app {
 
+/// Scan lines of a volume of that grid that was compounded from the pictures of a sweep
+/// (sonde_scan_lines, docs/predicates.md). Refuses whatever the file gets wrong, naming the member,
+/// poses that are not rigid, and pictures that leave no voxel a direction.
+Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
+                                                   const VoxelGrid& grid, int threads);
+
 /// Scan lines of a volume that was compounded from the pictures of a sweep (sonde_scan_lines,
 /// docs/predicates.md): directions per voxel into predicates.scan, depths into its features.
-/// Refuses whatever the file gets wrong, naming the member, and poses that are not rigid.
+/// Refuses as read_scan_lines().
 Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
                             render::PredicateScene& predicates);
 

@@ -11,6 +11,7 @@
 #include "app/predicate_scan_lines.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
+#include "nav/places.hpp"
 #include "render/derived_features.hpp"
 #include "render/predicates/registry.hpp"
 
@@ -51,7 +52,7 @@ std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options,
 Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
   if (options.phantom != "neck") {
     auto volume = bench::simulated_ultrasound(options.phantom, options.phantom_side);
-    if (!volume) return Error{volume.error().code, "--" + volume.error().message + ", or neck"};
+    if (!volume) return Error{volume.error().code, "predicates." + volume.error().message};
     return volume;
   }
   auto phantom = bench::neck_phantom(options.phantom_side);
@@ -60,11 +61,25 @@ Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
   return phantom;
 }
 
+/// Refuses corners so far away that places between them are not told apart.
+Result<void> check_place(const std::filesystem::path& path, const VoxelGrid& grid) {
+  for (const Eigen::Vector3d& corner :
+       {grid.at({0, 0, 0}).mm,
+        grid.at({grid.size[0] - 1.0, grid.size[1] - 1.0, grid.size[2] - 1.0}).mm}) {
+    if (is_place(corner)) continue;
+    std::ostringstream text;
+    text << path.string() << ": expected voxels within 1e7 mm of the origin, found one at "
+         << corner.transpose();
+    return Error{ErrorCode::kUnsupportedData, text.str()};
+  }
+  return {};
+}
+
 Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
                                          Console& console) {
   auto out = [&]() -> Result<bench::PredicateVolume> {
     if (options.volume.empty()) return phantom_of(options);
-    auto read = io::read_ct(options.volume, console);
+    auto read = read_ultrasound(options.volume, console);
     if (!read) return read.error();
     return bench::PredicateVolume{
         options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}};
@@ -145,15 +160,23 @@ Result<void> add_features(const PredicateOptions& options, const VesselScales& v
 
 }  // namespace
 
+Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
+  io::CtOptions reading;
+  reading.least_slices = 1;
+  auto volume = io::read_ct(path, diagnostics, reading);
+  if (!volume) return volume;
+  if (const auto ok = check_place(path, volume->grid()); !ok) return ok.error();
+  return volume;
+}
+
 Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
-    if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
+    // A preset keeps its name wherever one is: a file of that name is meant by ./NAME.
     auto preset = preset_predicate_file(options.set_up);
-    if (!preset) {
-      return Error{ErrorCode::kUsage,
-                   "--predicates: expected a file, or a " + preset.error().message};
-    }
-    return preset;
+    if (preset) return preset;
+    if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
+    return Error{ErrorCode::kUsage,
+                 "--predicates: expected a file, or a " + preset.error().message};
   }();
   if (!file) return file;
   if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicates.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 
 #include "app/engines.hpp"
 #include "app/orthographic.hpp"
+#include "app/overwriting.hpp"
 #include "app/predicate_picture.hpp"
 #include "app/predicate_scribbles.hpp"
 #include "app/predicate_volume.hpp"
@@ -54,6 +57,32 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
   const std::string& note = image->statistics.note;
   if (!note.empty()) console.report(Severity::kWarning, "picture", note);
   return render::to_8bit(image->pixels);
+}
+
+Result<void> check_files(const SessionConfig& config) {
+  const PredicateOptions& options = config.predicates;
+  if (options.picture.empty()) {
+    return Error{ErrorCode::kUsage, "--out: expected a PNG to write, found none"};
+  }
+  std::string ending = options.picture.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::error_code failed;
+  if (ending != ".png" &&
+      !std::filesystem::is_other(std::filesystem::status(options.picture, failed))) {
+    return Error{ErrorCode::kUsage,
+                 "--out: expected a name that ends in .png, found " + options.picture.string()};
+  }
+  std::vector<NamedFile> inputs{{"volume", options.volume},
+                                {"--layers", options.layers},
+                                {"--scan-lines", options.scan_lines},
+                                {"--scribbles", options.scribbles},
+                                {"--session", config.file}};
+  for (const auto& labels : options.labels) inputs.push_back({"--labels", labels});
+  const auto ok =
+      refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
+  // A set-up may be saved as the file that it came from.
+  return ok ? refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}})
+            : ok;
 }
 
 /// Standard rendering beside the one by predicates.
@@ -121,9 +150,7 @@ Result<std::vector<Stroke>> strokes_of(const PredicateOptions& options) {
 
 Result<void> run_predicates(const SessionConfig& config, Console& console) {
   const PredicateOptions& options = config.predicates;
-  if (options.picture.empty()) {
-    return Error{ErrorCode::kUsage, "--out: expected a PNG to write, found none"};
-  }
+  if (const auto ok = check_files(config); !ok) return ok;
   const auto strokes = strokes_of(options);
   if (!strokes) return strokes.error();
   auto engine = make_engine(config.output.engine, config.output.threads, console);

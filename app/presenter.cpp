@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "app/orthographic.hpp"
@@ -39,11 +40,18 @@ Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
       engine_(std::move(engine)),
       focus_ct_(ct_->grid().centre()) {}
 
-void Presenter::cut_free(const CutawayShapes& shapes) {
-  if (!look_.cutaway) return;
+Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
+  const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
+  if (!look_.cutaway && any && !options_.look.cutaway.enabled) {
+    return Error{ErrorCode::kUsage,
+                 "cutaway_objects: expected a look file that cuts, or look.cutaway.enabled = true, "
+                 "beside them, found a look file that does not cut"};
+  }
+  if (!look_.cutaway) return {};
   look_.cutaway->polygons = shapes.polygons;
   look_.cutaway->boxes = shapes.boxes;
   look_.cutaway->meshes = shapes.meshes;
+  return {};
 }
 
 Eigen::Vector3d Presenter::direction_to_eye() const {
@@ -119,6 +127,12 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   scene.cutaway = look_.cutaway;
   scene.projection = look_.projection;
   scene.grey = look_.grey;
+  // Between samples a ray may miss the greatest value by more than it may miss in colours.
+  constexpr double kStepOfExtremes = 0.25;
+  if (look_.projection == render::Projection::kMaximum ||
+      look_.projection == render::Projection::kMinimum) {
+    scene.quality.step_voxels = kStepOfExtremes;
+  }
   if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
   if (step_) scene.quality.step_voxels = step_->step_voxels;
   scene.quality.pixel_error = std::max(options_.pixel_error, step_ ? step_->pixel_error : 0);
@@ -178,6 +192,15 @@ std::string most_telling(const std::vector<std::string>& warnings) {
   return warnings.empty() ? "" : warnings.front();
 }
 
+void say_sampling(const std::optional<render::StepChoice>& step, double wanted_rms,
+                  Diagnostics& diagnostics) {
+  if (!step || step->reached || std::isnan(step->rms)) return;
+  std::ostringstream text;
+  text << "--rms-error (output.rms_error): expected " << wanted_rms
+       << ", found no step that errs less than " << step->rms;
+  diagnostics.report(Severity::kWarning, "sampling", text.str());
+}
+
 void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
   warning_.clear();
   if (warnings.empty()) return;
@@ -193,6 +216,12 @@ Result<void> Presenter::choose_step(const Epoch& epoch) {
   auto choice = render::step_for_error(*engine_, first, options_.rms_error);
   if (!choice) return choice.error();
   step_ = *choice;
+  // The step is what the CT needs; how much more the whole errs was not measured.
+  if (first.ultrasound) step_->pixel_error = 0;
+  if (first.ultrasound || options_.pixel_error > step_->pixel_error) {
+    step_->rms = std::numeric_limits<double>::quiet_NaN();
+  }
+  step_->pixel_error = std::max(step_->pixel_error, first.ultrasound ? 0 : options_.pixel_error);
   return {};
 }
 

@@ -36,6 +36,10 @@ struct PresenterOptions {
 /// the target may be, then the needle, then the first; empty without any.
 std::string most_telling(const std::vector<std::string>& warnings);
 
+/// Warns where the error that was asked for was not reached.
+void say_sampling(const std::optional<render::StepChoice>& step, double wanted_rms,
+                  Diagnostics& diagnostics);
+
 /// Turns epochs into pictures: the 3D view at the left, the live ultrasound and the CT along the
 /// same plane at the right, state and numbers below. Draws nothing anew that has not changed.
 /// Not thread-safe.
@@ -65,8 +69,9 @@ class Presenter {
                           const std::optional<render::SphereShape>& target = {});
   /// A needle is tracked, or ought to be: its state is shown also while it is lost.
   void expect_needle() { needle_expected_ = true; }
-  /// What the cutaway, where there is one, cuts free beside the plane, the needle and the targets.
-  void cut_free(const CutawayShapes& shapes);
+  /// What the cutaway cuts free beside the plane, the needle and the targets. Refuses objects where
+  /// the look file alone says that nothing is cut.
+  Result<void> cut_free(const CutawayShapes& shapes);
   /// How the 3D view looks.
   [[nodiscard]] const ResolvedLook& look() const { return look_; }
   /// A word that stands on every picture ("SIMULATED PATIENT").
@@ -90,7 +95,8 @@ class Presenter {
   [[nodiscard]] int views_cast() const { return views_cast_; }
   [[nodiscard]] int views_reused() const { return views_reused_; }
   /// The step and pixel error that were chosen for rms_error, once a 3D view was cast; absent where
-  /// it was given, and in views by predicates and projections.
+  /// it was given, and in views by predicates and projections. Of a CT with ultrasound in it the
+  /// step is what the CT alone needs, and rms is NaN.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
   /// What the engine said of its last picture ("down-sampled …"); may be empty.
   [[nodiscard]] const std::string& note() const { return note_; }

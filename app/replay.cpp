@@ -210,6 +210,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["sector"] = sector_json(session_.outline());
   json["ledger"] = json_of(ledger);
   json["rejected_poses"] = session_.navigator().rejected_poses();
+  say_sampling(presenter_.step(), config_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
   json["views_cast"] = presenter_.views_cast();
   json["cast_seconds"] = presenter_.cast_seconds();
@@ -319,7 +320,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
-  presenter->cut_free(*shapes);
+  if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
   presenter->set_focus(placement->placement.ct_from_reference * sweep->centroid);
   if (const auto axes = mean_axes(*sweep)) {
     presenter->set_typical_plane(

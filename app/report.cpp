@@ -173,7 +173,7 @@ Json json_of(const std::optional<render::StepChoice>& step) {
   return {{"step_voxels", step->step_voxels},
           {"pixel_error", step->pixel_error},
           {"estimated_rms", json_number(step->rms)},
-          {"reached", step->reached}};
+          {"reached", std::isnan(step->rms) ? Json() : Json(step->reached)}};
 }
 
 Json json_of(const std::vector<DiagnosticEntry>& entries) {

@@ -9,6 +9,7 @@
 #include "app/session_objects.hpp"
 #include "app/session_predicates.hpp"
 #include "app/session_section.hpp"
+#include "nav/places.hpp"
 
 namespace nav::app {
 namespace {
@@ -210,6 +211,13 @@ Result<void> validate(const SessionConfig& config) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
   }
   const auto& placement = config.placement;
+  if (placement.ct_from_reference) {
+    const Eigen::Vector3d place = placement.ct_from_reference->topRightCorner<3, 1>();
+    if (!is_place(place)) {
+      return refuse("placement.ct_from_reference_mm", "a translation within 1e7 mm",
+                    place.transpose());
+    }
+  }
   if (placement.follow && placement.registration.empty()) {
     return refuse("placement.follow", "a CT that was registered (placement.registration)",
                   placement.ct_from_reference ? "one that is only declared" : "none");
@@ -247,8 +255,7 @@ Result<void> validate(const SessionConfig& config) {
   }
   if (quality.adaptive_error > 0 && !pre_integrated) {
     return refuse("quality.adaptive_error",
-                  "0 beside post-classified, whose cells are never joined,",
-                  quality.adaptive_error);
+                  "0 beside post-classified, whose cells are never joined", quality.adaptive_error);
   }
   if (quality.jitter && config.output.pixel_error > 0) {
     return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",

@@ -169,14 +169,16 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
     auto prostate = prostate_volume(diagnostics);
     if (prostate) {
       volumes.push_back(*std::move(prostate));
+    } else if (!options.volume.empty() && volumes.empty()) {
+      return prostate.error();  // Nothing else was asked for.
     } else {
       diagnostics.report(Severity::kWarning, "bench", "skipped: " + prostate.error().message);
     }
   }
   if (!volumes.empty()) return volumes;
   return Error{ErrorCode::kUsage,
-               "bench predicates: expected a volume that begins neck, carotid, shoulder, tendon or "
-               "prostate, found " +
+               "--volume: expected what neck, carotid, shoulder, tendon, prostate, two-volumes or "
+               "features begins with, found " +
                    options.volume};
 }
 

@@ -108,8 +108,8 @@ Result<PredicateVolume> simulated_ultrasound(const std::string& name, int side) 
   for (const Recipe& recipe : recipes()) {
     if (name == recipe.name) return acquire(recipe, side);
   }
-  return Error{ErrorCode::kUsage, "phantom: expected one of " + simulated_ultrasound_names() +
-                                      ", found '" + name + "'"};
+  return Error{ErrorCode::kUsage, "phantom: expected neck or one of " +
+                                      simulated_ultrasound_names() + ", found '" + name + "'"};
 }
 
 Result<void> add_features(const render::PredicateModel& model, PredicateVolume& volume) {

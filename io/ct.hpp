@@ -19,6 +19,8 @@ struct CtOptions {
   bool accept_unknown_orientation = false;
   /// Wider gaps between slices are refused instead of interpolated, mm.
   double max_gap_mm = 10.0;
+  /// Fewer slices in a file other than DICOM are refused: one is no CT, but may be ultrasound.
+  int least_slices = 2;
 };
 
 /// Reads a CT as Hounsfield units in LPS: a DICOM folder or file (compressed and multi-frame too),

@@ -235,7 +235,7 @@ bool is_of_pictures(const ImageFile& file) {
   });
 }
 
-Result<std::array<int, 3>> volume_size(ImageFile& file) {
+Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
   if (is_of_pictures(file)) {
     return Error{ErrorCode::kUnsupportedData,
                  file.path.string() +
@@ -257,7 +257,7 @@ Result<std::array<int, 3>> volume_size(ImageFile& file) {
     }
     size[axis] = static_cast<int>(file.sizes[axis]);
   }
-  if (size[2] < 2) {
+  if (size[2] < least_slices) {
     return Error{ErrorCode::kMalformedData,
                  file.path.string() + ": expected at least 2 slices, found 1"};
   }
@@ -284,7 +284,7 @@ Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, Voxe
                                          Diagnostics& diagnostics, const CtOptions& options) {
   auto file = read_image_file(path);
   if (!file) return file.error();
-  const auto size = volume_size(*file);
+  const auto size = volume_size(*file, options.least_slices);
   if (!size) return size.error();
   const auto affine = file->format == "NRRD" ? nrrd_affine(*file, diagnostics, options)
                                              : meta_affine(*file, diagnostics, options);

@@ -189,7 +189,8 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
   return affine;
 }
 
-Result<std::array<int, 3>> nifti_size(const Nifti& n, const std::filesystem::path& path) {
+Result<std::array<int, 3>> nifti_size(const Nifti& n, const std::filesystem::path& path,
+                                      int least_slices) {
   bool good = n.dim[0] >= 3 && n.dim[0] <= 7;
   for (std::size_t axis = 1; good && axis <= static_cast<std::size_t>(n.dim[0]); ++axis) {
     good = axis <= 3 ? n.dim[axis] >= 1 && n.dim[axis] <= std::numeric_limits<int>::max()
@@ -201,7 +202,7 @@ Result<std::array<int, 3>> nifti_size(const Nifti& n, const std::filesystem::pat
     return Error{ErrorCode::kUnsupportedData,
                  path.string() + ": dim: expected one volume of 3 axes, found " + found};
   }
-  if (n.dim[3] < 2) {
+  if (n.dim[3] < least_slices) {
     return Error{ErrorCode::kMalformedData,
                  path.string() + ": expected at least 2 slices, found 1"};
   }
@@ -211,7 +212,7 @@ Result<std::array<int, 3>> nifti_size(const Nifti& n, const std::filesystem::pat
 
 Result<VoxelGrid> nifti_grid(const Nifti& n, const std::filesystem::path& path,
                              Diagnostics& diagnostics, const CtOptions& options) {
-  const auto size = nifti_size(n, path);
+  const auto size = nifti_size(n, path, options.least_slices);
   if (!size) return size.error();
   auto affine = ras_affine(n, path, diagnostics, options);
   if (!affine) return affine.error();

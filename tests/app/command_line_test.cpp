@@ -14,6 +14,7 @@
 
 #include "app/exit_code.hpp"
 #include "app/report.hpp"
+#include "io/atomic_file.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "io/sequence_writer.hpp"
@@ -517,7 +518,8 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
                      write("reach.json", R"({"sonde_scan_lines": 1, "reach_mm": 1e300})"),
                  3, {"reach.json", "reach_mm", "(0, 100]", "1e+300"});
   expect_refusal(sweep("1e300", ""), 3, {"lines.json", "ct_from_image", "1e6"});
-  expect_refusal(sweep("100000", ""), 3, {"lines.json", "pictures of the volume", "found none"});
+  expect_refusal(sweep("100000", ""), 3,
+                 {"lines.json", "within reach_mm of a voxel", "found none"});
   expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 90,
                                 "radius_max_mm": 40, "half_angle_deg": 30})"),
                  3, {"sector.radius_max_mm", "more than radius_min_mm", "40"});
@@ -583,6 +585,91 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
   expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
   expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
+  // The last one that covers a voxel counts.
+  const std::string hide = " --hide '9,9,9 radius=3'";
+  const std::string show = " --show '9,9,9 radius=3'";
+  EXPECT_NE(sonde(arguments + show + hide).errors.find("0 voxels to show, 123 to hide"),
+            std::string::npos);
+  EXPECT_NE(sonde(arguments + hide + show).errors.find("123 voxels to show, 0 to hide"),
+            std::string::npos);
+}
+
+TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
+  const std::string volume = write_ultrasound(folder_ / "us.mha");
+  const std::string draw =
+      "predicates --width 200 --height 200 --predicates layers --layers l " + volume + " --out ";
+  const std::string before = *io::read_file(volume, 1 << 20);
+  expect_refusal(draw + volume, 2, {"--out: expected a name that ends in .png"});
+  const auto link = folder_ / "link.png";
+  std::filesystem::create_symlink(volume, link);
+  expect_refusal(draw + link.string(), 2, {"--out: expected a file of its own", "that of volume"});
+  const std::string both = (folder_ / "both.png").string();
+  expect_refusal(draw + both + " --save " + both, 2,
+                 {"--save: expected a file of its own", "that of --out"});
+  expect_refusal(draw + (folder_ / "x.jpg").string(), 2, {"--out", ".png", "x.jpg"});
+  EXPECT_EQ(*io::read_file(volume, 1 << 20), before);
+  const std::string sweep = write_sweep();
+  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --out x --json " + sweep, 2,
+                 {"--json: expected a file of its own", "that of sweep"});
+  expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
+  expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
+}
+
+TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[predicates]\nset_up = \"carotid-context\"\n";
+  const auto there = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  std::ofstream("carotid-context") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "only", "where": {"intensity": {}}}]})";
+  const std::string names = "predicates --out x.png --phantom-side 32 --importance none=1";
+  expect_refusal(names + " --predicates carotid-context", 2,
+                 {"--importance", "expected one of interfaces"});
+  expect_refusal(names + " --session " + session.string(), 2, {"expected one of interfaces"});
+  expect_refusal(names + " --predicates ./carotid-context", 2, {"expected one of only"});
+  std::filesystem::current_path(there);
+}
+
+TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
+  const auto session = folder_ / "session.toml";
+  const auto printed = [&](const std::string& file, const std::string& options) {
+    std::ofstream(session) << file;
+    const Outcome outcome = sonde(options + " --print-session --session " + session.string());
+    EXPECT_EQ(outcome.code, 0) << options << ": " << outcome.errors;
+    return outcome.output;
+  };
+  const std::string draw = "predicates --predicates tendon-fibres --phantom-side 32";
+  std::string text = printed("[predicates]\ninto = [0, 1, 0]\n", draw + " --scan-lines s.json");
+  EXPECT_NE(text.find("scan_lines"), std::string::npos) << text;
+  EXPECT_EQ(text.find("into"), std::string::npos) << text;
+  text = printed("[predicates]\nscan_lines = \"s.json\"\n", draw + " --apex 0 0 0");
+  EXPECT_EQ(text.find("scan_lines"), std::string::npos) << text;
+  text = printed("[predicates]\nlayers = \"l.json\"\n", draw + " --labels l.mha");
+  EXPECT_EQ(text.find("l.json"), std::string::npos) << text;
+  text = printed("[predicates]\nlabels = [\"l.mha\"]\n", draw + " --layers l.json");
+  EXPECT_EQ(text.find("l.mha"), std::string::npos) << text;
+  text = printed("[look]\nfile = \"l.json\"\n", "replay x.mha --transfer-function ct-liver");
+  EXPECT_EQ(text.find("l.json"), std::string::npos) << text;
+  EXPECT_NE(text.find("ct-liver"), std::string::npos) << text;
+  text = printed("[output]\nstep_voxels = 0.5\n", "replay x.mha --rms-error 0.01");
+  EXPECT_EQ(text.find("step_voxels"), std::string::npos) << text;
+}
+
+TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
+  for (const std::array<int, 3>& size : {std::array{20, 24, 1}, {20, 1, 24}, {1, 20, 24}}) {
+    VoxelGrid grid;
+    grid.size = size;
+    std::vector<std::int16_t> voxels(grid.voxel_count());
+    for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<std::int16_t>(i % 200);
+    const auto file = (folder_ / "one.mha").string();
+    ASSERT_TRUE(
+        test::has_value(io::write_ct_mha(*Volume::create(grid, std::move(voxels), "one"), file)));
+    const Outcome outcome =
+        sonde("predicates " + file + " --width 200 --height 200 --out " +
+              (folder_ / "one.png").string() + " --predicates shoulder-muscle --into 0 1 0");
+    EXPECT_EQ(outcome.code, 0) << size[2] << outcome.errors;
+    EXPECT_EQ(sonde("derive " + file + " --out " + (folder_ / "one").string()).code, 0);
+  }
 }
 
 TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
@@ -713,8 +800,15 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
            {"--projection mean --cutaway-outer 40", "--cutaway-outer: expected --projection"},
            {"--projection mean --rms-error 0.01", "--rms-error: expected a CT in colours"},
            {"--look a.vp --transfer-function ct-bone",
-            "--transfer-function: expected no look file or nodes, which replace it, beside it, "
-            "found a.vp"},
+            "--transfer-function: expected it or --look, found both"},
+           {"--projection mean --no-shading", "--no-shading: expected --projection composite"},
+           {"--projection mean --no-cutaway", "--no-cutaway: expected --projection composite"},
+           {"--rms-error 0.01 --pixel-error 0.1",
+            "--rms-error: expected no --pixel-error, which it would choose, beside it, found both"},
+           {"--engine reference --pixel-error 0.1",
+            "--pixel-error: expected --engine cpu or gl, which may spare rays, beside it, found "
+            "reference"},
+           {"--transfer-function nope", "--transfer-function: expected ct-bone, "},
            {"--no-shading --shading gooch",
             "--shading: expected shading that is on beside it, found it off"},
            {"--no-shading --emphasis 1", "--emphasis: expected shading"},
@@ -722,8 +816,7 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
             "--cutaway-inner: expected a cutaway that is on beside it, found it off"},
            {"--no-cutaway --cutaway-around needle", "--cutaway-around: expected a cutaway"},
            {"--no-cutaway --cutaway-overlay 5", "--cutaway-overlay: expected a cutaway"},
-           {"--step 1 --rms-error 0.01",
-            "--rms-error: expected no --step, which it would choose, beside it, found both"}}) {
+           {"--step 1 --rms-error 0.01", "--step: expected it or --rms-error, found both"}}) {
     expect_refusal("demo --out x " + arguments, 2, {refusal});
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
@@ -749,6 +842,16 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--us-volume u.mha --us-alone --adaptive-error 0.1",
             "--adaptive-error: expected a CT, whose values they sample, beside it, found "
             "--us-alone"},
+           {"--us-volume u.mha --us-alone --transfer-function ct-bone",
+            "--transfer-function: expected a CT, which they show, beside it, found --us-alone"},
+           {"--us-volume u.mha --us-alone --no-shading", "--no-shading: expected a CT"},
+           {"--us-volume u.mha --pixel-error 0.1",
+            "--pixel-error: expected a CT alone, whose rays may be spared, beside it, found "
+            "--us-volume"},
+           {"--us-volume u.mha --predicates carotid-vessel --labels a.mha",
+            "--labels: expected a predicate label beside it, found none in carotid-vessel"},
+           {"--us-volume u.mha --predicates layers --cache c",
+            "--cache: expected a predicate of a derived feature beside it, found none in layers"},
            {"--us-volume u.mha --face-radius-mm 9",
             "--face-radius-mm: expected --apex beside it, found none"},
            {"--us-volume u.mha --projection mean",
@@ -856,6 +959,11 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
            {"bench registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
            {"bench registration --part curve --patients 2", "--patients: expected a --part other"},
            {"slices c.mha --out o --mode mean", "--mode: expected --slab beside it, found thin"},
+           {"derive u.mha --out o --feature depth --unknown 60",
+            "--unknown: expected a --feature of what the voxels hold beside it, found depth"},
+           {"derive u.mha --out o --feature snr --smoothing-mm 1",
+            "--smoothing-mm: expected --feature gradient-magnitude, -angle, -along or -across"},
+           {"derive u.mha --out o --face-radius-mm 9", "--face-radius-mm: expected --apex"},
            {"derive u.mha --out o --feature snr --bright",
             "--bright: expected --feature vesselness beside it, found others"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
@@ -873,7 +981,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
 
 TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {
   const Outcome outcome = sonde(
-      "replay x.mha --print-session --us-volume u.mha --predicates carotid-vessel --into 0 1 0 "
+      "replay x.mha --print-session --us-volume u.mha --predicates tendon-fibres --into 0 1 0 "
       "--labels a.mha --white 200");
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   for (const char* piece : {"u.mha'", "a.mha'", "into = [ 0.0, 1.0, 0.0 ]", "white = 200.0"}) {

@@ -282,7 +282,7 @@ TEST_F(PresenterTest, CutsObjectsFreeWhereThereIsACutaway) {
   CutawayShapes shapes;
   shapes.boxes.push_back({{{0, 0, 0}}, 5 * Eigen::Matrix3d::Identity()});
   shapes.polygons.push_back({{{{0, 0, 0}}, {{9, 0, 0}}, {{0, 9, 0}}}});
-  presenter_.cut_free(shapes);
+  ASSERT_TRUE(test::has_value(presenter_.cut_free(shapes)));
   const render::Scene scene = presenter_.scene(epoch(SafetyState::kLost, "no pose"));
   ASSERT_TRUE(scene.cutaway);
   EXPECT_EQ(scene.cutaway->boxes.size(), 1U);

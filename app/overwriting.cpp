@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/overwriting.hpp"
+
+#include <system_error>
+
+namespace nav::app {
+namespace {
+
+bool may_be_replaced(const std::filesystem::path& path) {
+  std::error_code failed;
+  const auto status = std::filesystem::status(path, failed);
+  return path.empty() || path == "-" || std::filesystem::is_other(status) ||
+         std::filesystem::is_character_file(status) || std::filesystem::is_fifo(status);
+}
+
+bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code failed;
+  if (std::filesystem::equivalent(a, b, failed)) return true;  // Links and other names too.
+  const auto whole = [&](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
+  };
+  return whole(a) == whole(b);
+}
+
+}  // namespace
+
+Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
+                                const std::vector<NamedFile>& inputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const NamedFile& out = outputs[i];
+    if (may_be_replaced(out.path)) continue;
+    std::vector<NamedFile> others = inputs;
+    others.insert(others.end(), outputs.begin(), outputs.begin() + static_cast<std::ptrdiff_t>(i));
+    for (const NamedFile& other : others) {
+      if (other.path.empty() || !same(out.path, other.path)) continue;
+      return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
+                                          out.path.string() + ", which is that of " + other.name};
+    }
+  }
+  return {};
+}
+
+}  // namespace nav::app

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+/// A file, and the option or key that names it.
+struct NamedFile {
+  std::string name;
+  std::filesystem::path path;  ///< Empty: none.
+};
+
+/// Refuses outputs that would replace an input or one another, by both names. Pipes, /dev/null and
+/// "-" may be written to more than once.
+Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
+                                const std::vector<NamedFile>& inputs);
+
+}  // namespace nav::app
