@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -194,6 +195,15 @@ TEST_F(FeatureCacheTest, AFolderThatCannotBeMadeIsReported) {
   const FeatureCache none(folder_ / "file");
   none.keep(request(), *compute(request(), {}), *diagnostics_);
   EXPECT_NE(warnings().find("nothing is kept"), std::string::npos);
+}
+
+TEST_F(FeatureCacheTest, APipeOfItsNameIsNeitherReadNorWaitedFor) {
+  std::filesystem::create_directories(folder_ / "features");
+  ASSERT_EQ(::mkfifo(cache_.path_of(request()).c_str(), 0600), 0);
+  EXPECT_FALSE(hits(request()));
+  cache_.keep(request(), *compute(request(), {}), *diagnostics_);
+  EXPECT_NE(warnings().find("found a special one; nothing is kept"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_fifo(cache_.path_of(request())));
 }
 
 class FeatureMakerTest : public FeatureCacheTest {

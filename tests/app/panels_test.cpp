@@ -206,5 +206,26 @@ TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
   EXPECT_GT(changed, 100);
 }
 
+TEST(PanelsTest, SmallPicturesSayWhatTheyLeaveOut) {
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(300, 200, std::vector<Rgba8>(60000, {40, 40, 40, 255}));
+  const Epoch epoch;
+  const std::string banner;
+  const auto said = [&](const std::string& note, const std::string& warning) {
+    return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
+  };
+  const auto silent = said("", "");
+  for (const auto& picture : {said("distance from the needle withdrawn: lost", ""),
+                              said("", "registration warned: few pictures")}) {
+    int changed = 0;
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 300; ++x) changed += picture.at(x, y) == silent.at(x, y) ? 0 : 1;
+    }
+    EXPECT_GT(changed, 100);
+  }
+}
+
 }  // namespace
 }  // namespace nav::app

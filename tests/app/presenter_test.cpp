@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "app/panels.hpp"
+#include "app/report.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::app {
@@ -149,6 +150,16 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   EXPECT_EQ(scene.ultrasound->ct_importance, 0.25);
   EXPECT_TRUE(scene.plane);
   present(shown);
+
+  PresenterOptions options;
+  options.width = kWidth;
+  options.height = kHeight;
+  auto both = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  both->draw_by_predicates(ultrasound, false);
+  ASSERT_TRUE(test::has_value(both->choose_step(shown)));
+  ASSERT_TRUE(both->step()) << "what the CT alone needs";
+  EXPECT_TRUE(std::isnan(both->step()->rms)) << "how much both err was not measured";
+  EXPECT_EQ(both->step()->pixel_error, 0) << "no ray is spared";
 }
 
 TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
@@ -339,6 +350,44 @@ TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
     steps.push_back(made->step()->step_voxels);
   }
   EXPECT_GT(steps[0], steps[1]);
+}
+
+TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  PresenterOptions options;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.pixel_error = 0.5;  // More than any error of 0.002 allows.
+  auto spared = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(spared->present(shown)));
+  ASSERT_TRUE(spared->step());
+  EXPECT_TRUE(std::isnan(spared->step()->rms));
+  EXPECT_EQ(spared->step()->pixel_error, 0.5);
+  EXPECT_TRUE(json_of(spared->step())["estimated_rms"].is_null());
+  EXPECT_TRUE(json_of(spared->step())["reached"].is_null());
+
+  CollectingDiagnostics diagnostics;
+  say_sampling(spared->step(), 0.002, diagnostics);
+  say_sampling(render::StepChoice{0.5, 0.001, true, 0}, 0.002, diagnostics);
+  EXPECT_TRUE(diagnostics.entries().empty());
+  say_sampling(render::StepChoice{0.125, 0.004, false, 0}, 0.002, diagnostics);
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  EXPECT_NE(diagnostics.entries()[0].message.find("found no step that errs less than 0.004"),
+            std::string::npos);
+}
+
+TEST_F(PresenterTest, ProjectionsOfExtremesAreSampledMoreFinely) {
+  for (const auto& [projection, step] :
+       {std::pair("maximum", 0.25), {"minimum", 0.25}, {"mean", render::Quality{}.step_voxels}}) {
+    PresenterOptions options;
+    options.look.projection = projection;
+    auto made = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+    ASSERT_TRUE(test::has_value(made));
+    EXPECT_EQ(made->scene(Epoch{}).quality.step_voxels, step) << projection;
+    options.step_voxels = 1;
+    made = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+    EXPECT_EQ(made->scene(Epoch{}).quality.step_voxels, 1) << projection;
+  }
 }
 
 TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
