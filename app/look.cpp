@@ -13,11 +13,7 @@ namespace {
 Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, const Volume& ct,
                                              const std::optional<LookFile>& file) {
   const auto base = [&]() -> Result<render::TransferFunction> {
-    if (file) {
-      auto laid = transfer_for(*file, ct);
-      if (laid) return laid;
-      return Error{laid.error().code, look.file.string() + ": " + laid.error().message};
-    }
+    if (file) return file->transfer;
     if (!look.nodes.empty()) return render::TransferFunction::create("session file", look.nodes);
     return render::preset_for(look.preset, ct);
   }();
@@ -67,14 +63,22 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
   if (!look.file.empty()) {
     auto read = read_look_file(look.file);
     if (!read) return read.error();
-    file = *std::move(read);
+    auto laid = look_for(*std::move(read), ct);
+    if (!laid) return Error{laid.error().code, look.file.string() + ": " + laid.error().message};
+    file = *std::move(laid);
   }
   auto transfer = transfer_of(look, ct, file);
   if (!transfer) return transfer.error();
   auto cutaway = cutaway_of(look.cutaway, file);
   if (!cutaway) return cutaway.error();
   ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}, {}};
-  if (file && file->shading) resolved.shading = *file->shading;
+  if (file) {
+    resolved.shading = file->shading.value_or(render::Shading{});
+    resolved.value_range = file->value_range;
+  } else if (look.nodes.empty() && look.preset == "mr-default") {
+    resolved.value_range = render::value_range(ct);
+    resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
+  }
   // Who asks for a style asks for shading, whatever the file says.
   const bool in_file = resolved.shading.enabled || look.style.has_value();
   if (look.shading && !in_file && look.emphasis) {
@@ -92,10 +96,6 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
                         : look.projection == "mean"    ? render::Projection::kMean
                                                        : render::Projection::kComposite;
   resolved.grey = {look.grey_level_hu, look.grey_width_hu};
-  const bool of_preset = !file && look.nodes.empty();
-  if (file ? file->value_range.has_value() : of_preset && look.preset == "mr-default") {
-    resolved.value_range = render::value_range(ct);
-  }
   return resolved;
 }
 

@@ -241,13 +241,20 @@ Result<void> write_look_file(const std::filesystem::path& path, const LookFile& 
   return io::write_file(path, to_json_text(look));
 }
 
-Result<render::TransferFunction> transfer_for(const LookFile& look, const Volume& volume) {
-  if (!look.value_range) return look.transfer;
-  auto laid = render::rescaled(look.transfer, *look.value_range, render::value_range(volume));
-  if (laid) return laid;
-  return Error{laid.error().code,
-               "value_range: expected one whose nodes stay apart over the volume's, found that " +
-                   laid.error().message};
+Result<LookFile> look_for(LookFile look, const Volume& volume) {
+  if (!look.value_range) return look;
+  const render::ValueRange range = render::value_range(volume);
+  auto laid = render::rescaled(look.transfer, *look.value_range, range);
+  if (!laid) {
+    return Error{laid.error().code,
+                 "value_range: expected one whose nodes stay apart over the volume's, found that " +
+                     laid.error().message};
+  }
+  look.transfer = *std::move(laid);
+  look.shading =
+      render::rescaled(look.shading.value_or(render::Shading{}), *look.value_range, range);
+  look.value_range = range;
+  return look;
 }
 
 }  // namespace nav::app

@@ -35,9 +35,9 @@ std::string to_json_text(const LookFile& look);
 /// Writes it; the file appears when it is complete.
 Result<void> write_look_file(const std::filesystem::path& path, const LookFile& look);
 
-/// The transfer function for a volume: values are carried over from look.value_range to the
-/// volume's own where the file has one; otherwise they are absolute. Refuses nodes that fall
-/// together there.
-Result<render::TransferFunction> transfer_for(const LookFile& look, const Volume& volume);
+/// The look for a volume: values of the transfer function and gradients of the shading, said or
+/// not, are carried over from look.value_range to the volume's own where the file has one;
+/// otherwise they are absolute. Refuses nodes that fall together there.
+Result<LookFile> look_for(LookFile look, const Volume& volume);
 
 }  // namespace nav::app

@@ -37,17 +37,6 @@ std::array<float, kChannels> mean(const std::vector<std::array<float, kChannels>
   return out;
 }
 
-template <std::size_t kChannels>
-bool within(const std::vector<std::array<float, kChannels>>& of,
-            const std::array<std::size_t, 4>& corners, float error) {
-  for (std::size_t i = 0; i < kChannels; ++i) {
-    const auto [low, high] =
-        std::minmax({of[corners[0]][i], of[corners[1]][i], of[corners[2]][i], of[corners[3]][i]});
-    if (!(high - low <= error)) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 PackedOrder PackedOrder::of(std::size_t count) {
@@ -81,6 +70,9 @@ Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse,
   width_ = scene.width;
   height_ = scene.height;
   plane_ = plane;
+  Eigen::Map<Eigen::Vector3f>(background_.data()) = scene.background_rgb.cast<float>();
+  plane_opacity_ = scene.plane ? static_cast<float>(scene.plane->opacity) : 0;
+  opaque_at_ = static_cast<float>(opaque_at(scene));
   const std::size_t count = as_size(width_) * as_size(height_);
   front_.assign(count, Texel{});
   spent_.assign(count, Texel{});
@@ -140,15 +132,35 @@ void GlPackedRays::list_lattice(const PixelLattice& lattice) {
   }
 }
 
+/// The colour around the ultrasound picture, and its weight: as the CPU engine keeps them.
+GlPackedRays::Texel GlPackedRays::compared_at(std::size_t texel) const {
+  auto [r, g, b, alpha] = front_[texel];
+  Texel out{r, g, b, 0};
+  if (plane_ && live_at_[texel][0] > kSeesLive) {
+    out[3] = (1 - alpha) * plane_opacity_;
+    const float left = 1 - alpha - out[3];
+    for (std::size_t c = 0; c < 3; ++c) out[c] += left * behind_[texel][c];
+    alpha += out[3] + left * behind_[texel][3];
+  }
+  if (alpha >= opaque_at_) {
+    for (float& part : out) part /= alpha;
+  } else {
+    for (std::size_t c = 0; c < 3; ++c) out[c] += (1 - alpha) * background_[c];
+  }
+  return out;
+}
+
 bool GlPackedRays::is_even(int x, int y, int side, float error) const {
-  const std::array corners{texel_of(x, y), texel_of(x + side, y), texel_of(x, y + side),
-                           texel_of(x + side, y + side)};
-  if (!within(front_, corners, error)) return false;
-  if (!plane_) return true;
-  const auto seen = std::count_if(corners.begin(), corners.end(), [this](std::size_t corner) {
-    return live_at_[corner][0] > kSeesLive;
-  });
-  return within(behind_, corners, error) && (seen == 0 || seen == 4);
+  const std::array corners{compared_at(texel_of(x, y)), compared_at(texel_of(x + side, y)),
+                           compared_at(texel_of(x, y + side)),
+                           compared_at(texel_of(x + side, y + side))};
+  for (std::size_t i = 0; i < corners[0].size(); ++i) {
+    const auto [low, high] =
+        std::minmax({corners[0][i], corners[1][i], corners[2][i], corners[3][i]});
+    const bool some_see = i == 3 && high > 0;
+    if (!(high - low <= error) || (some_see && !(low > 0))) return false;
+  }
+  return true;
 }
 
 void GlPackedRays::find_even(const PixelLattice& lattice, int side, float error) {

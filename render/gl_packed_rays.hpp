@@ -42,6 +42,7 @@ class GlPackedRays {
   void look_at_blocks(const Scene& scene, const BrickShell* shell);
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
+  [[nodiscard]] Texel compared_at(std::size_t texel) const;
   [[nodiscard]] bool is_even(int x, int y, int side, float error) const;
   [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
   void list_halves(const PixelLattice& lattice, int side);
@@ -54,6 +55,10 @@ class GlPackedRays {
   int width_ = 0;
   int height_ = 0;
   bool plane_ = false;
+  // Of the scene.
+  std::array<float, 3> background_{};
+  float plane_opacity_ = 0;
+  float opaque_at_ = 1;
   // Texels of the layers, those of the lowest row of the picture first.
   std::vector<Texel> front_, spent_, behind_;
   std::vector<std::array<float, 2>> live_at_;

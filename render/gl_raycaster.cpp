@@ -68,7 +68,8 @@ double seconds_between(std::chrono::steady_clock::time_point a,
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
   Scene keyed = scene;
-  keyed.background_rgb.setZero();  // Not in the layers.
+  // Not in the layers, though it says which squares of sparse rays are even.
+  if (!sparse_rays(scene)) keyed.background_rgb.setZero();
   const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
   cast_ = change >= SceneChange::kGeometry;

@@ -310,7 +310,10 @@ void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Sc
   set_shapes(program, features, textures, depth);
   program.set("coarse_front", kFront);
   program.set("coarse_spent", kSpent);
+  program.set("opaque_at", opaque_at(scene));
+  program.set("background_rgb", scene.background_rgb);
   if (!features.plane) return;
+  program.set("picture_opacity", scene.plane->opacity);
   program.set("coarse_behind", kBehind);
   program.set("coarse_live_at", kLiveAt);
 }

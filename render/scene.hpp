@@ -41,7 +41,8 @@ struct Shading {
   /// weight of 0 fetches no gradient.
   double emphasis = 0;
   /// From this gradient on a sample is fully shaded, below in proportion, HU/mm: homogeneous tissue
-  /// stays unshaded instead of showing noise as facets. > 0.
+  /// stays unshaded instead of showing noise as facets. > 0. For values of another scale:
+  /// rescaled().
   double full_gradient_per_mm = 10;
   double ambient = 0.3;
   double diffuse = 0.7;

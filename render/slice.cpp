@@ -16,6 +16,7 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
+constexpr double kRounding = 5e-7;  // Of places, in pixels or voxels.
 
 /// Trilinear values along a line of index space, for places inside the box.
 class Sampler {
@@ -83,14 +84,13 @@ Columns columns_inside(const Vec3& first, const Vec3& step, const std::array<int
     // Steps this small do not cross the box within any picture.
     constexpr double kNoStep = 1e-12;
     if (std::abs(d) < kNoStep) {
-      if (low > 0 || high < 0) return {0, 0};
+      if (low > kRounding || high < -kRounding) return {0, 0};
       continue;
     }
     begin = std::max(begin, std::min(low / d, high / d));
     end = std::min(end, std::max(low / d, high / d));
   }
-  // Pixel centres on a face belong to the box though they round: half a millionth of a pixel.
-  constexpr double kRounding = 5e-7;
+  // Pixel centres on a face belong to the box though they round.
   if (!(end >= begin - kRounding)) return {0, 0};
   return {static_cast<int>(std::ceil(begin - kRounding)),
           std::min(static_cast<int>(std::floor(end + kRounding)) + 1, width)};
@@ -127,18 +127,72 @@ void thin_row(const Sampler& sampler, const Vec3& first, const Vec3& step, const
   }
 }
 
-void combine(SlabMode mode, const std::vector<float>& layer, const Columns& columns,
-             std::vector<float>& row, std::vector<int>& counts) {
+/// Of a slab: how far across from the slice's middle, and how much of the slab it stands for, mm.
+struct Layer {
+  double depth_mm;
+  double weight;
+};
+
+/// With weights of the trapezoidal rule: means are exact where values are linear between layers.
+std::vector<Layer> weighted(const std::vector<double>& depths_mm) {
+  if (depths_mm.size() == 1) return {{depths_mm.front(), 1}};
+  std::vector<Layer> layers;
+  for (std::size_t i = 0; i < depths_mm.size(); ++i) {
+    const double before = depths_mm[i == 0 ? 0 : i - 1];
+    const double after = depths_mm[std::min(i + 1, depths_mm.size() - 1)];
+    layers.push_back({depths_mm[i], 0.5 * std::abs(after - before)});
+  }
+  return layers;
+}
+
+/// Across a slice along voxel planes: these, and where the slab or the CT's box ends. index: of the
+/// slice's middle along the axis; per_mm: how it grows across.
+std::vector<Layer> along_planes(double index, double per_mm, double slab_mm, int size) {
+  const double reach = 0.5 * slab_mm * std::abs(per_mm);
+  const double low = std::max(index - reach, size > 1 ? 0 : -0.5);
+  const double high = std::min(index + reach, size > 1 ? size - 1 : 0.5);
+  if (low > high + kRounding) return {};
+  std::vector<double> places{low};
+  for (double k = std::floor(low + kRounding) + 1; k < high - kRounding; ++k) places.push_back(k);
+  if (high > low + kRounding) places.push_back(high);
+  for (double& place : places) place = (place - index) / per_mm;
+  return weighted(places);
+}
+
+std::vector<Layer> layers_of(const VoxelGrid& grid, const Lattice& lattice, const Vec3& centre,
+                             double slab_mm) {
+  if (slab_mm == 0) return {{0, 1}};
+  int axis = 0;
+  lattice.across.cwiseAbs().maxCoeff(&axis);
+  Vec3 aside = lattice.across.cwiseProduct(grid.spacing_mm);
+  aside[axis] = 0;
+  constexpr double kAlong = 1e-6;  // rad: no thousandth of a voxel over a CT.
+  if (aside.norm() < kAlong) {
+    return along_planes(centre[axis], lattice.across[axis], slab_mm,
+                        grid.size[static_cast<std::size_t>(axis)]);
+  }
+  const double most_mm = 0.5 * grid.spacing_mm.minCoeff();
+  const int parts = std::max(1, static_cast<int>(std::ceil(slab_mm / most_mm)));
+  std::vector<double> depths_mm;
+  for (int i = 0; i <= parts; ++i) {
+    depths_mm.push_back((static_cast<double>(i) / parts - 0.5) * slab_mm);
+  }
+  return weighted(depths_mm);
+}
+
+void combine(SlabMode mode, const std::vector<float>& layer, float weight, const Columns& columns,
+             float* row, std::vector<float>& weights) {
   for (int x = columns.begin; x < columns.end; ++x) {
     const auto i = static_cast<std::size_t>(x);
-    const float v = layer[i];
-    if (counts[i]++ == 0) {
+    const float v = mode == SlabMode::kMean ? weight * layer[i] : layer[i];
+    if (weights[i] == 0) {
       row[i] = v;
     } else if (mode == SlabMode::kMean) {
       row[i] += v;
     } else {
       row[i] = mode == SlabMode::kMaximum ? std::max(row[i], v) : std::min(row[i], v);
     }
+    weights[i] += weight;
   }
 }
 
@@ -181,30 +235,31 @@ Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
   const VoxelGrid& grid = ct.grid();
   const Lattice lattice = lattice_of(grid, plane, options);
   const Sampler sampler(ct);
-  const double layers_mm = 0.5 * grid.spacing_mm.minCoeff();
-  const int layers = std::max(1, static_cast<int>(std::ceil(options.slab_mm / layers_mm)));
+  const auto layers = layers_of(grid, lattice, grid.index_of(plane.centre_ct), options.slab_mm);
   const auto width = static_cast<std::size_t>(options.width);
   std::vector<float> values(width * static_cast<std::size_t>(options.height), kOutside);
   for_each_index(options.height, options.threads, [&](int y) {
     float* row = values.data() + static_cast<std::size_t>(y) * width;
     const Vec3 first = lattice.origin + y * lattice.down;
-    if (layers == 1) {
-      thin_row(sampler, first, lattice.right,
-               columns_inside(first, lattice.right, grid.size, options.width), row);
+    const auto sample = [&](const Layer& one, float* into) {
+      const Vec3 from = first + one.depth_mm * lattice.across;
+      const Columns columns = columns_inside(from, lattice.right, grid.size, options.width);
+      thin_row(sampler, from, lattice.right, columns, into);
+      return columns;
+    };
+    if (layers.size() == 1) {
+      sample(layers.front(), row);
       return;
     }
-    std::vector<float> sum(width, kOutside);
     std::vector<float> layer(width);
-    std::vector<int> counts(width, 0);
-    for (int i = 0; i < layers; ++i) {
-      const Vec3 from = first + ((i + 0.5) / layers - 0.5) * options.slab_mm * lattice.across;
-      const Columns columns = columns_inside(from, lattice.right, grid.size, options.width);
-      thin_row(sampler, from, lattice.right, columns, layer.data());
-      combine(options.slab, layer, columns, sum, counts);
+    std::vector<float> weights(width, 0);
+    for (const Layer& one : layers) {
+      const Columns columns = sample(one, layer.data());
+      combine(options.slab, layer, static_cast<float>(one.weight), columns, row, weights);
     }
+    if (options.slab != SlabMode::kMean) return;
     for (std::size_t x = 0; x < width; ++x) {
-      const bool mean = options.slab == SlabMode::kMean && counts[x] > 0;
-      row[x] = mean ? sum[x] / static_cast<float>(counts[x]) : sum[x];
+      if (weights[x] > 0) row[x] /= weights[x];
     }
   });
   return Image2d<float>(options.width, options.height, std::move(values));

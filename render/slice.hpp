@@ -70,8 +70,10 @@ struct SliceOptions {
 Result<void> validate(const SlicePlane& plane, const SliceOptions& options);
 
 /// Trilinear HU at pixel centres, row by row; NaN outside the CT's box (ray_spec.hpp). A thick
-/// slice combines values at most half the smallest spacing apart, in the middles of equal layers;
-/// layers outside the CT do not count. Refuses as validate().
+/// slice combines its two ends and, along voxel planes, each of these between them, so that its
+/// maximum misses no voxel; oblique ones, layers at most half the smallest spacing apart. Means
+/// weigh a layer by how far it is to the next; what lies outside the CT does not count. Refuses as
+/// validate().
 Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
                                     const SliceOptions& options);
 

@@ -15,10 +15,15 @@ namespace nav::render {
 ///
 /// The rule. The middle of a square and the middles of its edges take the mean of the four or two
 /// corners around them if every square that they belong to is *even*: its corners differ by no more
-/// than error in any channel of what lies around the ultrasound picture and in the weight of that,
-/// and either all or none of them show it. Otherwise they have rays of their own, and so has every
-/// pixel that a needle, sphere or line may reach. Means are of what was there before the ultrasound
-/// picture was put in, so that its pixels are shown as sharply as ever.
+/// than error in any channel of what lies around the ultrasound picture, the scene's background
+/// included, and in the weight of that, and either all or none of them show it. Otherwise they have
+/// rays of their own, and so has every pixel that a needle, sphere or line may reach. Means are of
+/// what was there before the ultrasound picture was put in, so that its pixels are shown as sharply
+/// as ever.
+///
+/// Both engines draw the same by it, to rounding, but near shapes: the CPU engine and OpenGL on the
+/// processor say by blocks of 8 x 8 pixels what a needle, sphere or line may reach, OpenGL on a
+/// graphics card by pixels and so spares more rays there.
 ///
 /// Nothing bounds the error of a mean: what lies between the rays of a lattice is not seen by it.
 /// So the lattice is never wider than two voxels in the middle of the volume, the narrowest

@@ -95,11 +95,13 @@ class Pictures {
     if (!image) return image.error();
     return std::move(image->pixels);
   }
-  /// What the others are measured against: no ray ends early.
+  /// What the others are measured against: no ray ends early, no cells are taken as one.
   Result<void> draw_truth(double step_voxels) {
-    const double opaque_at = std::exchange(few_.quality.opaque_at, 1.0);
+    const Quality quality = few_.quality;
+    few_.quality.opaque_at = 1;
+    few_.quality.adaptive_error = 0;
     auto image = drawn(step_voxels);
-    few_.quality.opaque_at = opaque_at;
+    few_.quality = quality;
     if (!image) return image.error();
     truth_ = std::move(*image);
     truth_voxels_ = step_voxels;
@@ -199,6 +201,13 @@ class StepSearch {
   }
 
  private:
+  /// Errors of cells that are taken as one need not fall with the step.
+  [[nodiscard]] bool falls_with_step() const { return scene_.quality.adaptive_error == 0; }
+  /// The truth's step for that of a picture; finer than all that may be tried where errors of two
+  /// steps say nothing of a third.
+  [[nodiscard]] double truth_voxels(double step_voxels) const {
+    return kReferencePart * (falls_with_step() ? step_voxels : kFinest);
+  }
   [[nodiscard]] double left() const { return left_for_step(rms_, rounding_, sparing_, scatter_); }
   [[nodiscard]] StepChoice chosen(const Measured& found) const {
     const double rms =
@@ -221,11 +230,11 @@ class StepSearch {
       if (change == 0 && drawn.size() == 2) return {};
       if (change <= left() || step <= kFinest) break;
     }
-    if (auto ok = pictures_.draw_truth(2 * step * kReferencePart); !ok) return ok.error();
+    if (auto ok = pictures_.draw_truth(truth_voxels(2 * step)); !ok) return ok.error();
     rounding_ = pictures_.rounding();
     // (1 - falls^2) / (1 - falls), since the truth's step is a quarter.
     const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
-    falls_ = change > 0 ? std::clamp(seen / change - 1, 0.0, kMostFalls) : 0;
+    if (change > 0 && falls_with_step()) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
     step = kCoarsest;
     for (const auto& picture : drawn) {
       ladder_.add(pictures_.against_truth(step, picture, falls_));
@@ -256,8 +265,7 @@ class StepSearch {
     for (double rays = kRays; 2 * rays < most && scatter_ > kEnough * kScatter;) {
       rays = std::min({rays * std::pow(scatter_ / kScatter, 2.0), kMoreRays * rays, most});
       pictures_ = Pictures(engine_, scene_, rays);
-      const double fine = kReferencePart * rough.step_voxels;
-      if (auto ok = pictures_.draw_truth(fine); !ok) return ok.error();
+      if (auto ok = pictures_.draw_truth(truth_voxels(rough.step_voxels)); !ok) return ok.error();
       const auto again = pictures_.measure(rough.step_voxels, falls_);
       if (!again) return again.error();
       if (!(again->rms > 0 && rough.rms > 0)) return {};

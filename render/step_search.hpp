@@ -15,8 +15,8 @@ struct StepChoice {
   /// Estimated root mean square error of colours of 8 bits, as parts of 255, over pixels and
   /// channels.
   double rms = 0;
-  bool reached = false;    ///< No more than was asked for; false: rounding or the finest step errs
-                           ///< more.
+  bool reached = false;    ///< No more than was asked for; false: rounding, the adaptive error or
+                           ///< the finest step errs more.
   double pixel_error = 0;  ///< Of render::Quality; 0: sparing rays does not pay in this scene.
 };
 
@@ -28,12 +28,12 @@ struct StepChoice {
 ///
 /// Draws some 4000 rays at steps that are halved until they change little, and more, up to an
 /// eighth of the picture's, where their errors scatter: each step is measured against a quarter of
-/// it, or of a later one. The step between two of them, by a power law, is drawn and measured too,
-/// since errors are no smooth function of it. What sparing rays saves and errs: ray_sparings().
-/// Mean squares of step, rounding and sparing add up, with room for what they scatter; the split is
-/// the one of the cheapest picture by its samples. Where rounding leaves less than half of what is
-/// asked for, the step is one for half of it. Takes as long as 0.2 to 3
-/// pictures, once: most where few edges err.
+/// it, or of a later one, without quality.adaptive_error: with it, against a quarter of the finest.
+/// The step between two of them, by a power law, is drawn and measured too, since errors are no
+/// smooth function of it. What sparing rays saves and errs: ray_sparings(). Mean squares of step,
+/// rounding and sparing add up, with room for what they scatter; the split is the one of the
+/// cheapest picture by its samples. Where rounding leaves less than half of what is asked for, the
+/// step is one for half of it. Takes as long as 0.2 to 3 pictures, once: most where few edges err.
 /// Refuses an rms that is not in (0, 1], and what the engine refuses.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 

@@ -92,6 +92,11 @@ Result<void> check(const TransferFunction& function, const ImportanceRule& rule)
   return refuse("one of the components " + known, rule.component);
 }
 
+double scale_of(const ValueRange& from, const ValueRange& to) {
+  NAV_CHECK(from.high > from.low && to.high > to.low, from.low, from.high, to.low, to.high);
+  return (to.high - to.low) / (from.high - from.low);
+}
+
 }  // namespace
 
 ValueRange value_range(const Volume& volume) {
@@ -117,8 +122,7 @@ ValueRange value_range(const Volume& volume) {
 
 Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
                                   const ValueRange& to) {
-  NAV_CHECK(from.high > from.low && to.high > to.low, from.low, from.high, to.low, to.high);
-  const double factor = (to.high - to.low) / (from.high - from.low);
+  const double factor = scale_of(from, to);
   std::vector<TransferComponent> components = function.components();
   for (TransferComponent& component : components) {
     for (TransferNode& node : component.nodes) node.hu = to.low + factor * (node.hu - from.low);
@@ -127,6 +131,11 @@ Result<TransferFunction> rescaled(const TransferFunction& function, const ValueR
     for (double* edge : {&w.zero_below, &w.full_from, &w.full_to, &w.zero_above}) *edge *= factor;
   }
   return TransferFunction::blend(function.name(), std::move(components));
+}
+
+Shading rescaled(Shading shading, const ValueRange& from, const ValueRange& to) {
+  shading.full_gradient_per_mm *= scale_of(from, to);
+  return shading;
 }
 
 Result<TransferFunction> with_importance(const TransferFunction& function,

@@ -182,8 +182,7 @@ Result<TransferFunction> preset_for(const std::string& name, const Volume& volum
 }
 
 Result<TransferFunction> preset_transfer_function(const std::string& name) {
-  constexpr ValueRange kNominal{0, 1000};  // For a relative preset without its volume.
-  return preset_over(name, kNominal);
+  return preset_over(name, kNominalRange);
 }
 
 }  // namespace nav::render

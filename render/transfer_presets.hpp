@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "nav/volume.hpp"
+#include "render/scene.hpp"
 #include "render/transfer_function.hpp"
 
 namespace nav::render {
@@ -20,6 +21,8 @@ struct ValueRange {
   double high;  ///< 99.5 % of what is above low lies below; > low.
 };
 ValueRange value_range(const Volume& volume);
+/// What shading's own gradients, and "mr-default" without a volume, are made for.
+inline constexpr ValueRange kNominalRange{0, 1000};
 
 /// A built-in function for a volume: CT presets are absolute, in HU; "mr-default" is laid over the
 /// volume's value_range(). kNotFound lists the names.
@@ -30,6 +33,8 @@ Result<TransferFunction> preset_for(const std::string& name, const Volume& volum
 /// Precondition: from.high > from.low and to.high > to.low, otherwise a Bug.
 Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
                                   const ValueRange& to);
+/// The same shading on other values: its gradients scale by that factor. Precondition: as above.
+Shading rescaled(Shading shading, const ValueRange& from, const ValueRange& to);
 
 /// Importance for a range of values, of one component or of all.
 struct ImportanceRule {

@@ -23,9 +23,12 @@
 uniform int coarse_step;        // Pixels between fragments of the pass before.
 uniform ivec2 last_of_lattice;  // Last column and row; beyond them every pixel has a ray.
 uniform float pixel_error;
+uniform float opaque_at;         // As in raycast.frag.
+uniform vec3 background_rgb;
 uniform sampler2D coarse_front;  // Its results.
 uniform sampler2D coarse_spent;
 #ifdef PLANE
+uniform float picture_opacity;  // Of the ultrasound picture.
 uniform sampler2D coarse_behind;
 uniform sampler2D coarse_live_at;
 #endif
@@ -37,41 +40,31 @@ layout(location = 2) out vec4 behind;
 layout(location = 3) out vec2 live_at;
 #endif
 
-// Least and greatest of what corners of squares show.
-struct Extent {
-  vec4 low;
-  vec4 high;
-};
-
-const Extent kNoExtent = Extent(vec4(1.0e9), vec4(-1.0e9));
-
-void add(inout Extent extent, vec4 value) {
-  extent.low = min(extent.low, value);
-  extent.high = max(extent.high, value);
-}
-
-bool is_within(Extent extent, float error) {
-  return all(lessThanEqual(extent.high - extent.low, vec4(error)));
+// The colour around the ultrasound picture, and its weight: as the CPU engine keeps them.
+vec4 compared_at(ivec2 at) {
+  vec4 layers = texelFetch(coarse_front, at, 0);
+  float weight = 0.0;
+#ifdef PLANE
+  if (texelFetch(coarse_live_at, at, 0).x > -1.0e6) {
+    weight = (1.0 - layers.a) * picture_opacity;
+    layers.a += weight;
+    layers += (1.0 - layers.a) * texelFetch(coarse_behind, at, 0);
+  }
+#endif
+  if (layers.a >= opaque_at) return vec4(layers.rgb, weight) / layers.a;
+  return vec4(layers.rgb + (1.0 - layers.a) * background_rgb, weight);
 }
 
 // The square with its upper left corner there.
 bool is_even(ivec2 at) {
-  Extent front = kNoExtent;
-  for (int i = 0; i < 4; ++i) add(front, texelFetch(coarse_front, at + ivec2(i & 1, i >> 1), 0));
-  if (!is_within(front, pixel_error)) return false;
-#ifdef PLANE
-  Extent back = kNoExtent;
-  Extent live = kNoExtent;
+  vec4 low = vec4(1.0e9);
+  vec4 high = vec4(-1.0e9);
   for (int i = 0; i < 4; ++i) {
-    ivec2 corner = at + ivec2(i & 1, i >> 1);
-    add(back, texelFetch(coarse_behind, corner, 0));
-    add(live, texelFetch(coarse_live_at, corner, 0));
+    vec4 corner = compared_at(at + ivec2(i & 1, i >> 1));
+    low = min(low, corner);
+    high = max(high, corner);
   }
-  bool some = live.high.x > -1.0e6;
-  return is_within(back, pixel_error) && (!some || live.low.x > -1.0e6);
-#else
-  return true;
-#endif
+  return all(lessThanEqual(high - low, vec4(pixel_error))) && (low.a > 0.0) == (high.a > 0.0);
 }
 
 // Squares that are not there decide nothing.

@@ -128,7 +128,7 @@ TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
   }
   const auto volume = *Volume::create(grid, values, "other scanner");
   LookFile look = full_look();
-  const auto there = *transfer_for(look, volume);
+  const auto there = look_for(look, volume)->transfer;
   const auto range = render::value_range(volume);
   for (const double share : {0.0, 0.4, 1.0}) {
     const double here = 12 + share * (345.5 - 12);
@@ -136,7 +136,7 @@ TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
     EXPECT_NEAR(there.at(value, 1e6).tau_per_mm, look.transfer.at(here, 1e6).tau_per_mm, 1e-9);
   }
   look.value_range.reset();
-  EXPECT_TRUE(render::same_classification(*transfer_for(look, volume), look.transfer));
+  EXPECT_TRUE(render::same_classification(look_for(look, volume)->transfer, look.transfer));
 }
 
 TEST_F(LookFileTest, ReadsSlicersVp) {
@@ -243,8 +243,8 @@ TEST_F(LookFileTest, RefusesNodesThatFallTogetherOnAVolume) {
   VoxelGrid grid;
   grid.size = {2, 1, 1};
   const auto volume = *Volume::create(grid, {0, 100}, "two voxels");
-  EXPECT_TRUE(test::refuses(transfer_for(look, volume), ErrorCode::kMalformedData,
-                            {"value_range", "node"}));
+  EXPECT_TRUE(
+      test::refuses(look_for(look, volume), ErrorCode::kMalformedData, {"value_range", "node"}));
 }
 
 TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {

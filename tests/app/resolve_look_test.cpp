@@ -7,6 +7,7 @@
 
 #include "app/look.hpp"
 #include "app/look_file.hpp"
+#include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -129,6 +130,40 @@ TEST_F(ResolveLookTest, ASavedLookIsTheSameOnItsVolumeAndFollowsTheValuesOfAnoth
   EXPECT_FALSE(resolve_look(saved, bright(1))->cutaway);
   EXPECT_TRUE(test::refuses(save_look(folder_ / "no" / "such.json", *liver), ErrorCode::kIo,
                             {"such.json"}));
+}
+
+TEST_F(ResolveLookTest, ACarriedLookIsShadedAsTheOriginal) {
+  constexpr double kByte = 1.0 / 255;
+  // Soft edges, so that shading is in proportion to the gradient.
+  const auto blob = [](int scale, int shift) {
+    return test::make_volume(test::centred_grid({24, 24, 24}, {1, 1, 1}), [=](int i, int j, int k) {
+      const double r = std::hypot(i - 11.5, j - 11.5, k - 11.5);
+      return shift + scale * std::lround(100 * std::exp(-r * r / 60));
+    });
+  };
+  const auto picture = [](const std::shared_ptr<const Volume>& ct, const ResolvedLook& look) {
+    auto scene = test::plain_scene(ct, look.transfer, test::frontal(100, 30, false));
+    scene.shading = look.shading;
+    return test::draw(*render::make_cpu_engine(), scene);
+  };
+  const auto original = blob(1, 0);
+  const auto other = blob(2, 30);
+  SessionConfig::Look preset;
+  preset.preset = "mr-default";
+  const auto look = *resolve_look(preset, *original);
+  const auto drawn = picture(original, look);
+  SessionConfig::Look saved;
+  saved.file = folder_ / "saved.json";
+  ASSERT_TRUE(test::has_value(save_look(saved.file, look)));
+  for (const auto& said : {preset, saved}) {
+    const auto carried = *resolve_look(said, *other);
+    EXPECT_NEAR(carried.shading.full_gradient_per_mm, 2 * look.shading.full_gradient_per_mm, 1e-9);
+    EXPECT_LT(test::max_difference(picture(other, carried), drawn), kByte);
+  }
+  auto flat = look;
+  flat.shading.enabled = false;
+  EXPECT_GT(test::max_difference(picture(original, flat), drawn), 20 * kByte)
+      << "nothing is shaded";
 }
 
 TEST_F(ResolveLookTest, RefusesWhatContradicts) {
