@@ -1080,6 +1080,35 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
 }
 
+TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
+  const auto sweep_with = [&](const Eigen::Matrix4d& second, TrackingStatus status) {
+    return write_sweep({}, [&](io::SequenceFrame& frame) {
+      const Eigen::Matrix4d usual = Eigen::Matrix4d::Identity();
+      const bool odd = frame.index == 2;
+      io::set_transform(frame,
+                        {"ImageToProbe", odd ? second : usual, odd ? status : TrackingStatus::kOk});
+    });
+  };
+  const Eigen::Matrix4d none = Eigen::Matrix4d::Constant(std::nan(""));
+  expect_refusal(replay_arguments(sweep_with(none, TrackingStatus::kOk)), 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "nan", "1 of 6"});
+  const std::string skipping = " --skip-bad-frames";
+  const auto expect_one_hidden = [&](const std::string& arguments) {
+    const Outcome outcome = sonde(arguments);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_NE(outcome.errors.find("frame 2: ImageToProbe"), std::string::npos) << outcome.errors;
+    const Json report = read_json("replay.json");
+    EXPECT_EQ(report["ledger"]["shown"], 5);
+    EXPECT_EQ(report["ledger"]["rejected"]["unusable_picture"], 1);
+  };
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kOk)) + skipping);
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kInvalid)));
+  Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
+  moved(0, 3) = 5;
+  expect_refusal(replay_arguments(sweep_with(moved, TrackingStatus::kOk)) + skipping, 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "frame 0", "5 mm away"});
+}
+
 TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
   expect_refusal(replay_arguments(write_sweep({},
                                               [](io::SequenceFrame& frame) {
