@@ -285,6 +285,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
+  auto out = OutputFolder::create(config.output.folder);
+  if (!out) return out.error();
+  out->forget_reports(config.placement.registration);
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");
@@ -345,8 +348,6 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }
-  auto out = OutputFolder::create(config.output.folder);
-  if (!out) return out.error();
   out->forget_reports();
   Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
                 std::move(*placement), std::move(*presenter), std::move(follower));

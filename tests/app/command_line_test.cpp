@@ -1468,6 +1468,20 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  // Nor one that stops before it draws.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  // What it is to read is read, whatever its name.
+  std::ofstream(folder_ / "out/report.json") << "not JSON";
+  const std::string read = (folder_ / "out/report.json").string();
+  expect_refusal(replay_arguments(sweep) + " --registration " + read, 3, {read, "JSON"});
+  EXPECT_TRUE(std::filesystem::exists(read));
 }
 
 TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
