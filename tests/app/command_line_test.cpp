@@ -956,6 +956,13 @@ TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   }
 }
 
+TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
+  const Outcome outcome = sonde("replay " + write_sweep() + " --ct " + write_ct() + " --config " +
+                                write_config() + " --out " + (folder_ / "out").string() +
+                                " --frames 1 --step 4 --width 16 --height 1024");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+}
+
 TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
