@@ -271,6 +271,35 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
+TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 0, 0]\n"
+                            "target_radius_mm = 6\n";
+  const std::string arguments = "slices " + write_ct() + " --out " + (folder_ / "slices").string();
+  const Outcome outcome = sonde(arguments + " --normal 1 1 0.5 --needle 0 0 0 0 -50 40 --session " +
+                                session.string() + " --size 64");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* name :
+       {"axial", "coronal", "sagittal", "oblique", "needle-1", "needle-2", "path-1", "path-2"}) {
+    const auto picture = io::read_png(folder_ / "slices" / (std::string(name) + ".png"));
+    ASSERT_TRUE(test::has_value(picture)) << name;
+    const auto yellow = [&](int left, int top) {
+      int count = 0;
+      for (int y = top; y < top + 24; ++y) {
+        for (int x = left; x < left + 24; ++x) {
+          const Rgba8 p = picture->at(x, y);
+          count += p.r > p.b + 60 ? 1 : 0;
+        }
+      }
+      return count;
+    };
+    for (const auto& [left, top] : {std::pair(0, 20), {40, 20}, {20, 0}, {20, 40}}) {
+      EXPECT_GT(yellow(left, top), 10) << name << ' ' << left << ' ' << top;
+    }
+  }
+  expect_refusal(arguments + " --size 63", 2, {"--size: expected 64 to 8192"});
+}
+
 TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   const auto out = folder_ / "slices";
   const std::string arguments =
@@ -319,7 +348,7 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
   EXPECT_EQ(grey(recording + " --frame 3 --share 0 --window-level 700"), 128);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0.5"), 130);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0 --window-level 700"), 128);
-  expect_refusal("slices " + ct + " --out x --normal 0 0 1 --size 128", 2,
+  expect_refusal("slices " + ct + " --out x --recording s.mha --size 128", 2,
                  {"--size: expected 192 to 8192"});
   expect_refusal(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
   expect_refusal(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
