@@ -992,6 +992,12 @@ TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
 }
 
+TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
+  expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
+                 {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
+                  "found nope"});
+}
+
 TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
