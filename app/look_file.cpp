@@ -46,6 +46,11 @@ render::TransferComponent read_component(const Json& json, const std::string& wh
     one.number("opacity_per_mm", node.opacity);
     one.number("importance", node.importance);
     one.refuse_unknown();
+    for (const char* key : {"value", "opacity_per_mm"}) {
+      if (error || node_json.contains(key)) continue;
+      error =
+          Error{ErrorCode::kMalformedData, at + "." + key + ": expected a number, found nothing"};
+    }
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     component.nodes.push_back(node);
   });

@@ -281,6 +281,19 @@ TEST_F(LookFileTest, IsToldByItsNameAndItsText) {
   std::filesystem::remove(json);
 }
 
+TEST_F(LookFileTest, RefusesNodesWithoutAValueOrAnOpacity) {
+  const auto node = [](const std::string& members) {
+    return R"({"sonde_look": 1, "components": [{"name": "a", "nodes": [{"value": 0,)"
+           R"("opacity_per_mm": 0}, {)" +
+           members + "}]}]}";
+  };
+  EXPECT_TRUE(test::has_value(read(node(R"("value": 9, "opacity_per_mm": 0.1)"))));
+  EXPECT_TRUE(test::refuses(read(node(R"("opacity_per_mm": 0.1)")), ErrorCode::kMalformedData,
+                            {"components[0].nodes[1].value", "found nothing"}));
+  EXPECT_TRUE(test::refuses(read(node(R"("value": 9)")), ErrorCode::kMalformedData,
+                            {"components[0].nodes[1].opacity_per_mm", "found nothing"}));
+}
+
 TEST_F(LookFileTest, RefusesBrokenLooks) {
   const std::string good = to_json_text(full_look());
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> pieces) {
