@@ -274,9 +274,27 @@ Result<void> Gallery::add_mr() {
   return {};
 }
 
+/// Refuses what no picture's name contains.
+Result<void> check_only(const std::string& only) {
+  std::vector<std::string> names{"fig2a", "fig2b", "fig2c", "fig3a", "fig3b", "fig5a", "fig5b",
+                                 "fig5c", "fig5d", "fig6a", "fig6b", "fig7",  "fig8a", "fig8b"};
+  for (const auto& part :
+       {registration_gallery_names(), simulator_gallery_names(), predicate_gallery_names()}) {
+    names.insert(names.end(), part.begin(), part.end());
+  }
+  std::string all;
+  for (const std::string& name : names) {
+    if (name.find(only) != std::string::npos) return {};
+    all += (all.empty() ? "" : ", ") + name;
+  }
+  return Error{ErrorCode::kUsage,
+               "--only: expected a part of one of the names " + all + ", found " + only};
+}
+
 }  // namespace
 
 Result<void> run_gallery(const GalleryOptions& options, Console& console) {
+  if (auto ok = check_only(options.only); !ok) return ok;
   auto folder = OutputFolder::create(options.out);
   if (!folder) return folder.error();
   Gallery gallery(options, console);

@@ -288,6 +288,11 @@ Result<void> PredicateGallery::inside() {
 
 }  // namespace
 
+std::vector<std::string> predicate_gallery_names() {
+  return {"predicates-carotid",   "predicates-shoulder", "predicates-tendon", "predicates-carried",
+          "predicates-scribbles", "predicates-prostate", "predicates-spine",  "predicates-inside"};
+}
+
 Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputFolder& folder,
                                     Console& console) {
   GalleryOptions part = options;  // Three stand side by side.

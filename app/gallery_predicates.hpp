@@ -2,11 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "app/console.hpp"
 #include "app/gallery.hpp"
 #include "app/output_folder.hpp"
 
 namespace nav::app {
+
+/// Names of its pictures.
+std::vector<std::string> predicate_gallery_names();
 
 /// The pictures of docs/gallery.md that show 3D ultrasound by predicates: Figures 1 and 5 to 9 of
 /// Schulte zu Berge et al. 2014 on simulated patients, and the same ideas on recorded volumes where

@@ -177,6 +177,10 @@ void say_numbers(const Run& run, Console& console) {
 
 }  // namespace
 
+std::vector<std::string> registration_gallery_names() {
+  return {"registration-sweep", "registration-tre-map"};
+}
+
 Result<void> draw_registration_gallery(const GalleryOptions& options, OutputFolder& folder,
                                        Console& console) {
   const auto wanted = [&](std::string_view name) {

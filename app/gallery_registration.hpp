@@ -2,11 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "app/console.hpp"
 #include "app/gallery.hpp"
 #include "app/output_folder.hpp"
 
 namespace nav::app {
+
+/// Names of its pictures.
+std::vector<std::string> registration_gallery_names();
 
 /// The pictures of docs/gallery.md that show a registration from a start 40 mm off, without
 /// landmarks: checkerboards of ultrasound and CT along the sweep, before and after, and the

@@ -157,6 +157,12 @@ void draw_panel(render::Canvas& canvas, int column, const std::string& words,
 
 }  // namespace
 
+std::vector<std::string> simulator_gallery_names() {
+  std::vector<std::string> names;
+  for (const Comparison& c : comparisons()) names.push_back(c.name);
+  return names;
+}
+
 Result<void> draw_simulator_gallery(const GalleryOptions& options, OutputFolder& folder,
                                     Console& console) {
   for (const Comparison& c : comparisons()) {

@@ -2,11 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "app/console.hpp"
 #include "app/gallery.hpp"
 #include "app/output_folder.hpp"
 
 namespace nav::app {
+
+/// Names of its pictures.
+std::vector<std::string> simulator_gallery_names();
 
 /// The pictures of docs/simulator.md: simulated ultrasound by both acoustic models beside a
 /// recorded picture of like anatomy at the same scale. Where SONDE_DATA_DIR lacks the recording its

@@ -46,6 +46,11 @@ render::TransferComponent read_component(const Json& json, const std::string& wh
     one.number("opacity_per_mm", node.opacity);
     one.number("importance", node.importance);
     one.refuse_unknown();
+    for (const char* key : {"value", "opacity_per_mm"}) {
+      if (error || node_json.contains(key)) continue;
+      error =
+          Error{ErrorCode::kMalformedData, at + "." + key + ": expected a number, found nothing"};
+    }
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     component.nodes.push_back(node);
   });
@@ -198,17 +203,23 @@ Json shading_json(const render::Shading& s) {
 
 Result<LookFile> read_look_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
-  const auto text = io::read_file(path, kMostBytes);
+  auto text = io::read_file(path, kMostBytes);
   if (!text) return text.error();
   const std::string name = path.string();
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text->starts_with(kByteOrderMark)) text->erase(0, kByteOrderMark.size());
   const auto first = text->find_first_not_of(" \t\r\n");
-  if (first == std::string::npos || (*text)[first] != '{') {
+  if (first == std::string::npos) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected a look or a Slicer volume property, found an empty file"};
+  }
+  if ((*text)[first] != '{' && path.extension() != ".json") {
     return slicer_look_from_vp(name, *text);
   }
   const auto root = parse_json(name, *text);
   if (!root) return root.error();
   try {
-    if (root->contains("volumeProperties")) {
+    if (root->is_object() && root->contains("volumeProperties")) {
       return slicer_look_from_json(name, nlohmann::json(*root));
     }
     return look_from_json(name, *root);

@@ -38,9 +38,10 @@ Result<void> OutputFolder::write_picture(const std::string& name, const Image2d<
   return {};
 }
 
-void OutputFolder::forget_reports() const {
+void OutputFolder::forget_reports(const std::filesystem::path& to_read) const {
   std::error_code status;
   for (const char* name : {"report.json", "report.html"}) {
+    if (std::filesystem::equivalent(path_ / name, to_read, status)) continue;
     std::filesystem::remove(path_ / name, status);
   }
 }

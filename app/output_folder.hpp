@@ -21,8 +21,8 @@ class OutputFolder {
   /// Writes and lists a picture; its pixels enter the image digest.
   Result<void> write_picture(const std::string& name, const Image2d<Rgba8>& picture);
   /// Removes the reports of an earlier run, so that they never lie beside the pictures of a run
-  /// that stopped.
-  void forget_reports() const;
+  /// that stopped; but not a file that this run has yet to read.
+  void forget_reports(const std::filesystem::path& to_read = {}) const;
   Result<void> write_text(const std::string& name, const std::string& text);
   /// Lists a file that something else wrote.
   void list(const std::string& name) { files_.push_back(name); }

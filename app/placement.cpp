@@ -30,7 +30,7 @@ Result<std::shared_ptr<const Volume>> read_session_ct(const SessionConfig& confi
 Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const SweepSurvey& sweep,
                            const std::string& reference_frame) {
   Placement found{{centred(ct, sweep),
-                   {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}},
+                   {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
                   "centred",
                   "The CT is not registered: for want of a placement, the sweep's centre lies at "
                   "the CT's centre, the depth of the pictures points to posterior and their "
@@ -51,7 +51,8 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const 
       return Error{declared.error().code,
                    "placement.ct_from_reference_mm: " + declared.error().message};
     }
-    found.placement.ct_from_reference = *declared;
+    found.placement = {*declared,
+                       {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}};
     found.kind = "declared";
     found.statement = "The CT is not registered: it lies where the user declared it to lie.";
   }

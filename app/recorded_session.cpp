@@ -140,6 +140,9 @@ std::string RecordedSession::defect_of(const sim::ReplayEvent& event) const {
          << " s, found " << to_seconds(*event.acquired) << " s";
     return text.str();
   }
+  if (!event.picture && event.picture.error().code == ErrorCode::kMalformedData) {
+    return event.picture.error().message;
+  }
   const auto claimed = [](const RawPose& pose) {
     return pose.status == TrackingStatus::kOk || pose.status == TrackingStatus::kUnknown;
   };

@@ -90,8 +90,9 @@ class RecordedSession {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Why the first picture that could not be used was refused; empty while there is none.
   [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
-  /// Frames whose data cannot be true (times that do not increase, poses that are not rigid or not
-  /// numbers), as opposed to frames that say themselves that nothing was tracked or seen.
+  /// Frames whose data cannot be true (times that do not increase, poses or calibrations that are
+  /// not rigid or not numbers), as opposed to frames that say themselves that nothing was tracked
+  /// or seen.
   [[nodiscard]] std::int64_t bad_frames() const { return bad_frames_; }
   /// What is wrong with the first of them, one sentence; empty while there is none.
   [[nodiscard]] const std::string& first_bad_frame() const { return first_bad_frame_; }

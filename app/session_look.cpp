@@ -5,6 +5,15 @@
 namespace nav::app {
 namespace {
 
+/// Refuses a table without a number that has no usual value.
+void require(const toml::node& element, const std::string& name, const char* key,
+             const std::string& file, std::optional<Error>& error) {
+  if (error || element.as_table()->contains(key)) return;
+  error = Error{ErrorCode::kMalformedData,
+                file + ":" + std::to_string(element.source().begin.line) + ": " + name + "." + key +
+                    ": expected a finite number, found nothing"};
+}
+
 void read_nodes(Section& section, const std::string& file, std::optional<Error>& error,
                 SessionConfig::Look& look) {
   const toml::array* nodes = section.tables("nodes");
@@ -18,6 +27,9 @@ void read_nodes(Section& section, const std::string& file, std::optional<Error>&
     one.number("opacity_per_mm", node.opacity);
     one.number("importance", node.importance);
     one.refuse_unknown();
+    for (const char* key : {"hu", "opacity_per_mm"}) {
+      require(element, "look.nodes", key, file, error);
+    }
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     look.nodes.push_back(node);
   }
@@ -35,6 +47,7 @@ void read_importance(Section& section, const std::string& file, std::optional<Er
     one.number("importance", rule.importance);
     one.text("component", rule.component);
     one.refuse_unknown();
+    require(element, "look.importance", "importance", file, error);
     look.importance.push_back(std::move(rule));
   }
 }

@@ -117,16 +117,17 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
   } else if (plan) {
     at = plan->target_ct;
   }
-  const double whole = options.mm_per_pixel > 0
-                           ? options.mm_per_pixel
-                           : ct.grid().extent_mm().maxCoeff() / options.size_px;
   const auto scale = [&](const render::SlicePlane& plane) {
     return options.mm_per_pixel > 0 ? options.mm_per_pixel
                                     : fitted(ct.grid(), plane, options.size_px);
   };
-  std::vector<NamedPlane> planes{{"axial", render::axial_slice(at), whole},
-                                 {"coronal", render::coronal_slice(at), whole},
-                                 {"sagittal", render::sagittal_slice(at), whole}};
+  std::vector<NamedPlane> planes{{"axial", render::axial_slice(at), 0},
+                                 {"coronal", render::coronal_slice(at), 0},
+                                 {"sagittal", render::sagittal_slice(at), 0}};
+  // In one scale, so that they can be compared.
+  double common = 0;
+  for (const NamedPlane& slice : planes) common = std::max(common, scale(slice.plane));
+  for (NamedPlane& slice : planes) slice.mm_per_pixel = common;
   if (options.normal_ct || options.right_ct) {
     const auto plane = oblique(options, at);
     if (!plane) return plane.error();

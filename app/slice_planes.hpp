@@ -22,9 +22,10 @@ struct NamedPlane {
   std::optional<std::array<Point<frames::Ct>, 2>> line_ct{};
 };
 
-/// The slices that options and the session's plan ask for. Refuses, by option or key: points
-/// outside the CT or not finite, a normal or in-plane directions that span no plane, a needle
-/// without length.
+/// The slices that options and the session's plan ask for. Unless options give a scale, the whole
+/// CT fits, in one scale for axial, coronal and sagittal; along a picture that fits. Refuses, by
+/// option or key: points outside the CT or not finite, a normal or in-plane directions that span no
+/// plane, a needle without length.
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
                                              const std::optional<NeedlePlan>& plan,
                                              const Volume& ct,

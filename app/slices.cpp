@@ -25,7 +25,12 @@ Result<render::SlabMode> slab_mode(const std::string& name) {
   return Error{ErrorCode::kUsage, "--mode: expected maximum, minimum or mean, found " + name};
 }
 
-/// The slice's picture with its name, the letters of its edges, and its needle or path.
+/// Least sizes in which the letters of the edges and the warning have room, pixels.
+constexpr int kLeastPx = 64;
+constexpr int kLeastWarnedPx = 192;
+
+/// The slice's picture with the letters of its edges, its needle or path, and, where there is room,
+/// its name, which the file has too.
 Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
                         const std::string& warning) {
   render::Canvas canvas(picture.width(), picture.height(), render::rgb8(0));
@@ -33,6 +38,7 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   const Rgba8 colour = render::rgb8(0xffd24a);
   constexpr int kSize = 16;
   constexpr int kMargin = 6;
+  constexpr int kLine = kSize + 4;
   if (slice.line_ct) {
     const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
       const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
@@ -46,8 +52,14 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   };
   const render::SliceLabels labels = render::labels_of(slice.plane);
   const int middle = picture.height() / 2 + kSize / 3;
-  canvas.text(kMargin, kMargin + kSize, kSize, slice.name, colour);
-  if (!warning.empty()) canvas.text(kMargin, kMargin + 2 * kSize + 4, kSize, warning, colour);
+  // The name stands beside the top letter, else below it; never over a letter.
+  int base = kMargin + kSize;
+  const int end = 2 * kMargin + canvas.text_width(kSize, slice.name);
+  if (end > centred(labels.top)) base += kLine;
+  if (end <= picture.width() && base + kMargin <= middle - kSize) {
+    canvas.text(kMargin, base, kSize, slice.name, colour);
+  }
+  if (!warning.empty()) canvas.text(kMargin, base + kLine, kSize, warning, colour);
   canvas.text(kMargin, middle, kSize, labels.left, colour);
   canvas.text(picture.width() - kMargin - canvas.text_width(kSize, labels.right), middle, kSize,
               labels.right, colour);
@@ -56,8 +68,8 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   return canvas.picture();
 }
 
-/// recorded or planned: of the session.
-Result<void> validate(const SlicesOptions& options, bool recorded, bool planned) {
+/// recorded: of the session.
+Result<void> validate(const SlicesOptions& options, bool recorded) {
   if (!(options.width_hu > 0 && options.width_hu <= 1e6)) {
     return Error{ErrorCode::kUsage, "--window-width: expected more than 0 to 10^6 HU, found " +
                                         std::to_string(options.width_hu)};
@@ -66,10 +78,7 @@ Result<void> validate(const SlicesOptions& options, bool recorded, bool planned)
     return Error{ErrorCode::kUsage, "--window-level: expected -10^6 to 10^6 HU, found " +
                                         std::to_string(options.level_hu)};
   }
-  // The letters and words need room.
-  const bool words =
-      recorded || planned || options.normal_ct || options.right_ct || options.needle_ct;
-  const int least_px = words ? 192 : 64;
+  const int least_px = recorded ? kLeastWarnedPx : kLeastPx;
   if (options.size_px < least_px || options.size_px > 8192) {
     return Error{ErrorCode::kUsage, "--size: expected " + std::to_string(least_px) +
                                         " to 8192 pixels, found " +
@@ -152,7 +161,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   const auto mode = slab_mode(options.slab);
   if (!mode) return mode.error();
   const bool recorded = !config.source.recording.empty();
-  if (const auto ok = validate(options, recorded, config.plan.has_value()); !ok) return ok;
+  if (const auto ok = validate(options, recorded); !ok) return ok;
   const auto ct = read_session_ct(config, console);
   if (!ct) return ct.error();
   const auto overlay = read_overlay(config, options, **ct, console);

@@ -10,22 +10,20 @@ using render::WindowWords;
 using Align = WindowWords::Align;
 
 constexpr Rgba8 kWords = rgb8(0xd8dee4);
-constexpr double kLine = 0.04;  ///< Between base lines, share of the height.
 
 class Column {
  public:
-  Column(std::vector<WindowWords>& words, double y, double step)
-      : words_(words), y_(y), by_(step) {}
+  Column(std::vector<WindowWords>& words, double y, WindowWords::Stack stack)
+      : words_(words), y_(y), stack_(stack) {}
   void add(const std::string& line, Rgba8 colour) {
     if (line.empty()) return;
-    words_.push_back({line, colour, 0.01, y_, Align::kLeft, 14});
-    y_ += by_;
+    words_.push_back({line, colour, 0.01, y_, Align::kLeft, 14, stack_});
   }
 
  private:
   std::vector<WindowWords>& words_;
   double y_;
-  double by_;
+  WindowWords::Stack stack_;
 };
 
 void add_orientation(const render::Camera& camera, std::vector<WindowWords>& words) {
@@ -48,12 +46,12 @@ std::vector<WindowWords> window_words(const PanelContext& context, bool ended) {
   const Rgba8 amber = colour_of(SafetyState::kDegraded);
   std::vector<WindowWords> words;
   add_orientation(context.camera, words);
-  Column above(words, 0.07, kLine);
+  Column above(words, 0.07, WindowWords::Stack::kDown);
   above.add(context.banner, amber);
   if (ended) above.add("the recording has ended: the last picture, not live", amber);
   above.add(context.note, amber);
   above.add(context.warning, amber);
-  Column below(words, 0.93, -kLine);
+  Column below(words, 0.93, WindowWords::Stack::kUp);
   if (epoch.guidance && !ended) below.add(guidance_words(*epoch.guidance), kWords);
   if (context.plan || context.needle_expected) add_state("needle", epoch.needle, below);
   add_state("CT", epoch.placement, below);

@@ -168,7 +168,9 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
   grid.mm_per_pixel << along_columns.norm(), x.dot(along_rows), 0, across.norm();
   const double middle = 0.5 * (width - 1);
   grid.origin_mm << -middle * along_columns.norm(), 0;
-  if (const auto ok = validate(grid); !ok) return ok.error();
+  if (const auto ok = validate(grid); !ok) {
+    return Error{ok.error().code, "ImageToProbe: " + ok.error().message};
+  }
   const Eigen::Vector3d y = across.normalized();
   Eigen::Matrix3d axes;
   axes << x, y, x.cross(y);

@@ -36,8 +36,8 @@ class Canvas {
   void line(Eigen::Vector2d from, Eigen::Vector2d to, double width, Rgba8 colour, double dash = 0);
   void circle(Eigen::Vector2d centre, double radius, double width, Rgba8 colour);
   /// One line of text whose capital height is about 0.7 · size pixels; (x, y) is the left end of
-  /// the base line. Returns the x where it ends. Text that cannot be drawn whole is a Bug, never a
-  /// number with missing digits.
+  /// the base line. Returns the x where it ends. Text that is wider than what is left of the
+  /// picture is left out whole: never a number with missing digits.
   int text(int x, int y, int size, const std::string& words, Rgba8 colour);
   [[nodiscard]] int text_width(int size, const std::string& words) const;
 

@@ -2,19 +2,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/vtk_words.hpp"
 
+#include <algorithm>
 #include <vtkCoordinate.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
+#include "render/window_layout.hpp"
+
 namespace nav::render {
 namespace {
 
-void place(const WindowWords& line, vtkTextActor& actor) {
+void place(const PlacedWords& line, int width, int height, vtkTextActor& actor) {
   actor.SetInput(line.words.c_str());
   actor.GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  actor.SetPosition(line.x, 1 - line.y);
+  actor.SetPosition(line.x_px / width, 1 - line.y_px / height);
   vtkTextProperty& style = *actor.GetTextProperty();
   style.SetFontSize(line.size_px);
   style.SetColor(line.colour.r / 255.0, line.colour.g / 255.0, line.colour.b / 255.0);
@@ -48,15 +51,19 @@ WordsLayer::~WordsLayer() {
   window_.RemoveRenderer(renderer_);
 }
 
-void WordsLayer::set(const std::vector<WindowWords>& words) {
+void WordsLayer::set(const std::vector<WindowWords>& unplaced) {
+  const int* size = window_.GetSize();
+  const int width = std::max(size[0], 1);
+  const int height = std::max(size[1], 1);
+  const std::vector<PlacedWords> words = placed_words(unplaced, width, height);
   while (lines_.size() < words.size()) {
     lines_.push_back(vtkSmartPointer<vtkTextActor>::New());
     renderer_->AddViewProp(lines_.back());
   }
   for (std::size_t i = 0; i < lines_.size(); ++i) {
-    const bool shown = i < words.size() && !words[i].words.empty();
+    const bool shown = i < words.size();
     lines_[i]->SetVisibility(shown ? 1 : 0);
-    if (shown) place(words[i], *lines_[i]);
+    if (shown) place(words[i], width, height, *lines_[i]);
   }
 }
 

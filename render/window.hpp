@@ -22,6 +22,10 @@ struct WindowWords {
   double y = 0;       ///< … and of the words' middle, from its top.
   Align align = Align::kLeft;
   int size_px = 15;
+  /// Words of one stack are lines below (or above) one another, wrapped to the window, from the
+  /// first one's y on; placed_words() keeps them apart in pixels.
+  enum class Stack { kNone, kDown, kUp };
+  Stack stack = Stack::kNone;
 };
 /// What stands over the picture that is seen by a camera; asked on the thread of the window
 /// whenever it draws.

@@ -7,11 +7,12 @@
 #include <set>
 
 #include "io/sequence.hpp"
+#include "sim/recorded_calibration.hpp"
 
 namespace nav::sim {
 namespace {
 
-/// Frames looked at for names and calibration: a first frame may lack what later ones have.
+/// Frames looked at for names and the size of pixels: a first frame may lack what later ones have.
 constexpr std::int64_t kFramesToInspect = 64;
 /// Text with six digits moves a spacing by less than this share from frame to frame.
 constexpr double kGridTolerance = 1e-3;
@@ -87,45 +88,21 @@ bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
 }
 
-/// The first of the leading frames in which a chain has a usable value, or the last reason why not.
-Result<Eigen::Matrix4d> first_value(const io::SequenceReader& reader, const io::Chain& chain) {
-  if (!uses_frames(chain)) {
-    const auto value = chain.evaluate(io::SequenceFrame{});
-    if (!value) return value.error();
-    return value->to_from_from;
-  }
+/// The image plays the probe, so the step between them is that of a frame onto itself.
+io::ImageCalibration without_step(const io::ImageCalibration& calibration) {
+  return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
+}
+
+/// The first of the leading frames whose picture is placed, or the last reason why not.
+Result<io::ImageCalibration> first_of(const io::SequenceReader& reader, const io::Chain& chain) {
   Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < std::min(reader.header().frame_count, kFramesToInspect); ++i) {
     const auto frame = reader.frame_fields(i);
-    if (!frame) {
-      reason = frame.error();
-      continue;
-    }
-    const auto value = chain.evaluate(*frame);
-    if (value && is_claimed(value->status)) return value->to_from_from;
-    reason = value ? Error{ErrorCode::kMalformedData,
-                           describe(chain) + ": expected a frame with a valid pose, found " +
-                               to_string(value->status)}
-                   : value.error();
+    const auto found = frame ? calibration_of(chain, *frame, reader.header()) : frame.error();
+    if (found) return found;
+    reason = found.error();
   }
   return reason;
-}
-
-Result<io::ImageCalibration> calibrate(const io::SequenceReader& reader,
-                                       const io::TransformTree& tree, const Chains& chains,
-                                       const ReplayOptions& options) {
-  const bool direct = chains.form == ReplayForm::kImageInReference;
-  const auto chain = direct ? Result<io::Chain>(chains.probe)
-                            : tree.find(options.image_frame, options.probe_frame);
-  if (!chain) return chain.error();
-  const auto value = first_value(reader, *chain);
-  if (!value) return value.error();
-  auto calibration =
-      io::calibration_from_matrix(*value, reader.header().width, reader.header().height);
-  if (!calibration || !direct) return calibration;
-  // The image plays the probe, so the step between them is that of a frame onto itself.
-  return io::ImageCalibration{{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()},
-                              calibration->grid};
 }
 
 }  // namespace
@@ -172,7 +149,38 @@ struct ReplaySession::State {
                     : placed.error().message));
   }
 
+  /// Takes the calibration of the recording, or of the configuration where the frames have none.
+  Result<void> calibrate(const io::TransformTree& tree, const ReplayOptions& options) {
+    if (chains.form == ReplayForm::kImageInReference) {
+      const auto found = first_of(reader, chains.probe);
+      if (!found) return found.error();
+      calibration = without_step(*found);
+      return {};
+    }
+    const auto chain = tree.find(options.image_frame, options.probe_frame);
+    if (!chain) return chain.error();
+    if (uses_frames(*chain)) {
+      recorded = *chain;
+      const auto found = recorded_calibration(*chain, reader);
+      if (!found) return found.error();
+      calibration = *found;
+      return {};
+    }
+    const auto value = chain->evaluate(io::SequenceFrame{});
+    if (!value) return value.error();
+    const auto found = io::calibration_from_matrix(value->to_from_from, reader.header().width,
+                                                   reader.header().height);
+    if (!found) return found.error();
+    calibration = *found;
+    return {};
+  }
+
   Result<UltrasoundFrame> picture(const io::SequenceFrame& frame, Timestamp time) const {
+    if (recorded) {
+      // Whichever pose it is paired with, this picture has no place on the probe.
+      const auto own = calibration_of(*recorded, frame, reader.header());
+      if (!own) return own.error();
+    }
     auto pixels = io::brightness_image(reader.header(), frame);
     if (!pixels) return pixels.error();
     UltrasoundFrame out;
@@ -188,6 +196,7 @@ struct ReplaySession::State {
   Chains chains;
   Diagnostics& diagnostics;
   std::optional<io::ImageCalibration> calibration;
+  std::optional<io::Chain> recorded;  ///< Image to Probe, where it comes with the frames.
   std::string description;
   std::int64_t position = 0;
 };
@@ -225,9 +234,7 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   if (const auto ok = choose_needle(*tree, options, *chains); !ok) return blame(ok.error());
   auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
   if (state->reader.header().width > 0) {
-    auto calibration = calibrate(state->reader, *tree, state->chains, options);
-    if (!calibration) return blame(calibration.error());
-    state->calibration = *calibration;
+    if (const auto ok = state->calibrate(*tree, options); !ok) return blame(ok.error());
   }
   state->description = describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);

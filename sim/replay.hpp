@@ -40,7 +40,8 @@ enum class ReplayForm {
 struct ReplayEvent {
   std::int64_t index = 0;
   std::optional<Timestamp> acquired;  ///< As recorded; absent when the frame has no timestamp.
-  Result<UltrasoundFrame> picture;    ///< Or why there is none.
+  /// Or why there is none: kMalformedData also where the frame's own calibration cannot be.
+  Result<UltrasoundFrame> picture;
   RawPose probe;  ///< tracker_from_probe. Status and numbers as recorded; what cannot be read at
                   ///< all is kInvalid with NaN and is named in the diagnostics.
   std::optional<RawPose> reference;  ///< tracker_from_reference; absent when the reference is, or
@@ -55,7 +56,8 @@ class ReplaySession {
   /// config: the device set with the calibration, or nullptr when the recording carries it;
   /// needed during the call only. diagnostics must outlive the session. Errors: those of the
   /// reader; kNotFound when no chain of transforms places the probe, the reference, the picture
-  /// (the message lists what exists); kMalformedData for a calibration that cannot be.
+  /// (the message lists what exists); kMalformedData for a calibration that cannot be, and where
+  /// the frames have two: a probe has one. Reads all frames' fields where they carry it.
   static Result<ReplaySession> open(const std::filesystem::path& sequence,
                                     const io::PlusConfig* config, const ReplayOptions& options,
                                     Diagnostics& diagnostics);

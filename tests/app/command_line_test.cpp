@@ -272,6 +272,35 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
+TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 0, 0]\n"
+                            "target_radius_mm = 6\n";
+  const std::string arguments = "slices " + write_ct() + " --out " + (folder_ / "slices").string();
+  const Outcome outcome = sonde(arguments + " --normal 1 1 0.5 --needle 0 0 0 0 -50 40 --session " +
+                                session.string() + " --size 64");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  for (const char* name :
+       {"axial", "coronal", "sagittal", "oblique", "needle-1", "needle-2", "path-1", "path-2"}) {
+    const auto picture = io::read_png(folder_ / "slices" / (std::string(name) + ".png"));
+    ASSERT_TRUE(test::has_value(picture)) << name;
+    const auto yellow = [&](int left, int top) {
+      int count = 0;
+      for (int y = top; y < top + 24; ++y) {
+        for (int x = left; x < left + 24; ++x) {
+          const Rgba8 p = picture->at(x, y);
+          count += p.r > p.b + 60 ? 1 : 0;
+        }
+      }
+      return count;
+    };
+    for (const auto& [left, top] : {std::pair(0, 20), {40, 20}, {20, 0}, {20, 40}}) {
+      EXPECT_GT(yellow(left, top), 10) << name << ' ' << left << ' ' << top;
+    }
+  }
+  expect_refusal(arguments + " --size 63", 2, {"--size: expected 64 to 8192"});
+}
+
 TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   const auto out = folder_ / "slices";
   const std::string arguments =
@@ -320,7 +349,7 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
   EXPECT_EQ(grey(recording + " --frame 3 --share 0 --window-level 700"), 128);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0.5"), 130);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0 --window-level 700"), 128);
-  expect_refusal("slices " + ct + " --out x --normal 0 0 1 --size 128", 2,
+  expect_refusal("slices " + ct + " --out x --recording s.mha --size 128", 2,
                  {"--size: expected 192 to 8192"});
   expect_refusal(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
   expect_refusal(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
@@ -1064,6 +1093,19 @@ TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   }
 }
 
+TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
+  const Outcome outcome = sonde("replay " + write_sweep() + " --ct " + write_ct() + " --config " +
+                                write_config() + " --out " + (folder_ / "out").string() +
+                                " --frames 1 --step 4 --width 16 --height 1024");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+}
+
+TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
+  expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
+                 {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
+                  "found nope"});
+}
+
 TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
@@ -1186,6 +1228,35 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_EQ(report["ledger"]["rejected"]["Probe.not_tracked"], 2);
   EXPECT_EQ(report["rejected_poses"]["Probe.not_rigid"], 1);
   EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
+}
+
+TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
+  const auto sweep_with = [&](const Eigen::Matrix4d& second, TrackingStatus status) {
+    return write_sweep({}, [&](io::SequenceFrame& frame) {
+      const Eigen::Matrix4d usual = Eigen::Matrix4d::Identity();
+      const bool odd = frame.index == 2;
+      io::set_transform(frame,
+                        {"ImageToProbe", odd ? second : usual, odd ? status : TrackingStatus::kOk});
+    });
+  };
+  const Eigen::Matrix4d none = Eigen::Matrix4d::Constant(std::nan(""));
+  expect_refusal(replay_arguments(sweep_with(none, TrackingStatus::kOk)), 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "nan", "1 of 6"});
+  const std::string skipping = " --skip-bad-frames";
+  const auto expect_one_hidden = [&](const std::string& arguments) {
+    const Outcome outcome = sonde(arguments);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_NE(outcome.errors.find("frame 2: ImageToProbe"), std::string::npos) << outcome.errors;
+    const Json report = read_json("replay.json");
+    EXPECT_EQ(report["ledger"]["shown"], 5);
+    EXPECT_EQ(report["ledger"]["rejected"]["unusable_picture"], 1);
+  };
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kOk)) + skipping);
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kInvalid)));
+  Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
+  moved(0, 3) = 5;
+  expect_refusal(replay_arguments(sweep_with(moved, TrackingStatus::kOk)) + skipping, 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "frame 0", "5 mm away"});
 }
 
 TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
@@ -1547,6 +1618,20 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  // Nor one that stops before it draws.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  // What it is to read is read, whatever its name.
+  std::ofstream(folder_ / "out/report.json") << "not JSON";
+  const std::string read = (folder_ / "out/report.json").string();
+  expect_refusal(replay_arguments(sweep) + " --registration " + read, 3, {read, "JSON"});
+  EXPECT_TRUE(std::filesystem::exists(read));
 }
 
 TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {

@@ -201,7 +201,6 @@ TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> pieces) {
     return test::refuses(read(text), ErrorCode::kMalformedData, pieces);
   };
-  EXPECT_TRUE(refused("", {path_.string(), "9 lines", "0"}));
   EXPECT_TRUE(refused("hello", {"9 lines", "1"}));
   EXPECT_TRUE(
       refused(replaced(kVp, "14 -3024", "15 -3024"), {"scalar opacity", "count 15 and 14"}));
@@ -260,6 +259,39 @@ TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {
         test::refuses(read(text), ErrorCode::kMalformedData, {"cutaway.theta1_deg", expected}))
         << degrees;
   }
+}
+
+TEST_F(LookFileTest, IsToldByItsNameAndItsText) {
+  const std::string mark = "\xef\xbb\xbf";
+  for (const std::string& good : {to_json_text(full_look()), kVp, kVpJson}) {
+    EXPECT_TRUE(test::has_value(read(mark + good)));
+  }
+  for (const std::string& empty : {std::string(), mark, std::string(" \r\n")}) {
+    EXPECT_TRUE(test::refuses(read(empty), ErrorCode::kMalformedData,
+                              {path_.string(), "found an empty file"}));
+  }
+  const auto json = path_.string() + ".json";
+  for (const auto& [text, said] : {std::pair("", "an empty file"),
+                                   {"hello", "expected JSON"},
+                                   {"[]", "expected an object"},
+                                   {"3", "expected an object"}}) {
+    std::ofstream(json) << text;
+    EXPECT_TRUE(test::refuses(read_look_file(json), ErrorCode::kMalformedData, {json, said}));
+  }
+  std::filesystem::remove(json);
+}
+
+TEST_F(LookFileTest, RefusesNodesWithoutAValueOrAnOpacity) {
+  const auto node = [](const std::string& members) {
+    return R"({"sonde_look": 1, "components": [{"name": "a", "nodes": [{"value": 0,)"
+           R"("opacity_per_mm": 0}, {)" +
+           members + "}]}]}";
+  };
+  EXPECT_TRUE(test::has_value(read(node(R"("value": 9, "opacity_per_mm": 0.1)"))));
+  EXPECT_TRUE(test::refuses(read(node(R"("opacity_per_mm": 0.1)")), ErrorCode::kMalformedData,
+                            {"components[0].nodes[1].value", "found nothing"}));
+  EXPECT_TRUE(test::refuses(read(node(R"("value": 9)")), ErrorCode::kMalformedData,
+                            {"components[0].nodes[1].opacity_per_mm", "found nothing"}));
 }
 
 TEST_F(LookFileTest, RefusesBrokenLooks) {

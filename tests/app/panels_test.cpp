@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/panels.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <vector>
 
 #include "app/window_words.hpp"
+#include "render/window_layout.hpp"
 
 namespace nav::app {
 namespace {
@@ -193,6 +195,14 @@ TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
   EXPECT_EQ(said(false).find("ended"), std::string::npos);
   EXPECT_NE(said(true).find("ended"), std::string::npos);
   EXPECT_EQ(said(true).find("tip to target"), std::string::npos) << "numbers are withdrawn";
+  const auto small = render::placed_words(window_words(context, false), 300, 225);
+  EXPECT_GE(small.size(), window_words(context, false).size());
+  for (std::size_t i = 4; i < small.size(); ++i) {  // After the letters of the edges.
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_GE(std::abs(small[i].y_px - small[j].y_px), small[i].size_px)
+          << small[i].words << " and " << small[j].words;
+    }
+  }
 }
 
 TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {

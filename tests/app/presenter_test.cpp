@@ -248,6 +248,7 @@ TEST_F(PresenterTest, DistancesAreFromTheTargetOfTheSession) {
   presenter_.draw_by_predicates({cube(), near("target_distance")}, true,
                                 render::SphereShape{{{7, -3, 2}}, 4});
   NeedlePlan plan;
+  plan.entry_ct = {{1, -50, 1}};
   plan.target_ct = {{1, 1, 1}};
   plan.target_radius_mm = 3;
   presenter_.set_plan(plan);

@@ -168,6 +168,16 @@ TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
                             {"look.nodes.alpha"}));
 }
 
+TEST_F(SessionConfigTest, RefusesALookWithMissingNumbersByLine) {
+  EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{rgb = [1,1,1]}]\n"), Code::kMalformedData,
+                            {"session.toml:2", "look.nodes.hu", "found nothing"}));
+  EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{hu = 1}]\n"), Code::kMalformedData,
+                            {"session.toml:2", "look.nodes.opacity_per_mm", "found nothing"}));
+  EXPECT_TRUE(test::refuses(read("[look]\nimportance = [{}]\n"), Code::kMalformedData,
+                            {"session.toml:2", "look.importance.importance", "found nothing"}));
+  EXPECT_TRUE(test::has_value(read("[look]\nimportance = [{importance = 1}]\n")));
+}
+
 TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
   EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
                             {":2", "output.width_px", "whole number", "wide"}));

@@ -234,6 +234,62 @@ TEST(ReplayTest, PassesOnLostPosesAndNamesWhatCannotBeRead) {
   EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
 }
 
+std::vector<Frame> frames_with_calibration(int count) {
+  auto frames = tracked_frames(count);
+  for (Frame& f : frames) put(f, "ImageToProbe", image_to_probe());
+  return frames;
+}
+
+TEST(ReplayTest, AFrameWithoutAUsableCalibrationHasNoPicture) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = frames_with_calibration(6);
+  put(frames[0], "ImageToProbe", image_to_probe(), "INVALID");
+  frames[2].fields["ImageToProbeTransform"] = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+  Eigen::Matrix4d sheared = image_to_probe();
+  sheared.col(1) += sheared.col(0);
+  put(frames[3], "ImageToProbe", sheared);
+  frames[4].fields.erase("ImageToProbeTransform");
+  const auto config = calibration_config();
+  auto session = ReplaySession::open(write(folder, frames), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 6U);
+  EXPECT_TRUE(test::refuses(events[0].picture, ErrorCode::kUnsupportedData,
+                            {"frame 0: ImageToProbe", "invalid"}));
+  EXPECT_TRUE(test::has_value(events[1].picture));
+  EXPECT_TRUE(test::refuses(events[2].picture, ErrorCode::kMalformedData,
+                            {"frame 2: ImageToProbe", "finite", "nan"}));
+  EXPECT_TRUE(
+      test::refuses(events[3].picture, ErrorCode::kMalformedData, {"frame 3: ImageToProbe"}));
+  EXPECT_TRUE(
+      test::refuses(events[4].picture, ErrorCode::kMalformedData, {"frame 4: ImageToProbe"}));
+  ASSERT_TRUE(test::has_value(events[5].picture));
+  const Eigen::Matrix4d truth = probe_pose(5) * image_to_probe();
+  EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
+}
+
+TEST(ReplayTest, RefusesARecordingWithTwoCalibrations) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  auto frames = frames_with_calibration(4);
+  const auto refused = [&](const Eigen::Matrix4d& other) {
+    put(frames[2], "ImageToProbe", other);
+    const auto session = ReplaySession::open(write(folder, frames), &config, {}, said);
+    return test::refuses(session, ErrorCode::kMalformedData,
+                         {"recording.igs.mha", "frame 2: ImageToProbe", "frame 0", "mm away"});
+  };
+  EXPECT_TRUE(refused(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe()));
+  EXPECT_TRUE(refused(rigid(0.5, {1, 0, 0}, {0, 0, 0}) * image_to_probe()));
+  Eigen::Matrix4d larger = image_to_probe();
+  larger.leftCols<2>() *= 1.5;
+  EXPECT_TRUE(refused(larger));
+  // Rounded, as text is, it is the same.
+  put(frames[2], "ImageToProbe", (image_to_probe() * 1e5).array().round().matrix() / 1e5);
+  EXPECT_TRUE(test::has_value(ReplaySession::open(write(folder, frames), &config, {}, said)));
+}
+
 TEST(ReplayTest, RefusesRecordingsThatPlaceNothing) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/recorded_calibration.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+namespace nav::sim {
+namespace {
+
+/// Six digits of poses 2 m away, through which the calibration may have been written, move a corner
+/// by less.
+constexpr double kSamePlaceMm = 0.05;
+
+std::string name_of(const io::Chain& chain) { return chain.from + "To" + chain.to; }
+
+/// How far a corner of the picture lies apart.
+double apart_mm(const io::ImageCalibration& a, const io::ImageCalibration& b,
+                const io::SequenceHeader& header) {
+  double most = 0;
+  for (const double column : {0.0, header.width - 1.0}) {
+    for (const double row : {0.0, header.height - 1.0}) {
+      const auto in_a = a.probe_from_image * a.grid.at(column, row);
+      const auto in_b = b.probe_from_image * b.grid.at(column, row);
+      most = std::max(most, (in_a.mm - in_b.mm).norm());
+    }
+  }
+  return most;
+}
+
+}  // namespace
+
+Result<io::ImageCalibration> calibration_of(const io::Chain& probe_from_pixels,
+                                            const io::SequenceFrame& frame,
+                                            const io::SequenceHeader& header) {
+  const std::string where = "frame " + std::to_string(frame.index) + ": ";
+  const auto value = probe_from_pixels.evaluate(frame);
+  if (!value) return Error{ErrorCode::kMalformedData, value.error().message};
+  if (value->status != TrackingStatus::kOk && value->status != TrackingStatus::kUnknown) {
+    return Error{ErrorCode::kUnsupportedData, where + name_of(probe_from_pixels) +
+                                                  ": expected a calibration with the status ok, "
+                                                  "found " +
+                                                  to_string(value->status)};
+  }
+  auto calibration = io::calibration_from_matrix(value->to_from_from, header.width, header.height);
+  if (!calibration) return Error{calibration.error().code, where + calibration.error().message};
+  return calibration;
+}
+
+Result<io::ImageCalibration> recorded_calibration(const io::Chain& probe_from_pixels,
+                                                  const io::SequenceReader& reader) {
+  const io::SequenceHeader& header = reader.header();
+  std::optional<io::ImageCalibration> found;
+  std::int64_t first = 0;
+  Error reason{ErrorCode::kNotFound, name_of(probe_from_pixels) + ": expected frames, found none"};
+  for (std::int64_t i = 0; i < header.frame_count; ++i) {
+    const auto frame = reader.frame_fields(i);
+    const auto calibration =
+        frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
+    if (!calibration) {  // Told when the frame itself is replayed, unless there is no other.
+      reason = calibration.error();
+    } else if (!found) {
+      found = *calibration;
+      first = i;
+    } else if (const double mm = apart_mm(*found, *calibration, header); !(mm <= kSamePlaceMm)) {
+      std::ostringstream text;
+      text << "frame " << i << ": " << name_of(probe_from_pixels)
+           << ": expected the calibration of frame " << first
+           << ", as a probe has one, found another that places corners of the picture " << mm
+           << " mm away";
+      return Error{ErrorCode::kMalformedData, text.str()};
+    }
+  }
+  if (!found) return reason;
+  return *found;
+}
+
+}  // namespace nav::sim
