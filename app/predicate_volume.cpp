@@ -11,7 +11,6 @@
 #include "app/predicate_scan_lines.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
-#include "nav/places.hpp"
 #include "render/derived_features.hpp"
 #include "render/predicates/registry.hpp"
 
@@ -59,20 +58,6 @@ Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
   // Vessels are to be found, as in any other volume, not taken from the phantom's truth.
   if (phantom) phantom->predicates.features.volumes.erase(render::feature::kVesselness);
   return phantom;
-}
-
-/// Refuses corners so far away that places between them are not told apart.
-Result<void> check_place(const std::filesystem::path& path, const VoxelGrid& grid) {
-  for (const Eigen::Vector3d& corner :
-       {grid.at({0, 0, 0}).mm,
-        grid.at({grid.size[0] - 1.0, grid.size[1] - 1.0, grid.size[2] - 1.0}).mm}) {
-    if (is_place(corner)) continue;
-    std::ostringstream text;
-    text << path.string() << ": expected voxels within 1e7 mm of the origin, found one at "
-         << corner.transpose();
-    return Error{ErrorCode::kUnsupportedData, text.str()};
-  }
-  return {};
 }
 
 Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
@@ -163,10 +148,7 @@ Result<void> add_features(const PredicateOptions& options, const VesselScales& v
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
   io::CtOptions reading;
   reading.least_slices = 1;
-  auto volume = io::read_ct(path, diagnostics, reading);
-  if (!volume) return volume;
-  if (const auto ok = check_place(path, volume->grid()); !ok) return ok.error();
-  return volume;
+  return io::read_ct(path, diagnostics, reading);
 }
 
 Result<PredicateFile> set_up_of(const PredicateOptions& options) {

@@ -16,8 +16,7 @@ struct PreparedPredicates {
   bench::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
 };
 
-/// A 3D ultrasound volume of a file as io::read_ct reads it, but also of one slice. Refuses voxels
-/// beyond 1e7 mm.
+/// A 3D ultrasound volume of a file as io::read_ct reads it, but also of one slice.
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics);
 
 /// The set-up, a preset by its name or a file, with the edits and values of the options. Refuses

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/plane_view.hpp"
+#include "nav/places.hpp"
 
 namespace nav::app {
 namespace {
@@ -73,8 +74,8 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
   if (options.needle_ct) {
     const Vec3 tip = options.needle_ct->head<3>();
     const Vec3 hub = options.needle_ct->tail<3>();
-    if (!hub.allFinite() || !((tip - hub).norm() > 1e-3)) {
-      return refuse("--needle", "a tip and a hub apart from it, mm", hub);
+    if (!is_place(hub) || !((tip - hub).norm() > 1e-3)) {
+      return refuse("--needle", "a tip and a hub apart from it, within 1e7 mm", hub);
     }
     if (auto error = outside("--needle", "a tip", ct, tip)) return *error;
     return std::optional(Needle{{{hub}, {tip}}});

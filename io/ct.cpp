@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <sstream>
 
 #include "io/atomic_file.hpp"
 #include "io/detail/ct_readers.hpp"
@@ -12,6 +13,7 @@
 #include "io/detail/input_file.hpp"
 #include "io/detail/scratch_file.hpp"
 #include "io/detail/text.hpp"
+#include "nav/places.hpp"
 
 namespace nav::io {
 
@@ -79,8 +81,10 @@ std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, 
 
 }  // namespace detail
 
-Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
-                       const CtOptions& options) {
+namespace {
+
+Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& diagnostics,
+                             const CtOptions& options) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
     const auto files = files_below(path);
@@ -101,6 +105,24 @@ Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnosti
                path.string() +
                    ": expected DICOM, .nii, .nii.gz, .mha, .mhd, .nrrd or .nhdr, found another "
                    "kind of file"};
+}
+
+}  // namespace
+
+Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
+                       const CtOptions& options) {
+  auto volume = read_anywhere(path, diagnostics, options);
+  if (!volume) return volume;
+  const VoxelGrid& grid = volume->grid();
+  const Eigen::Vector3d last(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
+  for (const Eigen::Vector3d& corner : {grid.at({0, 0, 0}).mm, grid.at(last).mm}) {
+    if (is_place(corner)) continue;
+    std::ostringstream text;
+    text << path.string() << ": expected voxels within 1e7 mm of the origin, found one at "
+         << corner.transpose();
+    return Error{ErrorCode::kMalformedData, text.str()};
+  }
+  return volume;
 }
 
 namespace {

@@ -684,6 +684,24 @@ TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
   EXPECT_EQ(text.find("step_voxels"), std::string::npos) << text;
 }
 
+TEST_F(CommandLineTest, AVolumeThatLiesTooFarAwayIsNamed) {
+  VoxelGrid grid;
+  grid.size = {4, 4, 4};
+  grid.origin_mm = {1e9, 0, 0};
+  const auto file = (folder_ / "far.mha").string();
+  ASSERT_TRUE(test::has_value(
+      io::write_ct_mha(*Volume::create(grid, std::vector<std::int16_t>(64, 7), "far"), file)));
+  for (const std::string arguments :
+       {"slices " + file + " --out x", "info " + file, "predicates " + file + " --out x.png"}) {
+    expect_refusal(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
+  }
+  expect_refusal("slices " + write_ct() + " --out x --needle 0 0 0 1e300 0 0", 2,
+                 {"--needle", "1e7 mm"});
+  expect_refusal(
+      "replay x.mha --print-session --ct-from-reference \"1 0 0 1e9 0 1 0 0 0 0 1 0 0 0 0 1\"", 2,
+      {"--ct-from-reference (placement.ct_from_reference_mm)", "1e7 mm", "1e+09"});
+}
+
 TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
   for (const std::array<int, 3>& size : {std::array{20, 24, 1}, {20, 1, 24}, {1, 20, 24}}) {
     VoxelGrid grid;
