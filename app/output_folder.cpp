@@ -46,6 +46,16 @@ void OutputFolder::forget_reports(const std::filesystem::path& to_read) const {
   }
 }
 
+Result<void> forget_earlier_reports(const std::filesystem::path& folder,
+                                    const std::filesystem::path& to_read) {
+  std::error_code status;
+  if (folder.empty() || !std::filesystem::exists(folder, status)) return {};
+  const auto out = OutputFolder::create(folder);
+  if (!out) return out.error();
+  out->forget_reports(to_read);
+  return {};
+}
+
 Result<void> OutputFolder::write_text(const std::string& name, const std::string& text) {
   return io::write_file(path_ / name, std::string_view(text));
 }

@@ -42,6 +42,11 @@ class OutputFolder {
   std::string picture_digests_;
 };
 
+/// Removes the reports of an earlier run before anything can stop this one, but for one that is yet
+/// to be read. Where there is no folder yet, none is made: a run may be refused.
+Result<void> forget_earlier_reports(const std::filesystem::path& folder,
+                                    const std::filesystem::path& to_read = {});
+
 /// SHA-256 of a text.
 std::string digest_of(const std::string& text);
 

@@ -312,6 +312,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
     std::filesystem::remove(*json_file, ignored);
   }
+  if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
   const bool by_shape = !options.shape.points.empty();

@@ -279,17 +279,6 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   return out_.write_text("report.html", to_html(html));
 }
 
-/// Before anything can stop the run. Where there is no folder yet, a run that is refused makes
-/// none.
-Result<void> forget_earlier_reports(const SessionConfig& config) {
-  std::error_code status;
-  if (!std::filesystem::exists(config.output.folder, status)) return {};
-  const auto out = OutputFolder::create(config.output.folder);
-  if (!out) return out.error();
-  out->forget_reports(config.placement.registration);
-  return {};
-}
-
 }  // namespace
 
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
@@ -297,7 +286,8 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
-  if (auto ok = forget_earlier_reports(config); !ok) return ok;
+  if (auto ok = forget_earlier_reports(config.output.folder, config.placement.registration); !ok)
+    return ok;
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");

@@ -623,6 +623,15 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             std::string::npos);
 }
 
+TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNoReportOfAnEarlierOne) {
+  std::filesystem::create_directories(folder_ / "out");
+  std::ofstream(folder_ / "out/report.json") << "{}";
+  expect_refusal(
+      "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string(), 3,
+      {"missing.mha"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+}
+
 TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   const std::string volume = write_ultrasound(folder_ / "us.mha");
   const std::string draw =
