@@ -56,7 +56,8 @@ TEST(SlicePlanesTest, TheCtFitsAboutAnyPointInOneScale) {
   options.at_ct = Vec(0, 0, 0);
   EXPECT_DOUBLE_EQ(slice_planes(options, {}, volume, {})->front().mm_per_pixel, 90.0 / 200);
   options.mm_per_pixel = 0.7;
-  for (const NamedPlane& slice : *slice_planes(options, {}, volume, {})) {
+  const auto given = slice_planes(options, {}, volume, {});
+  for (const NamedPlane& slice : *given) {
     EXPECT_EQ(slice.mm_per_pixel, 0.7) << slice.name;
   }
 }
