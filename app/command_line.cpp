@@ -753,11 +753,7 @@ void CommandLine::add_devices() {
 }
 
 int CommandLine::fail(const Error& error) const {
-  std::string message = error.message;
-  for (char& c : message) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';  // Names come from files.
-  }
-  std::fprintf(stderr, "sonde: error: %s\n", message.c_str());
+  std::fprintf(stderr, "sonde: error: %s\n", without_controls(error.message).c_str());
   return exit_code(error);
 }
 

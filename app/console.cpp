@@ -24,7 +24,8 @@ spdlog::logger& logger() {
   return *instance;
 }
 
-/// Names come from files: what steers a terminal does not reach it.
+}  // namespace
+
 std::string without_controls(std::string_view text) {
   std::string clean(text);
   for (char& c : clean) {
@@ -32,8 +33,6 @@ std::string without_controls(std::string_view text) {
   }
   return clean;
 }
-
-}  // namespace
 
 Console::Console(bool verbose)
     : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1), begun_{} {}

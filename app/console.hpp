@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <string>
+#include <string_view>
 
 #include "nav/diagnostics.hpp"
 
@@ -37,5 +38,8 @@ class Console final : public Diagnostics {
   int drawn_percent_ = -1;
   std::chrono::steady_clock::time_point begun_;
 };
+
+/// A text for a terminal: names come from files, and what steers one is replaced by spaces.
+std::string without_controls(std::string_view text);
 
 }  // namespace nav::app

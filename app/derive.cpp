@@ -63,7 +63,7 @@ Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
   return some;
 }
 
-/// Depth 0 at the voxel that lies furthest towards the probe.
+/// Depth 0 at nearest_corner().
 Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) {
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
@@ -86,14 +86,7 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
     return Error{ErrorCode::kUsage, text.str()};
   }
   away = away.stableNormalized();  // Of any length, whose square need not be finite.
-  Point<frames::Ct> nearest = grid.at({0, 0, 0});
-  for (int corner = 1; corner < 8; ++corner) {
-    const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
-                                (corner >> 1 & 1) * (grid.size[1] - 1),
-                                (corner >> 2) * (grid.size[2] - 1));
-    if ((grid.at(index).mm - nearest.mm).dot(away) < 0) nearest = grid.at(index);
-  }
-  return ScanLines::parallel({away}, nearest);
+  return ScanLines::parallel({away}, nearest_corner(grid, away));
 }
 
 /// The middle slice across an axis.

@@ -45,7 +45,8 @@ struct Shown {
   bool targets;
 };
 
-std::vector<Need> needs_of_look(const SessionConfig& config, const Shown& shown) {
+std::vector<Need> needs_of_look(const CLI::App& verb, const SessionConfig& config,
+                                const Shown& shown) {
   const SessionConfig::Look& look = config.look;
   const bool composite = look.projection == "composite";
   const std::vector<const char*> cutaway{"--cutaway-inner", "--cutaway-outer", "--cutaway-overlay",
@@ -84,6 +85,10 @@ std::vector<Need> needs_of_look(const SessionConfig& config, const Shown& shown)
            config.output.engine != "reference",
            "--engine cpu or gl, which may spare rays,",
            config.output.engine},
+          {{"--rms-error"},
+           !is_given(verb, "--pixel-error"),
+           "no --pixel-error, which it would choose,",
+           "both"},
           {{"--rms-error"},
            composite && !shown.without_ct,
            "a CT in colours, whose step it chooses,",
@@ -134,19 +139,10 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
         found}});
 }
 
-/// The error asked for chooses how many rays are spared, too.
-Result<void> refuse_idle_estimate(const CLI::App& verb) {
-  return refuse_idle(verb, {{{"--rms-error"},
-                             !is_given(verb, "--pixel-error"),
-                             "no --pixel-error, which it would choose,",
-                             "both"}});
-}
-
 }  // namespace
 
 Result<void> refuse_idle_of_demo(const CLI::App& verb, const SessionConfig& config) {
-  if (const auto ok = refuse_idle_estimate(verb); !ok) return ok;
-  return refuse_idle(verb, needs_of_look(config, {false, true, true}));
+  return refuse_idle(verb, needs_of_look(verb, config, {false, true, true}));
 }
 
 Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& config) {
@@ -201,8 +197,7 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
   const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
   const Shown shown{without_ct, simulated || !config.source.needle_frame.empty(),
                     simulated || config.plan.has_value()};
-  for (Need& need : needs_of_look(config, shown)) needs.push_back(std::move(need));
-  if (const auto ok = refuse_idle_estimate(verb); !ok) return ok;
+  for (Need& need : needs_of_look(verb, config, shown)) needs.push_back(std::move(need));
   if (const auto ok = refuse_idle(verb, needs); !ok) return ok;
   return ultrasound ? refuse_idle_of_set_up(verb, predicates) : Result<void>();
 }

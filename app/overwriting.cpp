@@ -9,9 +9,8 @@ namespace {
 
 bool may_be_replaced(const std::filesystem::path& path) {
   std::error_code failed;
-  const auto status = std::filesystem::status(path, failed);
-  return path.empty() || path == "-" || std::filesystem::is_other(status) ||
-         std::filesystem::is_character_file(status) || std::filesystem::is_fifo(status);
+  return path.empty() || path == "-" ||
+         std::filesystem::is_other(std::filesystem::status(path, failed));
 }
 
 bool same(const std::filesystem::path& a, const std::filesystem::path& b) {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -106,22 +105,6 @@ std::string shorten(const Canvas& canvas, int size, std::string words, int width
   return words + "...";
 }
 
-/// Words in lines of at most a width, cut at spaces; a word that is wider stands alone.
-std::vector<std::string> wrapped(const Canvas& canvas, int size, const std::string& words,
-                                 int width) {
-  std::vector<std::string> lines;
-  std::istringstream stream(words);
-  for (std::string word; stream >> word;) {
-    const std::string longer = lines.empty() ? word : lines.back() + " " + word;
-    if (lines.empty() || canvas.text_width(size, longer) > width) {
-      lines.push_back(word);
-    } else {
-      lines.back() = longer;
-    }
-  }
-  return lines;
-}
-
 /// A line of words at the left of a panel, cut to its width.
 void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
                 int size = 15) {
@@ -135,7 +118,7 @@ void draw_label(Canvas& canvas, int x, int y, int width, const std::string& word
 int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
   constexpr int kSize = 13;
   constexpr int kLineHeight = 24;
-  for (const std::string& line : wrapped(canvas, kSize, words, width - 16)) {
+  for (const std::string& line : render::wrapped(kSize, words, width - 16)) {
     draw_label(canvas, 0, y, width, line, colour_of(SafetyState::kDegraded), kSize);
     y += kLineHeight;
   }

@@ -70,9 +70,8 @@ void add_scribble_options(CLI::App& verb, PredicateOptions& o) {
                 o.strokes.push_back(or_throw(parse_stroke(name, paint, text)));
               }
             },
-            "'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', LPS mm: a stroke; several, in order: the "
-            "last "
-            "one that covers a voxel counts")
+            "'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', LPS mm: a stroke; several, in order: "
+            "the last one that covers a voxel counts")
         ->trigger_on_parse();
   }
   verb.add_option("--scribble-share", o.scribble_share, "of the importance that strokes move")
@@ -134,33 +133,33 @@ void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
       ->excludes(labels);
   verb.add_option("--black", o.black, "stored value of black")->capture_default_str();
   verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
-  auto* into = verb.add_option_function<Numbers>(
-                       "--into",
-                       [&o](const Numbers& p) {
-                         o.into_ct = Eigen::Vector3d(p[0], p[1], p[2]);
-                         o.apex_ct.reset();
-                         o.scan_lines.clear();
-                       },
-                       "x y z, LPS: direction of parallel scan lines")
-                   ->expected(3);
-  auto* apex = verb.add_option_function<Numbers>(
-                       "--apex",
-                       [&o](const Numbers& p) {
-                         o.apex_ct = Eigen::Vector3d(p[0], p[1], p[2]);
-                         o.into_ct.reset();
-                         o.scan_lines.clear();
-                       },
-                       "x y z, LPS mm: of a fan of scan lines")
-                   ->expected(3)
-                   ->excludes(into);
+  const auto replace_lines = [&o] {
+    o.into_ct.reset();
+    o.apex_ct.reset();
+    o.scan_lines.clear();
+  };
+  const auto add_lines = [&](const char* option, std::optional<Eigen::Vector3d>& value,
+                             const char* description) {
+    return verb
+        .add_option_function<Numbers>(
+            option,
+            [replace_lines, &value](const Numbers& p) {
+              replace_lines();
+              value = Eigen::Vector3d(p[0], p[1], p[2]);
+            },
+            description)
+        ->expected(3);
+  };
+  auto* into = add_lines("--into", o.into_ct, "x y z, LPS: direction of parallel scan lines");
+  auto* apex = add_lines("--apex", o.apex_ct, "x y z, LPS mm: of a fan of scan lines");
+  apex->excludes(into);
   verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
       ->capture_default_str();
   verb.add_option_function<std::string>(
           "--scan-lines",
-          [&o](const std::string& file) {
+          [&o, replace_lines](const std::string& file) {
+            replace_lines();
             o.scan_lines = file;
-            o.into_ct.reset();
-            o.apex_ct.reset();
           },
           "file of the planes of the sweep that the volume was made from, instead")
       ->excludes(into)

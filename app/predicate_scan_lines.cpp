@@ -109,6 +109,17 @@ bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid)
 
 }  // namespace
 
+Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& away) {
+  Point<frames::Ct> nearest = grid.at({0, 0, 0});
+  for (int corner = 1; corner < 8; ++corner) {
+    const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
+                                (corner >> 1 & 1) * (grid.size[1] - 1),
+                                (corner >> 2) * (grid.size[2] - 1));
+    if ((grid.at(index).mm - nearest.mm).dot(away) < 0) nearest = grid.at(index);
+  }
+  return nearest;
+}
+
 Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
                                                    const VoxelGrid& grid, int threads) {
   const auto sweep = read_sweep(path);

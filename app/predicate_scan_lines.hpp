@@ -10,6 +10,10 @@
 
 namespace nav::app {
 
+/// Where parallel scan lines have depth 0: the corner that lies furthest towards the probe. away:
+/// from the probe, of any finite length > 0.
+Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& away);
+
 /// Scan lines of a volume of that grid that was compounded from the pictures of a sweep
 /// (sonde_scan_lines, docs/predicates.md). Refuses whatever the file gets wrong, naming the member,
 /// poses that are not rigid, and pictures that leave no voxel a direction.

@@ -37,15 +37,7 @@ std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options,
   if (!options.into_ct) return {};
   // Directions may have any length, whose products need not be finite.
   const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
-  // Depth 0: the corner that lies furthest towards the probe.
-  Point<frames::Ct> nearest = grid.at({0, 0, 0});
-  for (int corner = 1; corner < 8; ++corner) {
-    const Eigen::Vector3d index((corner & 1) * (grid.size[0] - 1),
-                                (corner >> 1 & 1) * (grid.size[1] - 1),
-                                (corner >> 2) * (grid.size[2] - 1));
-    if ((grid.at(index).mm - nearest.mm).dot(into) < 0) nearest = grid.at(index);
-  }
-  return render::ParallelScan{nearest, {into}};
+  return render::ParallelScan{nearest_corner(grid, into), {into}};
 }
 
 Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {

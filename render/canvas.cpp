@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "render/vtk_text.hpp"
 
@@ -99,6 +100,20 @@ int Canvas::text(int x, int y, int size, const std::string& words, Rgba8 colour)
 
 int Canvas::text_width(int size, const std::string& words) const {
   return rasterise_text(words, size).coverage.width();
+}
+
+std::vector<std::string> wrapped(int size, const std::string& words, int width) {
+  std::vector<std::string> lines;
+  std::istringstream stream(words);
+  for (std::string word; stream >> word;) {
+    const std::string longer = lines.empty() ? word : lines.back() + " " + word;
+    if (lines.empty() || rasterise_text(longer, size).coverage.width() > width) {
+      lines.push_back(word);
+    } else {
+      lines.back() = longer;
+    }
+  }
+  return lines;
 }
 
 }  // namespace nav::render

@@ -49,4 +49,7 @@ class Canvas {
   std::vector<Rgba8> pixels_;
 };
 
+/// Words in lines of at most a width in pixels, cut at spaces; a word that is wider stands alone.
+std::vector<std::string> wrapped(int size, const std::string& words, int width);
+
 }  // namespace nav::render

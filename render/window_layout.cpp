@@ -5,35 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 
-#include "render/vtk_text.hpp"
+#include "render/canvas.hpp"
 
 namespace nav::render {
 namespace {
 
 using Stack = WindowWords::Stack;
 constexpr int kMarginPx = 4;
-
-int width_of(const std::string& words, int size) {
-  return rasterise_text(words, size).coverage.width();
-}
-
-/// In lines of at most a width, cut at spaces; a word that is wider stands alone.
-std::vector<std::string> wrapped(const std::string& words, int size, int width) {
-  if (width_of(words, size) <= width) return {words};
-  std::vector<std::string> lines;
-  std::istringstream stream(words);
-  for (std::string word; stream >> word;) {
-    const std::string longer = lines.empty() ? word : lines.back() + " " + word;
-    if (lines.empty() || width_of(longer, size) > width) {
-      lines.push_back(word);
-    } else {
-      lines.back() = longer;
-    }
-  }
-  return lines;
-}
 
 class Layout {
  public:
@@ -56,7 +35,7 @@ class Layout {
       if (w.stack != stack || w.words.empty()) continue;
       const int size = std::min(w.size_px, most_px);
       const double half = 0.5 * line_height_px(size);
-      auto lines = wrapped(w.words, size, width_ - 2 * margin(w));
+      auto lines = wrapped(size, w.words, width_ - 2 * margin(w));
       if (stack == Stack::kUp) std::ranges::reverse(lines);
       for (std::string& line : lines) {
         y = beside(y.value_or(w.y * height_), half, way);
