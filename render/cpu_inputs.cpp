@@ -31,9 +31,11 @@ constexpr double kMostRunsPerLook = 8;
 
 /// Stands for infinity where infinity · 0 must not become NaN.
 constexpr double kFar = 1e30;
-/// Steps, voxels, from which on the voxels of the next run are asked for: measured (ADR 40).
+/// The voxels of the next run are asked for from so many voxels of a volume on, or from a step, in
+/// voxels, and fewer voxels on: measured (ADR 40, 43).
+constexpr std::size_t kPrefetchVoxels = 24'000'000;
 constexpr double kPrefetchFrom = 1.2;
-constexpr std::size_t kOfTheCache = std::size_t{4} << 20;  ///< Bytes that stay near a core.
+constexpr std::size_t kPrefetchVoxelsFar = 2'000'000;
 
 void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
   const VoxelGrid& grid = scene.ct->grid();
@@ -48,8 +50,8 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
     in.mm_per_index_step[axis] = static_cast<float>(grid.spacing_mm[axis] / step);
   }
   in.step_mm = static_cast<float>(step);
-  in.prefetches = scene.quality.step_voxels >= kPrefetchFrom &&
-                  grid.voxel_count() * sizeof(std::int16_t) > kOfTheCache;
+  const bool far_apart = scene.quality.step_voxels >= kPrefetchFrom;
+  in.prefetches = grid.voxel_count() > (far_apart ? kPrefetchVoxelsFar : kPrefetchVoxels);
   in.opaque_at = scene.quality.opaque_at < 1 ? static_cast<float>(scene.quality.opaque_at)
                                              : std::numeric_limits<float>::infinity();
 }

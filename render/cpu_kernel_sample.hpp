@@ -51,7 +51,7 @@ struct Sampler {
 
   static F lerp(F a, F b, F w) { return V::madd(w, V::sub(b, a), a); }
 
-  /// Of the voxels that V::load_cells() found.
+  /// Of the rows that V::load_cells() found.
   static F interpolate(const F (*v)[2], const Place& c) {
     F rows[4];
     for (int i = 0; i < 4; ++i) rows[i] = lerp(v[i][0], v[i][1], c.w[0]);
@@ -62,7 +62,7 @@ struct Sampler {
   F value(F at) const {
     const Place c = locate(at);
     F v[4][2];
-    V::load_cells(in.voxels, in.row_stride, in.slice_stride, c.base, v);
+    V::load_cells(in.voxels, in.slice_stride, c.base, v);
     return interpolate(v, c);
   }
 

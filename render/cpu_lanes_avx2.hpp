@@ -82,71 +82,64 @@ struct Avx2 : LaneMath<Avx2> {
   }
   static F high_half(__m256i pair) { return _mm256_cvtepi32_ps(_mm256_srai_epi32(pair, 16)); }
 
-  /// Voxel pairs at a lane's place and one row, one slice, and both further on.
-  static __m128i load_cell(const std::int16_t* p, int row, int slice) {
-    const auto pair = [](const std::int16_t* q) {
-      int word;
-      __builtin_memcpy(&word, q, sizeof word);
-      return word;
-    };
-    __m128i c = _mm_cvtsi32_si128(pair(p));
-    c = _mm_insert_epi32(c, pair(p + row), 1);
-    c = _mm_insert_epi32(c, pair(p + slice), 2);
-    return _mm_insert_epi32(c, pair(p + row + slice), 3);
-  }
-  /// Voxels at and at + 1, at a place and one row, one slice, and both further on. Loads lane by
-  /// lane: gathers of eight are slower on some processors and not faster on others.
-  static void load_words(const std::int16_t* p, int row, int slice, I at, F* words) {
+  /// Pairs of rows of CpuVolume: at and at + 1, and those one slice further on. Loads lane by lane:
+  /// gathers of eight are slower on some processors and not faster on others.
+  static void load_cell_words(const std::int32_t* p, int slice, I at, F* words) {
     const Lanes lanes(at);
+    const auto of = [&](int lane) {
+      const std::int32_t* q = p + lanes.at[lane];
+      const __m128i low = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(q));
+      return _mm_loadh_pi(_mm_castsi128_ps(low), reinterpret_cast<const __m64*>(q + slice));
+    };
     F two[4];
-    for (int i = 0; i < 4; ++i) {
-      const __m128i low = load_cell(p + lanes.at[i], row, slice);
-      const __m128i high = load_cell(p + lanes.at[i + 4], row, slice);
-      two[i] = _mm256_castsi256_ps(_mm256_set_m128i(high, low));
-    }
+    for (int i = 0; i < 4; ++i) two[i] = _mm256_set_m128(of(i + 4), of(i));
     transpose(two, words);
   }
-  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
+  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  static void load_cells(const std::int32_t* p, int slice, I at, F (*rows)[2]) {
     F words[4];
-    load_words(p, row, slice, at, words);
-    for (int i = 0; i < 4; ++i) {
-      pairs[i][0] = low_half(_mm256_castps_si256(words[i]));
-      pairs[i][1] = high_half(_mm256_castps_si256(words[i]));
+    load_cell_words(p, slice, at, words);
+    for (int z = 0; z < 2; ++z) {
+      for (int x = 0; x < 2; ++x) {
+        rows[2 * z][x] = low_half(_mm256_castps_si256(words[2 * z + x]));
+        rows[2 * z + 1][x] = high_half(_mm256_castps_si256(words[2 * z + x]));
+      }
     }
   }
-  /// Asks for what load_cells() will read there, but for every second row: those are mostly the
-  /// rows of other lanes.
-  static void prefetch_cells(const std::int16_t* p, int slice, I at) {
+  /// Asks for what load_cells() will read there.
+  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
     const Lanes lanes(at);
     for (const auto lane : lanes.at) {
       __builtin_prefetch(p + lane);
       __builtin_prefetch(p + lane + slice);
     }
   }
-  /// Four voxels in the lower half, four others in the upper one.
-  static F load_rows(const std::int16_t* low, const std::int16_t* high) {
-    const __m128 first = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(low)));
-    const __m128i both =
-        _mm_castps_si128(_mm_loadh_pi(first, reinterpret_cast<const __m64*>(high)));
-    return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(both));
-  }
   static __m128 low_lanes(F x) { return _mm256_castps256_ps128(x); }
   static __m128 high_lanes(F x) { return _mm256_extractf128_ps(x, 1); }
   static __m128 lerp4(__m128 a, __m128 b, __m128 w) { return _mm_fmadd_ps(w, _mm_sub_ps(b, a), a); }
   static F lerp8(F a, F b, F w) { return madd(w, sub(b, a), a); }
 
+  /// Rows of four voxels, the lower halves of p's pairs and the upper ones: of p in the lower four
+  /// lanes, of q in the upper ones.
+  static void load_rows(const std::int32_t* p, const std::int32_t* q, F* rows) {
+    const __m256i pairs = _mm256_set_m128i(_mm_loadu_si128(reinterpret_cast<const __m128i*>(q)),
+                                           _mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+    rows[0] = low_half(pairs);
+    rows[1] = high_half(pairs);
+  }
   /// At the four voxels around a place along x: the value and the differences along y and z,
   /// interpolated along y and z.
-  static void around(const std::int16_t* p, int row, int slice, float y, float z, __m128* out) {
+  static void around(const std::int32_t* p, int row, int slice, float y, float z, __m128* out) {
     --p;
-    const F here = load_rows(p, p + slice);  // Lower half: z, upper half: z + 1.
-    const F next = load_rows(p + row, p + row + slice);
-    const F before = load_rows(p - row, p - row + slice);
-    const F after = load_rows(p + 2 * row, p + 2 * row + slice);
-    const F outer = lerp8(load_rows(p - slice, p + 2 * slice),
-                          load_rows(p + row - slice, p + row + 2 * slice), set(y));
-    const F value = lerp8(here, next, set(y));
-    const F along_y = lerp8(sub(next, before), sub(after, here), set(y));
+    F near[2];  // Rows y - 1 and y; lower half: z, upper half: z + 1.
+    F far[2];   // y + 1 and y + 2.
+    F ends[2];  // y and y + 1 of z - 1 and z + 2.
+    load_rows(p - row, p - row + slice, near);
+    load_rows(p + row, p + row + slice, far);
+    load_rows(p - slice, p + 2 * slice, ends);
+    const F outer = lerp8(ends[0], ends[1], set(y));
+    const F value = lerp8(near[1], far[0], set(y));
+    const F along_y = lerp8(sub(far[0], near[0]), sub(far[1], near[1]), set(y));
     const __m128 w = _mm_set1_ps(z);
     out[0] = lerp4(low_lanes(value), high_lanes(value), w);
     out[1] = lerp4(low_lanes(along_y), high_lanes(along_y), w);
@@ -155,7 +148,7 @@ struct Avx2 : LaneMath<Avx2> {
   }
   /// Trilinear central differences along each axis, index steps of two. Lane by lane: its rows of
   /// four voxels serve all three axes.
-  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+  static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M needed, F* g) {
     const Lanes lanes(base);
     alignas(32) float y[8];

@@ -173,73 +173,73 @@ struct Avx512 : LaneMath<Avx512> {
       pairs[i][1] = high_half(_mm512_castps_si512(words[i]));
     }
   }
-  /// Voxels at and at + 1, at a place and one row, one slice, and both further on.
-  __attribute__((always_inline)) static __m128 load_cell(const std::int16_t* q, int row,
-                                                         int slice) {
-    const auto pair = [](const std::int16_t* at) {
-      int word;
-      __builtin_memcpy(&word, at, sizeof word);
-      return word;
-    };
-    __m128i c = _mm_cvtsi32_si128(pair(q));
-    c = _mm_insert_epi32(c, pair(q + row), 1);
-    c = _mm_insert_epi32(c, pair(q + slice), 2);
-    return _mm_castsi128_ps(_mm_insert_epi32(c, pair(q + row + slice), 3));
+  /// Pairs of rows at and at + 1 of two slices.
+  __attribute__((always_inline)) static __m128 load_cell(const std::int32_t* near,
+                                                         const std::int32_t* far) {
+    const __m128i low = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(near));
+    return _mm_loadh_pi(_mm_castsi128_ps(low), reinterpret_cast<const __m64*>(far));
   }
-  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
-                                                        const Lanes& lanes, F (*pairs)[2]) {
+  /// Pairs of rows of CpuVolume: at and at + 1, and those one slice further on.
+  __attribute__((always_inline)) static void load_cell_words(const std::int32_t* p, int slice, I at,
+                                                             F* words) {
+    const Lanes lanes(at);
     const auto of = [&](int lane) __attribute__((always_inline)) {
-      return load_cell(p + lanes.at[lane], row, slice);
+      const std::int32_t* q = p + lanes.at[lane];
+      return load_cell(q, q + slice);
     };
-    load_pairs(of, pairs);
+    load_words(of, words);
   }
-  __attribute__((always_inline)) static void load_cells(const std::int16_t* p, int row, int slice,
-                                                        I at, F (*pairs)[2]) {
-    load_cells(p, row, slice, Lanes(at), pairs);
+  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  __attribute__((always_inline)) static void load_cells(const std::int32_t* p, int slice, I at,
+                                                        F (*rows)[2]) {
+    F words[4];
+    load_cell_words(p, slice, at, words);
+    for (int z = 0; z < 2; ++z) {
+      for (int x = 0; x < 2; ++x) {
+        rows[2 * z][x] = low_half(_mm512_castps_si512(words[2 * z + x]));
+        rows[2 * z + 1][x] = high_half(_mm512_castps_si512(words[2 * z + x]));
+      }
+    }
   }
-  /// Asks for what load_cells() will read there, but for every second row: those are mostly the
-  /// rows of other lanes.
-  static void prefetch_cells(const std::int16_t* p, int slice, I at) {
+  /// Asks for what load_cells() will read there.
+  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
     const Lanes lanes(at);
     for (const std::uint32_t lane : lanes.at) {
       __builtin_prefetch(p + lane);
       __builtin_prefetch(p + lane + slice);
     }
   }
-  /// Four voxels of a row from a place on and of the next row.
-  __attribute__((always_inline)) static void load_rows(const std::int16_t* p, int row,
-                                                       const Lanes& lanes, F (*pairs)[2]) {
-    const auto of = [&](int lane) __attribute__((always_inline)) {
-      const std::int16_t* q = p + lanes.at[lane];
-      const auto low = reinterpret_cast<const __m128i*>(q);
-      const auto high = reinterpret_cast<const __m64*>(q + row);
-      return _mm_loadh_pi(_mm_castsi128_ps(_mm_loadl_epi64(low)), high);
-    };
-    load_pairs(of, pairs);
-  }
 
   /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
   /// not.
-  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+  static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
     const Lanes lanes(base);
-    F sides[4][2];  // Rows before and after those of the cell, of both slices.
-    F ends[4][2];   // Rows of the cell, of the slices before and after.
-    load_cells(voxels - row, 3 * row, slice, lanes, sides);
-    load_cells(voxels - slice, row, 3 * slice, lanes, ends);
+    F ends[4][2];  // Rows of the cell at x and x + 1: of the slice before, and of the one after.
+    const auto of_ends = [&](int lane) __attribute__((always_inline)) {
+      const std::int32_t* q = voxels + lanes.at[lane];
+      return load_cell(q - slice, q + 2 * slice);
+    };
+    load_pairs(of_ends, ends);
     F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
     F along_y[2][2];  // At x and x + 1: differences along y.
     F outer[2][2];    // The same of slices z - 1 and z + 2: values.
     for (int z = 0; z < 2; ++z) {
-      F rows[4][2];
-      load_rows(voxels - 1 + z * slice, row, lanes, rows);
-      const F here[4] = {rows[0][0], rows[0][1], rows[1][0], rows[1][1]};
-      const F next[4] = {rows[2][0], rows[2][1], rows[3][0], rows[3][1]};
-      for (int x = 0; x < 4; ++x) value[z][x] = lerp(here[x], next[x], w[1]);
+      const auto of_rows = [&](const std::int32_t* p) __attribute__((always_inline)) {
+        return [ p, &lanes ](int lane) __attribute__((always_inline)) {
+          return _mm_loadu_ps(reinterpret_cast<const float*>(p + lanes.at[lane]));
+        };
+      };
+      F near[4][2];  // At x - 1 to x + 2: rows y - 1 and y.
+      F far[4][2];   // Rows y + 1 and y + 2.
+      load_pairs(of_rows(voxels - 1 + z * slice - row), near);
+      load_pairs(of_rows(voxels - 1 + z * slice + row), far);
+      for (int x = 0; x < 4; ++x) value[z][x] = lerp(near[x][1], far[x][0], w[1]);
       for (int x = 0; x < 2; ++x) {
-        along_y[z][x] =
-            lerp(sub(next[x + 1], sides[2 * z][x]), sub(sides[2 * z + 1][x], here[x + 1]), w[1]);
-        outer[z][x] = lerp(ends[2 * z][x], ends[2 * z + 1][x], w[1]);
+        const F* before = near[x + 1];
+        const F* after = far[x + 1];
+        along_y[z][x] = lerp(sub(after[0], before[0]), sub(after[1], before[1]), w[1]);
+        outer[z][x] = lerp(ends[2 * z + x][0], ends[2 * z + x][1], w[1]);
       }
     }
     F row_of[4];

@@ -57,38 +57,37 @@ struct Scalar {
   static F one_minus_exp(F x) { return -std::expm1(-x); }
   static F log1p(F x) { return std::log1p(x); }
   static F power(F base, float exponent) { return std::pow(base, exponent); }
-  static void load_pair(const std::int16_t* p, I at, F& a, F& b) {
-    a = p[at];
-    b = p[at + 1];
+  static F lower_half(std::int32_t pair) { return static_cast<std::int16_t>(pair & 0xffff); }
+  static F upper_half(std::int32_t pair) { return static_cast<F>(pair >> 16); }
+  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  static void load_cells(const std::int32_t* p, int slice, I at, F (*rows)[2]) {
+    for (int z = 0; z < 2; ++z) {
+      for (int x = 0; x < 2; ++x) {
+        const std::int32_t pair = p[at + z * slice + x];
+        rows[2 * z][x] = lower_half(pair);
+        rows[2 * z + 1][x] = upper_half(pair);
+      }
+    }
   }
-  static void load_cells(const std::int16_t* p, int row, int slice, I at, F (*pairs)[2]) {
-    load_pair(p, at, pairs[0][0], pairs[0][1]);
-    load_pair(p + row, at, pairs[1][0], pairs[1][1]);
-    load_pair(p + slice, at, pairs[2][0], pairs[2][1]);
-    load_pair(p + row + slice, at, pairs[3][0], pairs[3][1]);
-  }
-  /// Asks for what load_cells() will read there, but for every second row: those are mostly the
-  /// rows of other lanes.
-  static void prefetch_cells(const std::int16_t* p, int slice, I at) {
+  /// Asks for what load_cells() will read there.
+  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
     __builtin_prefetch(p + at);
     __builtin_prefetch(p + at + slice);
   }
   /// Trilinear central differences along each axis, index steps of two.
-  static void differences(const std::int16_t* voxels, int row, int slice, I base, const F* w,
+  static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
-    const std::int16_t* p = voxels + base;
     const int stride[3] = {1, row, slice};
     for (int axis = 0; axis < 3; ++axis) {
-      g[axis] =
-          trilinear(p + stride[axis], row, slice, w) - trilinear(p - stride[axis], row, slice, w);
+      g[axis] = trilinear(voxels, slice, base + stride[axis], w) -
+                trilinear(voxels, slice, base - stride[axis], w);
     }
   }
-  static F trilinear(const std::int16_t* p, int row, int slice, const F* w) {
+  static F trilinear(const std::int32_t* p, int slice, I at, const F* w) {
+    F rows[4][2];
+    load_cells(p, slice, at, rows);
     F value[4];
-    for (int i = 0; i < 4; ++i) {
-      const std::int16_t* at = p + (i & 1) * row + (i >> 1) * slice;
-      value[i] = madd(w[0], static_cast<F>(at[1] - at[0]), at[0]);
-    }
+    for (int i = 0; i < 4; ++i) value[i] = madd(w[0], rows[i][1] - rows[i][0], rows[i][0]);
     const F below = madd(w[1], value[1] - value[0], value[0]);
     const F above = madd(w[1], value[3] - value[2], value[2]);
     return madd(w[2], above - below, below);
@@ -97,8 +96,8 @@ struct Scalar {
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }
   static F load_float(const float* p, I at) { return p[at]; }
   static void load_range(const std::int32_t* p, I at, F& low, F& high) {
-    low = static_cast<std::int16_t>(p[at] & 0xffff);
-    high = static_cast<F>(p[at] >> 16);
+    low = lower_half(p[at]);
+    high = upper_half(p[at]);
   }
   static void lookup(const TableEntry* table, I at, F w, F* out) {
     for (int i = 0; i < 4; ++i) out[i] = madd(w, table[at].to_next[i], table[at].value[i]);

@@ -45,7 +45,7 @@ inline constexpr int kMarchPatience = 3;
 
 /// What all rays of a picture share.
 struct MarchInputs {
-  const std::int16_t* voxels;  ///< Voxel (0, 0, 0) of a volume with repeated borders.
+  const std::int32_t* voxels;  ///< CpuVolume::origin().
   int row_stride;
   int slice_stride;
   float last[3];  ///< n - 1 per axis.

@@ -24,19 +24,19 @@ namespace {
 constexpr int kBelow = 1;  // Repeated border voxels below 0.
 constexpr int kAbove = 2;  // And above n - 1.
 constexpr int kBorder = kBelow + kAbove;
-constexpr std::size_t kFetchTail = 4;  // The last fetch reads 8 bytes.
+constexpr std::size_t kFetchTail = 4;  // The last fetch reads 16 bytes.
 
 /// Rays cross a slice, so a page of their own, with every sample: large pages keep the table of
 /// pages in the processor.
-std::int16_t* allocate(std::size_t voxels) {
+std::int32_t* allocate(std::size_t voxels) {
   constexpr std::size_t kLargePage = std::size_t{1} << 21;
-  const std::size_t bytes = (voxels * sizeof(std::int16_t) + kLargePage - 1) & ~(kLargePage - 1);
+  const std::size_t bytes = (voxels * sizeof(std::int32_t) + kLargePage - 1) & ~(kLargePage - 1);
   void* memory = std::aligned_alloc(kLargePage, bytes);
   if (memory == nullptr) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
   madvise(memory, bytes, MADV_HUGEPAGE);  // A wish: the picture is the same without.
 #endif
-  return static_cast<std::int16_t*>(memory);
+  return static_cast<std::int32_t*>(memory);
 }
 
 /// Least and greatest.
@@ -49,6 +49,12 @@ std::pair<std::int16_t, std::int16_t> range_of(std::span<const std::int16_t> hu)
     high = std::max(high, v);
   }
   return {low, high};
+}
+
+std::int32_t pair_of(std::int16_t lower, std::int16_t upper) {
+  return static_cast<std::int32_t>(static_cast<std::uint16_t>(lower) |
+                                   static_cast<std::uint32_t>(static_cast<std::uint16_t>(upper))
+                                       << 16U);
 }
 
 }  // namespace
@@ -67,7 +73,7 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   copy_voxels(ct, threads);
 }
 
-void CpuVolume::Free::operator()(std::int16_t* voxels) const { std::free(voxels); }
+void CpuVolume::Free::operator()(std::int32_t* voxels) const { std::free(voxels); }
 
 void CpuVolume::copy_voxels(const Volume& ct, int threads) {
   const auto& size = ct.grid().size;
@@ -89,15 +95,19 @@ void CpuVolume::copy_voxels(const Volume& ct, int threads) {
 void CpuVolume::copy_slice(const Volume& ct, int padded_k) {
   const auto& size = ct.grid().size;
   const int k = std::clamp(padded_k - kBelow, 0, size[2] - 1);
-  for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
+  const auto row_of = [&](int padded_j) {
     const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
-    const std::int16_t* from =
-        ct.hu().data() + (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
-    std::int16_t* to = voxels_.get() + as_size(padded_k) * as_size(slice_stride_) +
+    return ct.hu().data() + (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
+  };
+  for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
+    const std::int16_t* row = row_of(padded_j);
+    const std::int16_t* next = row_of(padded_j + 1);
+    std::int32_t* to = voxels_.get() + as_size(padded_k) * as_size(slice_stride_) +
                        as_size(padded_j) * as_size(row_stride_);
-    std::fill_n(to, kBelow, from[0]);
-    std::copy_n(from, size[0], to + kBelow);
-    std::fill_n(to + kBelow + size[0], kAbove, from[size[0] - 1]);
+    std::fill_n(to, kBelow, pair_of(row[0], next[0]));
+    std::transform(row, row + size[0], next, to + kBelow, pair_of);
+    const std::int32_t last = pair_of(row[size[0] - 1], next[size[0] - 1]);
+    std::fill_n(to + kBelow + size[0], kAbove, last);
   }
 }
 

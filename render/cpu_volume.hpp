@@ -10,8 +10,9 @@
 
 namespace nav::render {
 
-/// A volume as the CPU marches through it, computed once per volume: voxels with their border
-/// repeated once below and twice above every axis, so that no fetch of a gradient needs a test.
+/// A volume as the CPU marches through it, computed once per volume: each voxel beside the next
+/// row's, so that two fetches of 8 bytes hold the eight voxels of a cell. The border is repeated
+/// once below and twice above every axis, so that no fetch of a gradient needs a test.
 class CpuVolume {
  public:
   /// Uses at most threads threads; 0: all cores.
@@ -19,8 +20,8 @@ class CpuVolume {
   /// Whether 32-bit voxel offsets suffice; beyond that the volume is refused.
   static bool fits(const VoxelGrid& grid);
 
-  /// Voxel (0, 0, 0); strides in voxels.
-  [[nodiscard]] const std::int16_t* origin() const { return voxels_.get() + origin_; }
+  /// Voxel (0, 0, 0) in the lower 16 bits, (0, 1, 0) in the upper ones; strides in voxels.
+  [[nodiscard]] const std::int32_t* origin() const { return voxels_.get() + origin_; }
   [[nodiscard]] int row_stride() const { return row_stride_; }
   [[nodiscard]] int slice_stride() const { return slice_stride_; }
   /// Least and greatest value, HU.
@@ -29,13 +30,13 @@ class CpuVolume {
 
  private:
   struct Free {
-    void operator()(std::int16_t* voxels) const;
+    void operator()(std::int32_t* voxels) const;
   };
 
   void copy_voxels(const Volume& ct, int threads);
   void copy_slice(const Volume& ct, int padded_k);
 
-  std::unique_ptr<std::int16_t[], Free> voxels_;
+  std::unique_ptr<std::int32_t[], Free> voxels_;
   std::size_t origin_ = 0;
   int row_stride_ = 0;
   int slice_stride_ = 0;

@@ -11,7 +11,7 @@
 namespace nav::render {
 
 /// What pair weights are parts of: 16 bit hold it with a sign, so that values are interpolated
-/// along x by products of whole numbers, for half of the arithmetic. Equal ones stay as they are.
+/// along y by products of whole numbers, for half of the arithmetic. Equal ones stay as they are.
 inline constexpr float kWhole = 16384;
 
 /// One sample of the volume in every lane.
@@ -22,30 +22,30 @@ struct LaneSample {
 
   F cell;
   F volume;  ///< Code of channel 0.
-  I base;    ///< Sampler::Place, with the weights along x in pairs.
-  I along_x;
-  F along_y;
+  I base;    ///< Sampler::Place, with the weights along y in pairs.
+  F along_x;
+  I along_y;
   F along_z;
 
   void take(const PredicateInputs& in, const Sampler<V>& sampler, F at) {
     cell = at;
     const auto place = sampler.locate(at);
     base = place.base;
-    along_x = V::pair_weights(place.w[0]);
-    along_y = place.w[1];
+    along_x = place.w[0];
+    along_y = V::pair_weights(place.w[1]);
     along_z = V::mul(place.w[2], V::set(1 / kWhole));
     I words[4];
     load(in, 0, words);
     volume = interpolate(words);
   }
   void load(const PredicateInputs& in, int channel, I* words) const {
-    V::load_cell_words(in.codes[channel], in.base.row_stride, in.base.slice_stride, base, words);
+    V::load_cell_words(in.codes[channel], in.base.slice_stride, base, words);
   }
   F interpolate(const I* words) const {
-    F rows[4];
-    for (int i = 0; i < 4; ++i) rows[i] = V::weigh(words[i], along_x);
-    const F near = Sampler<V>::lerp(rows[0], rows[1], along_y);
-    const F far = Sampler<V>::lerp(rows[2], rows[3], along_y);
+    F at[4];
+    for (int i = 0; i < 4; ++i) at[i] = V::weigh(words[i], along_y);
+    const F near = Sampler<V>::lerp(at[0], at[1], along_x);
+    const F far = Sampler<V>::lerp(at[2], at[3], along_x);
     return V::madd(along_z, V::sub(far, near), V::mul(near, V::set(1 / kWhole)));
   }
 };

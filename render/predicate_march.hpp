@@ -59,7 +59,7 @@ struct alignas(64) OpacityPieces {
 struct PredicateInputs {
   MarchInputs base;  ///< Grid, bricks, step and cutaway; its voxels and table are not used.
 
-  const std::int16_t* codes[kMostChannels];  ///< CpuVolume::origin(), with base's strides.
+  const std::int32_t* codes[kMostChannels];  ///< CpuVolume::origin(), with base's strides.
   bool has_undefined[kMostChannels];
   const std::uint32_t* labels;  ///< Without borders; null: no leaf needs them.
   int label_row;

@@ -17,10 +17,9 @@ struct PredicateAvx2 : Avx2 {
     const __m256i none = _mm256_cmpeq_epi32(_mm256_and_si256(a.v, mask.v), _mm256_setzero_si256());
     return negate({_mm256_castsi256_ps(none)});
   }
-  /// As PredicateAvx512.
-  static void load_cell_words(const std::int16_t* p, int row, int slice, I at, I* words) {
+  static void load_cell_words(const std::int32_t* p, int slice, I at, I* words) {
     F found[4];
-    load_words(p, row, slice, at, found);
+    Avx2::load_cell_words(p, slice, at, found);
     for (int i = 0; i < 4; ++i) words[i] = {_mm256_castps_si256(found[i])};
   }
   static F first_of(I word) { return low_half(word.v); }

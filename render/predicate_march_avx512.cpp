@@ -12,15 +12,10 @@ struct PredicateAvx512 : Avx512 {
   static I load_int(const std::int32_t* p, I at) { return {_mm512_i32gather_epi32(at.v, p, 4)}; }
   static void store_int(std::int32_t* p, I a) { _mm512_storeu_si512(p, a.v); }
   static M has_bits(I a, I mask) { return {_mm512_test_epi32_mask(a.v, mask.v)}; }
-  /// The pairs of load_cells() as words.
-  __attribute__((always_inline)) static void load_cell_words(const std::int16_t* p, int row,
-                                                             int slice, I at, I* words) {
-    const Lanes lanes(at);
-    const auto of = [&](int lane) __attribute__((always_inline)) {
-      return load_cell(p + lanes.at[lane], row, slice);
-    };
+  __attribute__((always_inline)) static void load_cell_words(const std::int32_t* p, int slice, I at,
+                                                             I* words) {
     F found[4];
-    load_words(of, found);
+    Avx512::load_cell_words(p, slice, at, found);
     for (int i = 0; i < 4; ++i) words[i] = {_mm512_castps_si512(found[i])};
   }
   static F first_of(I word) { return low_half(word.v); }

@@ -12,22 +12,16 @@ namespace {
 /// With what predicates need besides.
 struct PredicateScalar : Scalar {
   static F log(F x) { return std::log(x); }
-  /// As PredicateAvx512.
-  static void load_cell_words(const std::int16_t* p, int row, int slice, I at, I* words) {
-    const std::int16_t* pairs[4] = {p + at, p + at + row, p + at + slice, p + at + row + slice};
-    for (int i = 0; i < 4; ++i) std::memcpy(words + i, pairs[i], sizeof *words);
+  /// As Avx512::load_cell_words().
+  static void load_cell_words(const std::int32_t* p, int slice, I at, I* words) {
+    for (int i = 0; i < 4; ++i) words[i] = p[at + (i >> 1) * slice + (i & 1)];
   }
-  static F first_of(I word) { return static_cast<F>(half(word, 0)); }
-  static F second_of(I word) { return static_cast<F>(half(word, 1)); }
+  static F first_of(I word) { return lower_half(word); }
+  static F second_of(I word) { return upper_half(word); }
   static I pair_weights(F w) { return static_cast<I>(std::lrint(w * kWhole)); }
   static F weigh(I word, I second) {
-    return static_cast<F>(half(word, 0) * (static_cast<I>(kWhole) - second) +
-                          half(word, 1) * second);
-  }
-  static I half(I word, int i) {
-    std::int16_t halves[2];
-    std::memcpy(halves, &word, sizeof halves);
-    return halves[i];
+    return static_cast<F>(static_cast<I>(lower_half(word)) * (static_cast<I>(kWhole) - second) +
+                          static_cast<I>(upper_half(word)) * second);
   }
   static I load_int(const std::int32_t* p, I at) { return p[at]; }
   static void load_float_pair(const float* p, I at, F& a, F& b) {
