@@ -37,6 +37,9 @@ class RegistrationBench {
   [[nodiscard]] bool wants(const std::string& part) const { return asks_for(options_.parts, part); }
   [[nodiscard]] bench::CohortOptions cohort(std::uint64_t first_seed) const;
   bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
+  /// Hands of a quick run: one.
+  void choose(std::uint64_t first_seed, sim::HandPathKind quick_hand,
+              bench::SweepChoice& sweeps) const;
   Result<void> measure_faults(const std::string& seeds, std::uint64_t first_seed,
                               std::vector<bench::FaultPoint>& kept);
   Result<void> measure_starts();
@@ -104,21 +107,26 @@ bench::CohortSummary RegistrationBench::judge(const std::string& title, std::uin
   return summary;
 }
 
+void RegistrationBench::choose(std::uint64_t first_seed, sim::HandPathKind quick_hand,
+                               bench::SweepChoice& sweeps) const {
+  sweeps.first_seed = first_seed;
+  sweeps.model = options_.model;
+  sweeps.effort = options_.effort;
+  if (options_.quick) {
+    sweeps.patients = 1;
+    sweeps.paths = {bench::SweepPath::kSlide};
+    sweeps.hands = {quick_hand};
+    sweeps.duration_s = 4;
+    sweeps.keep = first_seed == kDevelopmentSeed;  // The other parts use it.
+  }
+  if (options_.patients > 0) sweeps.patients = options_.patients;
+}
+
 Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::uint64_t first_seed,
                                                std::vector<bench::FaultPoint>& kept) {
   console_.begin("faults, " + seeds + " seeds");
   bench::FaultCurveOptions faults;
-  faults.first_seed = first_seed;
-  faults.model = options_.model;
-  faults.effort = options_.effort;
-  if (options_.quick) {
-    faults.patients = 1;
-    faults.paths = {bench::SweepPath::kSlide};
-    faults.hands = {sim::HandPathKind::kSweep};
-    faults.duration_s = 4;
-    faults.keep = first_seed == kDevelopmentSeed;  // The other parts use it.
-  }
-  if (options_.patients > 0) faults.patients = options_.patients;
+  choose(first_seed, sim::HandPathKind::kSweep, faults.sweeps);
   const auto trials = bench::run_faults(faults, store_, progress());
   if (!trials) return trials.error();
   console_.end();
@@ -130,18 +138,8 @@ Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::ui
 Result<void> RegistrationBench::measure_starts() {
   console_.begin("from several starts");
   bench::StartCurveOptions starts;
-  starts.first_seed = kDevelopmentSeed;
-  starts.model = options_.model;
-  starts.effort = options_.effort;
-  if (options_.quick) {
-    starts.patients = 1;
-    starts.paths = {bench::SweepPath::kSlide};
-    starts.hands = {sim::HandPathKind::kRock};
-    starts.starts_mm = {3, 6, 9};
-    starts.duration_s = 4;
-    starts.keep = true;  // The other parts use it.
-  }
-  if (options_.patients > 0) starts.patients = options_.patients;
+  choose(kDevelopmentSeed, sim::HandPathKind::kRock, starts.sweeps);
+  if (options_.quick) starts.starts_mm = {3, 6, 9};
   const auto sweeps = bench::run_starts(starts, store_, progress());
   if (!sweeps) return sweeps.error();
   return keep(Result(bench::count_starts(*sweeps)), starts_);

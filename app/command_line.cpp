@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <functional>
 #include <iostream>
+#include <new>
 #include <sstream>
 
 #include "app/bench.hpp"
@@ -792,6 +793,10 @@ int CommandLine::run(int argc, const char* const* argv) {
 int run_command_line(int argc, const char* const* argv) {
   try {
     return CommandLine().run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("sonde: error: out of memory: expected room for what was asked for, found none\n",
+               stderr);
+    return kExitDevice;
   } catch (const std::exception& bug) {
     std::string what = bug.what();
     for (char& c : what) c = c == '\n' ? ' ' : c;

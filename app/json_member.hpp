@@ -40,6 +40,11 @@ class JsonMember {
       return (infinite && found.is_null()) || (found.is_number() && std::isfinite(value));
     });
   }
+  /// A number that has no usual value: finish() refuses an object without it.
+  void required_number(const char* key, double& value) {
+    number(key, value);
+    required_.push_back(key);
+  }
   void angle(const char* key, double& value_rad) {
     double degrees = value_rad / kRadPerDeg;
     number(key, degrees);
@@ -93,10 +98,16 @@ class JsonMember {
       return true;
     });
   }
-  void refuse_unknown() {
-    if (!json_.is_object()) return;
+  /// Refuses what nobody asked for, and an object without what it must have.
+  void finish() {
+    if (!json_.is_object() || error_) return;
     for (const auto& [key, value] : json_.items()) {
       if (!known_.contains(key)) fail(key, "no such member", value);
+    }
+    for (const char* key : required_) {
+      if (error_ || json_.contains(key)) continue;
+      error_ = Error{ErrorCode::kMalformedData,
+                     where_ + "." + key + ": expected a number, found nothing"};
     }
   }
   void fail(const std::string& key, const std::string& expected, const Json& found) {
@@ -118,6 +129,7 @@ class JsonMember {
   std::string where_;
   std::optional<Error>& error_;
   std::set<std::string> known_;
+  std::vector<const char*> required_;
 };
 
 }  // namespace nav::app

@@ -28,7 +28,7 @@ render::GradientWindow read_window(const Json& json, const std::string& where,
   member.number("full_from", window.full_from);
   member.number("full_to", window.full_to, true);
   member.number("zero_above", window.zero_above, true);
-  member.refuse_unknown();
+  member.finish();
   return window;
 }
 
@@ -41,23 +41,18 @@ render::TransferComponent read_component(const Json& json, const std::string& wh
     render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
     std::vector<double> rgb{1, 1, 1};
     JsonMember one(node_json, at, error);
-    one.number("value", node.hu);
+    one.required_number("value", node.hu);
     one.numbers("rgb", 3, rgb);
-    one.number("opacity_per_mm", node.opacity);
+    one.required_number("opacity_per_mm", node.opacity);
     one.number("importance", node.importance);
-    one.refuse_unknown();
-    for (const char* key : {"value", "opacity_per_mm"}) {
-      if (error || node_json.contains(key)) continue;
-      error =
-          Error{ErrorCode::kMalformedData, at + "." + key + ": expected a number, found nothing"};
-    }
+    one.finish();
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     component.nodes.push_back(node);
   });
   if (const Json* gradient = member.any("gradient_per_mm"); gradient && !gradient->is_null()) {
     component.gradient = read_window(*gradient, where + ".gradient_per_mm", error);
   }
-  member.refuse_unknown();
+  member.finish();
   return component;
 }
 
@@ -81,7 +76,7 @@ render::Shading read_shading(const Json& json, const std::string& where,
   }
   if (style != "phong" && style != "gooch") member.fail("style", "phong or gooch", style);
   s.style = style == "gooch" ? render::ShadingStyle::kGooch : render::ShadingStyle::kPhong;
-  member.refuse_unknown();
+  member.finish();
   return s;
 }
 
@@ -95,7 +90,7 @@ render::Cutaway read_cutaway(const Json& json, const std::string& where,
   member.flag("around_plane", c.around_plane);
   member.flag("around_needle", c.around_needle);
   member.flag("around_targets", c.around_spheres);
-  member.refuse_unknown();
+  member.finish();
   // In the words and units of the file, before the scene names its own.
   constexpr double kDegPerRad = 180 / M_PI;
   for (const auto& [key, angle] :
@@ -151,7 +146,7 @@ Result<LookFile> look_from_json(const std::string& name, const Json& root) {
     cutaway.emplace();
     if (!json->is_null()) *cutaway = read_cutaway(*json, name + ".cutaway", error);
   }
-  member.refuse_unknown();
+  member.finish();
   if (version != kVersion) member.fail("sonde_look", "1", version);
   if (!range.empty() && !(range[0] < range[1])) {
     member.fail("value_range", "two numbers in order", range);

@@ -55,7 +55,7 @@ PredicateExpression read_kind(const std::string& name, const Json& json, const s
     }
     out.values.push_back(value);
   }
-  member.refuse_unknown();
+  member.finish();
   return out;
 }
 
@@ -101,7 +101,7 @@ void read_entry(const Json& json, const std::string& where, render::PredicateMod
   } else {
     member.fail("where", "an expression", nullptr);
   }
-  member.refuse_unknown();
+  member.finish();
   model.entries.push_back(std::move(entry));
   bars.push_back(bar);
 }
@@ -122,7 +122,7 @@ void read_vessels(JsonMember& member, const std::string& name, std::optional<Err
   scales.number("smallest_radius_mm", vessels.smallest_radius_mm);
   scales.number("largest_radius_mm", vessels.largest_radius_mm);
   scales.flag("bright", vessels.bright);
-  scales.refuse_unknown();
+  scales.finish();
   if (!(vessels.smallest_radius_mm >= 1e-3 && vessels.smallest_radius_mm <= 100)) {
     scales.fail("smallest_radius_mm", "a number in [0.001, 100]", vessels.smallest_radius_mm);
   }
@@ -160,7 +160,7 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   member.list("predicates", [&](const Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });
-  member.refuse_unknown();
+  member.finish();
   if (error) return *error;
   auto histogram = render::PredicateHistogram::create(std::move(bars));
   if (!histogram) return Error{histogram.error().code, name + ": " + histogram.error().message};

@@ -50,14 +50,14 @@ Result<LayerFile> read_file(const std::filesystem::path& path) {
     if (heights.empty()) {
       surface.fail("heights_mm", std::to_string(count) + " numbers", Json());
     }
-    surface.refuse_unknown();
+    surface.finish();
     constexpr double kMostMm = 1e6;
     for (const double h : heights) {
       if (!(std::abs(h) <= kMostMm)) surface.fail("heights_mm", "numbers within 1e6 mm", h);
     }
     file.heights_mm.push_back(std::move(heights));
   });
-  member.refuse_unknown();
+  member.finish();
   if (error) return *error;
   return file;
 }

@@ -39,7 +39,7 @@ std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& a
   member.number("radius_min_mm", sector.radius_min_mm);
   member.number("radius_max_mm", sector.radius_max_mm);
   member.angle("half_angle_deg", sector.half_angle_rad);
-  member.refuse_unknown();
+  member.finish();
   if (!(sector.radius_min_mm >= 0 && sector.radius_min_mm <= kFurthestMm)) {
     member.fail("radius_min_mm", "a number in [0, 1e6]", sector.radius_min_mm);
   }
@@ -88,9 +88,9 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
     const Eigen::Vector2d low = read_point(plane, "low_mm");
     const Eigen::Vector2d high = read_point(plane, "high_mm");
     sweep.planes.push_back({pose, low, high, read_sector(plane, at, error)});
-    plane.refuse_unknown();
+    plane.finish();
   });
-  member.refuse_unknown();
+  member.finish();
   if (!error && sweep.planes.empty()) member.fail("planes", "at least one", Json::array());
   if (error) return *error;
   return sweep;

@@ -98,7 +98,7 @@ Stroke read_stroke(const Json& json, const std::string& where, std::optional<Err
   double thickness = 0;
   member.number("radius_mm", stroke.radius_mm);
   member.number("thickness_mm", thickness);
-  member.refuse_unknown();
+  member.finish();
   check_numbers(stroke, normal, thickness, member);
   if (error) return stroke;
   stroke.half_thickness_mm = 0.5 * thickness;
@@ -138,7 +138,7 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
     strokes.push_back(read_stroke(json, at, error));
   });
   if (strokes.empty()) member.fail("strokes", "at least one", nullptr);
-  member.refuse_unknown();
+  member.finish();
   if (error) return *error;
   return strokes;
 }

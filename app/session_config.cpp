@@ -25,7 +25,7 @@ std::optional<NeedlePlan> read_plan(Section section, bool present) {
   section.numbers("target_mm", 3, target);
   section.number("target_radius_mm", plan.target_radius_mm);
   section.number("margin_mm", plan.margin_mm);
-  section.refuse_unknown();
+  section.finish();
   plan.entry_ct = {Eigen::Vector3d(entry[0], entry[1], entry[2])};
   plan.target_ct = {Eigen::Vector3d(target[0], target[1], target[2])};
   return plan;
@@ -58,7 +58,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   ct.path("path", config.ct.path);
   ct.text("series_uid", config.ct.series_uid);
   ct.flag("accept_unknown_orientation", config.ct.accept_unknown_orientation);
-  ct.refuse_unknown();
+  ct.finish();
 
   Section source = section("source");
   std::string kind = "recording";
@@ -74,7 +74,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   source.flag("whole_picture", config.source.whole_picture);
   source.flag("skip_bad_frames", config.source.skip_bad_frames);
   source.integer("seed", config.source.seed);
-  source.refuse_unknown();
+  source.finish();
   if (kind == "simulated") {
     config.source.kind = SessionConfig::SourceKind::kSimulated;
   } else if (kind == "device" && !error) {
@@ -94,7 +94,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   if (!matrix.empty() && !config.placement.registration.empty()) {
     placement.refuse("registration", "it or placement.ct_from_reference_mm", "both");
   }
-  placement.refuse_unknown();
+  placement.finish();
   if (!matrix.empty()) {
     config.placement.ct_from_reference =
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix.data());
@@ -112,7 +112,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   quality.text("classification", config.quality.classification);
   quality.flag("jitter", config.quality.jitter);
   quality.number("adaptive_error", config.quality.adaptive_error);
-  quality.refuse_unknown();
+  quality.finish();
 
   Section predicates = section("predicates");
   read_predicates(predicates, file, error, config.predicates);
@@ -123,7 +123,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   view.number("distance_mm", config.view.distance_mm);
   view.number("fov_deg", config.view.fov_deg);
   view.flag("orthographic", config.view.orthographic);
-  view.refuse_unknown();
+  view.finish();
 
   Section output = section("output");
   output.path("folder", config.output.folder);
@@ -136,7 +136,7 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   output.number("pixel_error", config.output.pixel_error);
   output.integer("frames", config.output.frames);
   output.flag("window", config.output.window);
-  output.refuse_unknown();
+  output.finish();
   return config;
 }
 

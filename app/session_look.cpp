@@ -5,15 +5,6 @@
 namespace nav::app {
 namespace {
 
-/// Refuses a table without a number that has no usual value.
-void require(const toml::node& element, const std::string& name, const char* key,
-             const std::string& file, std::optional<Error>& error) {
-  if (error || element.as_table()->contains(key)) return;
-  error = Error{ErrorCode::kMalformedData,
-                file + ":" + std::to_string(element.source().begin.line) + ": " + name + "." + key +
-                    ": expected a finite number, found nothing"};
-}
-
 void read_nodes(Section& section, const std::string& file, std::optional<Error>& error,
                 SessionConfig::Look& look) {
   const toml::array* nodes = section.tables("nodes");
@@ -22,14 +13,11 @@ void read_nodes(Section& section, const std::string& file, std::optional<Error>&
     Section one(file, "look.nodes", element.as_table(), error);
     render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
     std::vector<double> rgb = {1, 1, 1};
-    one.number("hu", node.hu);
+    one.required_number("hu", node.hu);
     one.numbers("rgb", 3, rgb);
-    one.number("opacity_per_mm", node.opacity);
+    one.required_number("opacity_per_mm", node.opacity);
     one.number("importance", node.importance);
-    one.refuse_unknown();
-    for (const char* key : {"hu", "opacity_per_mm"}) {
-      require(element, "look.nodes", key, file, error);
-    }
+    one.finish();
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     look.nodes.push_back(node);
   }
@@ -44,35 +32,25 @@ void read_importance(Section& section, const std::string& file, std::optional<Er
     render::ImportanceRule rule{-1e6, 1e6, 0.5};
     one.number("low_hu", rule.low_hu);
     one.number("high_hu", rule.high_hu);
-    one.number("importance", rule.importance);
+    one.required_number("importance", rule.importance);
     one.text("component", rule.component);
-    one.refuse_unknown();
-    require(element, "look.importance", "importance", file, error);
+    one.finish();
     look.importance.push_back(std::move(rule));
   }
-}
-
-/// An optional flag: absent stays absent.
-void optional_flag(Section& section, const char* key, std::optional<bool>& value) {
-  bool yes = false;
-  bool no = true;
-  section.flag(key, yes);
-  section.flag(key, no);
-  if (yes == no) value = yes;  // Both became what the file says.
 }
 
 void read_cutaway(Section& section, const std::string& file, std::optional<Error>& error,
                   SessionConfig::Look::Cutaway& cutaway) {
   const toml::table* table = section.table("cutaway");
   Section one(file, "look.cutaway", table, error);
-  optional_flag(one, "enabled", cutaway.enabled);
+  one.flag("enabled", cutaway.enabled);
   one.number("theta1_deg", cutaway.theta1_deg);
   one.number("theta2_deg", cutaway.theta2_deg);
   one.number_or_infinity("overlay_mm", cutaway.overlay_mm);
-  optional_flag(one, "around_plane", cutaway.around_plane);
-  optional_flag(one, "around_needle", cutaway.around_needle);
-  optional_flag(one, "around_targets", cutaway.around_targets);
-  one.refuse_unknown();
+  one.flag("around_plane", cutaway.around_plane);
+  one.flag("around_needle", cutaway.around_needle);
+  one.flag("around_targets", cutaway.around_targets);
+  one.finish();
 }
 
 template <class Value>
@@ -111,7 +89,7 @@ void read_look(Section& section, const std::string& file, std::optional<Error>& 
   read_nodes(section, file, error, look);
   read_importance(section, file, error, look);
   read_cutaway(section, file, error, look.cutaway);
-  section.refuse_unknown();
+  section.finish();
 }
 
 Result<void> validate(const SessionConfig::Look& look) {

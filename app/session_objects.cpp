@@ -45,7 +45,7 @@ void read_cutaway_objects(Section& root, const std::string& file, std::optional<
                     file + ":" + std::to_string(element.source().begin.line) + ": " + name +
                         ".type: expected box, polygon or mesh, found " + type};
     }
-    one.refuse_unknown();
+    one.finish();
     objects.push_back(std::move(object));
   }
 }

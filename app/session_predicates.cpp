@@ -18,7 +18,7 @@ void read_histogram(Section& section, const std::string& file, std::optional<Err
     one.number("importance", edit.importance);
     one.number("hue_deg", edit.hue_deg);
     one.number("saturation", edit.saturation);
-    one.refuse_unknown();
+    one.finish();
     options.histogram.push_back(std::move(edit));
   }
 }
@@ -107,7 +107,7 @@ void read_predicates(Section& section, const std::string& file, std::optional<Er
   std::optional<Eigen::Vector3d> from;
   read_vector<3>(section, "from", from);
   o.from = from.value_or(o.from);
-  section.refuse_unknown();
+  section.finish();
 }
 
 toml::table predicates_to_toml(const PredicateOptions& o) {

@@ -72,6 +72,11 @@ class Section {
       return found && std::isfinite(*found);
     });
   }
+  /// A number that has no usual value: finish() refuses a table without it.
+  void required_number(const char* key, double& value) {
+    number(key, value);
+    required_.push_back(key);
+  }
   template <class Integer>
   void integer(const char* key, Integer& value) {
     take<Integer>(key, "a whole number >= 0", [&](const toml::node& node) {
@@ -164,13 +169,19 @@ class Section {
     });
     return found;
   }
-  void refuse_unknown() {
+  /// Refuses what nobody asked for, and a table without what it must have.
+  void finish() {
     if (table_ == nullptr || error_) return;
     for (const auto& [key, node] : *table_) {
       if (known_.contains(std::string(key.str()))) continue;
       std::string keys;
       for (const std::string& known : known_) keys.append(keys.empty() ? "" : ", ").append(known);
       fail(node, "unknown key '" + full(std::string(key.str())) + "', expected one of " + keys);
+      return;
+    }
+    for (const char* key : required_) {
+      if (table_->contains(key)) continue;
+      fail(*table_, full(key) + ": expected a finite number, found nothing");
       return;
     }
   }
@@ -205,6 +216,7 @@ class Section {
   const toml::table* table_;
   std::optional<Error>& error_;
   std::set<std::string> known_;
+  std::vector<const char*> required_;
 };
 
 }  // namespace nav::app

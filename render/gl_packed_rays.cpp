@@ -150,10 +150,7 @@ GlPackedRays::Texel GlPackedRays::compared_at(std::size_t texel) const {
   return out;
 }
 
-bool GlPackedRays::is_even(int x, int y, int side, float error) const {
-  const std::array corners{compared_at(texel_of(x, y)), compared_at(texel_of(x + side, y)),
-                           compared_at(texel_of(x, y + side)),
-                           compared_at(texel_of(x + side, y + side))};
+bool GlPackedRays::is_even(const std::array<Texel, 4>& corners, float error) {
   for (std::size_t i = 0; i < corners[0].size(); ++i) {
     const auto [low, high] =
         std::minmax({corners[0][i], corners[1][i], corners[2][i], corners[3][i]});
@@ -168,9 +165,16 @@ void GlPackedRays::find_even(const PixelLattice& lattice, int side, float error)
   const int down = lattice.last_y / side;
   even_.resize(as_size(squares_across_) * as_size(down));
   for_each_index(down, 0, [&](int row) {
+    const auto edge = [&](int x) {
+      return std::array{compared_at(texel_of(x, row * side)),
+                        compared_at(texel_of(x, (row + 1) * side))};
+    };
+    auto left = edge(0);
     for (int column = 0; column < squares_across_; ++column) {
+      const auto right = edge((column + 1) * side);
       even_[as_size(row) * as_size(squares_across_) + as_size(column)] =
-          is_even(column * side, row * side, side, error) ? 1 : 0;
+          is_even({left[0], right[0], left[1], right[1]}, error) ? 1 : 0;
+      left = right;
     }
   });
 }

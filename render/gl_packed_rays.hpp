@@ -43,7 +43,8 @@ class GlPackedRays {
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
   [[nodiscard]] Texel compared_at(std::size_t texel) const;
-  [[nodiscard]] bool is_even(int x, int y, int side, float error) const;
+  /// Of a square, by what its corners show.
+  [[nodiscard]] static bool is_even(const std::array<Texel, 4>& corners, float error);
   [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
   void list_halves(const PixelLattice& lattice, int side);
   void fill(int x, int y, int side);

@@ -12,8 +12,6 @@
 namespace nav::sim {
 namespace {
 
-/// Frames looked at for names and the size of pixels: a first frame may lack what later ones have.
-constexpr std::int64_t kFramesToInspect = 64;
 /// Text with six digits moves a spacing by less than this share from frame to frame.
 constexpr double kGridTolerance = 1e-3;
 
@@ -93,10 +91,10 @@ io::ImageCalibration without_step(const io::ImageCalibration& calibration) {
   return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
 }
 
-/// The first of the leading frames whose picture is placed, or the last reason why not.
+/// The first frame whose picture is placed, or the last reason why not.
 Result<io::ImageCalibration> first_of(const io::SequenceReader& reader, const io::Chain& chain) {
   Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
-  for (std::int64_t i = 0; i < std::min(reader.header().frame_count, kFramesToInspect); ++i) {
+  for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
     const auto frame = reader.frame_fields(i);
     const auto found = frame ? calibration_of(chain, *frame, reader.header()) : frame.error();
     if (found) return found;
@@ -214,9 +212,10 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   const auto blame = [&](const Error& error) {
     return Error{error.code, sequence.string() + ": " + error.message};
   };
+  // Of all frames: first ones may lack what later ones have.
   std::set<std::string> names;
   std::optional<Error> unreadable;
-  for (std::int64_t i = 0; i < std::min(reader->header().frame_count, kFramesToInspect); ++i) {
+  for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
     const auto frame = reader->frame_fields(i);
     if (!frame) {  // Told when the frame itself is replayed, unless there is no other.
       unreadable = unreadable.value_or(frame.error());

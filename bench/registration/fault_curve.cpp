@@ -87,20 +87,21 @@ class FaultRunner {
       : options_(options),
         store_(store),
         progress_(progress),
-        settings_(default_cohort(options.effort)) {
+        settings_(default_cohort(options.sweeps.effort)) {
     for (const Fault& fault : options.faults) {
       if (!in_patient(fault.kind)) of_sweeps_.push_back(fault);
       if (in_patient(fault.kind) || fault.kind == FaultKind::kNone) of_sessions_.push_back(fault);
     }
-    all_ = options.patients * static_cast<double>(options.paths.size() * of_sweeps_.size() +
-                                                  options.hands.size() * of_sessions_.size());
+    all_ = options.sweeps.patients *
+           static_cast<double>(options.sweeps.paths.size() * of_sweeps_.size() +
+                               options.sweeps.hands.size() * of_sessions_.size());
   }
 
   Result<std::vector<FaultTrial>> run() {
-    for (int patient = 0; patient < options_.patients; ++patient) {
-      const std::uint64_t seed = options_.first_seed + static_cast<std::uint64_t>(patient);
+    for (int patient = 0; patient < options_.sweeps.patients; ++patient) {
+      const std::uint64_t seed = options_.sweeps.first_seed + static_cast<std::uint64_t>(patient);
       run_sweeps(seed);
-      if (!options_.keep) store_.forget(seed);
+      if (!options_.sweeps.keep) store_.forget(seed);
       if (auto ok = run_sessions(seed); !ok) return ok.error();
     }
     return std::move(trials_);
@@ -111,7 +112,7 @@ class FaultRunner {
     if (of_sweeps_.empty()) return;
     const auto patient = store_.patient(seed);
     const auto ct = store_.ready_ct(seed, settings_.global);
-    for (const SweepPath path : options_.paths) {
+    for (const SweepPath path : options_.sweeps.paths) {
       const auto recorded = store_.sweep(seed, path, settings_.frames);
       for (const Fault& fault : of_sweeps_) {
         add(run_fault(fault, fault_case(fault, *patient, *recorded, ct), settings_));
@@ -122,10 +123,10 @@ class FaultRunner {
   Result<void> run_sessions(std::uint64_t seed) {
     sim::SimulatedSessionOptions session;
     session.seed = seed;
-    session.probe.model = options_.model;
-    session.duration_s = options_.duration_s;
+    session.probe.model = options_.sweeps.model;
+    session.duration_s = options_.sweeps.duration_s;
     std::shared_ptr<const ReadyCt> ct;  // Of the patient at rest: the same in all sessions.
-    for (const sim::HandPathKind hand : options_.hands) {
+    for (const sim::HandPathKind hand : options_.sweeps.hands) {
       session.path.kind = hand;
       for (const Fault& fault : of_sessions_) {
         const auto made = make_faulty_session(fault, session);

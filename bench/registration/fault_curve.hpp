@@ -49,17 +49,8 @@ struct FaultPoint {
 std::vector<FaultPoint> count_faults(const std::vector<FaultTrial>& trials);
 
 struct FaultCurveOptions {
-  std::uint64_t first_seed = 1;
-  int patients = 4;
-  /// How echoes of the sessions are computed; those of sweeps: as the store says.
-  sim::AcousticModel model = sim::AcousticModel::kRays;
-  std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
-                               SweepPath::kSagittal, SweepPath::kCross};
+  SweepChoice sweeps{.hands = {sim::HandPathKind::kSweep, sim::HandPathKind::kTilt}};
   std::vector<Fault> faults = default_faults();
-  std::vector<sim::HandPathKind> hands{sim::HandPathKind::kSweep, sim::HandPathKind::kTilt};
-  double duration_s = 8;  ///< Of sessions.
-  registration::Effort effort = registration::Effort::kUsual;
-  bool keep = false;  ///< Patients stay in the store; false: no more than one.
 };
 
 /// Every fault that is not in the patient on every sweep of the cohort, those in the patient on a

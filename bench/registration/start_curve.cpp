@@ -47,7 +47,7 @@ StartTrial judged(const ImageRegistrationResult& result, const StartCase& one,
 
 StartSweep from_all_starts(const StartCase& one, const PreparedCt& ct,
                            const StartCurveOptions& options) {
-  const CohortOptions settings = default_cohort(options.effort);
+  const CohortOptions settings = default_cohort(options.sweeps.effort);
   StartSweep out;
   for (const auto& target : one.targets) out.targets.push_back(one.truth.inverse() * target);
   CollectingDiagnostics diagnostics;
@@ -70,23 +70,24 @@ class StartRunner {
       : options_(options), store_(store), progress_(progress) {}
 
   Result<std::vector<StartSweep>> run() {
-    for (int patient = 0; patient < options_.patients; ++patient) {
-      const std::uint64_t seed = options_.first_seed + static_cast<std::uint64_t>(patient);
+    for (int patient = 0; patient < options_.sweeps.patients; ++patient) {
+      const std::uint64_t seed = options_.sweeps.first_seed + static_cast<std::uint64_t>(patient);
       run_sweeps(seed);
-      if (!options_.keep) store_.forget(seed);
+      if (!options_.sweeps.keep) store_.forget(seed);
       if (auto ok = run_sessions(seed); !ok) return ok.error();
     }
-    if (!options_.keep) {
-      store_.forget(options_.first_seed + static_cast<std::uint64_t>(options_.patients));
+    if (!options_.sweeps.keep) {
+      store_.forget(options_.sweeps.first_seed +
+                    static_cast<std::uint64_t>(options_.sweeps.patients));
     }
     return std::move(sweeps_);
   }
 
  private:
   void run_sweeps(std::uint64_t seed) {
-    const CohortOptions settings = default_cohort(options_.effort);
+    const CohortOptions settings = default_cohort(options_.sweeps.effort);
     const auto patient = store_.patient(seed);
-    for (const SweepPath path : options_.paths) {
+    for (const SweepPath path : options_.sweeps.paths) {
       const auto recorded = store_.sweep(seed, path, settings.frames);
       const StartCase one{recorded->sweep, patient->truth, recorded->targets,
                           10000 * seed + 100 * static_cast<std::uint64_t>(path)};
@@ -100,15 +101,15 @@ class StartRunner {
   Result<void> run_sessions(std::uint64_t seed) {
     sim::SimulatedSessionOptions session;
     session.seed = seed;
-    session.probe.model = options_.model;
-    session.duration_s = options_.duration_s;
+    session.probe.model = options_.sweeps.model;
+    session.duration_s = options_.sweeps.duration_s;
     std::optional<PreparedCt> ct;  // Of the patient at rest: the same in all sessions.
-    for (const sim::HandPathKind hand : options_.hands) {
+    for (const sim::HandPathKind hand : options_.sweeps.hands) {
       session.path.kind = hand;
       const auto made = make_faulty_session({}, session);
       if (!made) return made.error();
       if (!ct) {
-        auto prepared = PreparedCt::create(made->ct, default_cohort(options_.effort).global);
+        auto prepared = PreparedCt::create(made->ct, default_cohort(options_.sweeps.effort).global);
         if (!prepared) return prepared.error();
         ct = std::move(*prepared);
       }
@@ -126,7 +127,8 @@ class StartRunner {
     sweep.own_ct = own;
     sweeps_.push_back(std::move(sweep));
     const auto all =
-        options_.patients * static_cast<double>(2 * options_.paths.size() + options_.hands.size());
+        options_.sweeps.patients *
+        static_cast<double>(2 * options_.sweeps.paths.size() + options_.sweeps.hands.size());
     if (progress_) progress_(static_cast<double>(sweeps_.size()) / all);
   }
 
@@ -221,7 +223,7 @@ std::vector<StartPoint> count_starts(const std::vector<StartSweep>& sweeps) {
 
 Result<std::vector<StartSweep>> run_starts(const StartCurveOptions& options, CaseStore& store,
                                            const std::function<void(double)>& progress) {
-  NAV_CHECK(options.patients >= 1 && !options.starts_mm.empty(), options.patients);
+  NAV_CHECK(options.sweeps.patients >= 1 && !options.starts_mm.empty(), options.sweeps.patients);
   return StartRunner(options, store, progress).run();
 }
 

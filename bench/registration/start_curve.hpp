@@ -64,18 +64,9 @@ struct StartPoint {
 std::vector<StartPoint> count_starts(const std::vector<StartSweep>& sweeps);
 
 struct StartCurveOptions {
-  std::uint64_t first_seed = 1;
-  int patients = 4;
-  /// How echoes of the sessions are computed; those of sweeps: as the store says.
-  sim::AcousticModel model = sim::AcousticModel::kRays;
-  std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
-                               SweepPath::kSagittal, SweepPath::kCross};
-  std::vector<sim::HandPathKind> hands{sim::HandPathKind::kFan, sim::HandPathKind::kRock,
-                                       sim::HandPathKind::kTilt};
+  SweepChoice sweeps{
+      .hands = {sim::HandPathKind::kFan, sim::HandPathKind::kRock, sim::HandPathKind::kTilt}};
   std::vector<double> starts_mm{3, 4, 5, 6, 7, 8, 9, 10};  ///< Target error of each start.
-  double duration_s = 8;                                   ///< Of sessions.
-  registration::Effort effort = registration::Effort::kUsual;
-  bool keep = false;  ///< Patients stay in the store; false: no more than two.
 };
 
 /// Every sweep of the cohort in its own CT and in that of the patient of the next seed, simulated

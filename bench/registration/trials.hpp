@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "bench/registration/case_store.hpp"
 #include "bench/registration/hopeless.hpp"
 #include "registration/acceptance.hpp"
+#include "sim/motion/hand_path.hpp"
 
 namespace nav::bench {
 
@@ -66,6 +68,20 @@ struct CohortOptions {
   bool keep = false;           ///< Patients stay in the store; false: no more than needed.
   registration::ImageRegistrationOptions local, global;
   registration::AcceptanceLimits limits;
+};
+
+/// Sweeps of the cohort and simulated sessions that some parts of the bench register.
+struct SweepChoice {
+  std::uint64_t first_seed = 1;
+  int patients = 4;
+  /// How echoes of the sessions are computed; those of sweeps: as the store says.
+  sim::AcousticModel model = sim::AcousticModel::kRays;
+  std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
+                               SweepPath::kSagittal, SweepPath::kCross};
+  std::vector<sim::HandPathKind> hands;  ///< Of the sessions.
+  double duration_s = 8;                 ///< Of a session.
+  registration::Effort effort = registration::Effort::kUsual;
+  bool keep = false;  ///< Patients stay in the store; false: no more than are needed at once.
 };
 
 /// Settings of the bench: the library's, one thread each.

@@ -9,10 +9,12 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <sys/wait.h>
 
 #include "app/exit_code.hpp"
+#include "app/option_keys.hpp"
 #include "app/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ct.hpp"
@@ -130,6 +132,21 @@ class CommandLineTest : public ::testing::Test {
   }
   test::TemporaryFolder folder_;
 };
+
+TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
+  std::string help;
+  for (const char* verb : {"demo", "replay", "slices", "predicates"}) {
+    const Outcome outcome = sonde(std::string(verb) + " --help");
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    help += outcome.output;
+  }
+  std::istringstream words(help);
+  const std::set<std::string> known{std::istream_iterator<std::string>(words), {}};
+  for (const auto& [key, option] : options_of_keys()) {
+    const std::string name(option);
+    EXPECT_TRUE(known.contains(name) || known.contains(name + ",")) << name << " for " << key;
+  }
+}
 
 TEST_F(CommandLineTest, HelpAndVersionSucceedEverywhere) {
   EXPECT_EQ(sonde("--version").code, 0);
@@ -700,7 +717,7 @@ TEST_F(CommandLineTest, AVolumeThatLiesTooFarAwayIsNamed) {
   const auto file = (folder_ / "far.mha").string();
   ASSERT_TRUE(test::has_value(
       io::write_ct_mha(*Volume::create(grid, std::vector<std::int16_t>(64, 7), "far"), file)));
-  for (const std::string arguments :
+  for (const std::string& arguments :
        {"slices " + file + " --out x", "info " + file, "predicates " + file + " --out x.png"}) {
     expect_refusal(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
   }

@@ -334,10 +334,10 @@ TEST(FaultCurveTest, TheTableNamesEveryFaultWithItsSize) {
 TEST(FaultCurveTest, ALongDelayIsRefusedAndNamed) {
   CaseStore store;
   FaultCurveOptions options;
-  options.first_seed = 501;
-  options.patients = 1;
-  options.paths = {SweepPath::kSlide};
-  options.hands = {};
+  options.sweeps.first_seed = 501;
+  options.sweeps.patients = 1;
+  options.sweeps.paths = {SweepPath::kSlide};
+  options.sweeps.hands = {};
   options.faults = {{}, {FaultKind::kDelay, -200}};
   double done = 0;
   const auto trials = run_faults(options, store, [&](double fraction) { done = fraction; });

@@ -79,10 +79,10 @@ TEST(StartCurveTest, SweepsWithoutAPoseAreCounted) {
 
 TEST(StartCurveTest, ASweepHasOneVerdictAndAFanHidesAShift) {
   StartCurveOptions options;
-  options.first_seed = 21;
-  options.patients = 1;
-  options.paths = {SweepPath::kFan};
-  options.hands = {};
+  options.sweeps.first_seed = 21;
+  options.sweeps.patients = 1;
+  options.sweeps.paths = {SweepPath::kFan};
+  options.sweeps.hands = {};
   options.starts_mm = {3, 6, 9};
   CaseStore store;
   const auto sweeps = run_starts(options, store);

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iomanip>
 #include <limits>
 #include <map>
 
@@ -65,7 +66,8 @@ std::filesystem::path write(const test::TemporaryFolder& folder, const std::vect
       << "UltrasoundImageType = BRIGHTNESS\n";
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const auto& [key, value] : frames[i].fields) {
-      out << "Seq_Frame000" << i << '_' << key << " = " << value << '\n';
+      out << "Seq_Frame" << std::setw(4) << std::setfill('0') << i << '_' << key << " = " << value
+          << '\n';
     }
   }
   out << "ElementDataFile = LOCAL\n";
@@ -232,6 +234,23 @@ TEST(ReplayTest, PassesOnLostPosesAndNamesWhatCannotBeRead) {
   EXPECT_EQ(events[4].probe.status, TrackingStatus::kOk);
   ASSERT_EQ(said.entries().size(), 1U);
   EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
+}
+
+TEST(ReplayTest, ANeedleMayComeLateInARecording) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = tracked_frames(101);
+  put(frames.back(), "NeedleToTracker", probe_pose(7));
+  const auto config = calibration_config();
+  ReplayOptions options;
+  options.needle_frame = "Needle";
+  auto session = ReplaySession::open(write(folder, frames), &config, options, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 101U);
+  ASSERT_TRUE(events.back().needle.has_value());
+  EXPECT_LT((events.back().needle->tracker_from_body - probe_pose(7)).norm(), kTextMm);
+  EXPECT_NE(events.front().needle->status, TrackingStatus::kOk);
 }
 
 std::vector<Frame> frames_with_calibration(int count) {
