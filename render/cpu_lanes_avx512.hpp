@@ -183,9 +183,9 @@ struct Avx512 : LaneMath<Avx512> {
   __attribute__((always_inline)) static void load_cell_words(const std::int32_t* p, int slice, I at,
                                                              F* words) {
     const Lanes lanes(at);
+    const std::int32_t* next = p + slice;
     const auto of = [&](int lane) __attribute__((always_inline)) {
-      const std::int32_t* q = p + lanes.at[lane];
-      return load_cell(q, q + slice);
+      return load_cell(p + lanes.at[lane], next + lanes.at[lane]);
     };
     load_words(of, words);
   }
