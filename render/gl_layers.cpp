@@ -15,6 +15,11 @@ void GlLayers::attach(int width, int height, bool plane, bool signatures) {
   if (plane) {
     gl::attach(behind, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
     gl::attach(live_at, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
+  } else {
+    // What stays attached, be it smaller, limits all that is drawn.
+    for (const GLenum unused : {GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3}) {
+      glFramebufferTexture2D(GL_FRAMEBUFFER, unused, GL_TEXTURE_2D, 0, 0);
+    }
   }
   const auto with = [](bool used, GLenum attachment) { return used ? attachment : GL_NONE; };
   const std::array<GLenum, 5> all{

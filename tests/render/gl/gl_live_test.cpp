@@ -20,6 +20,19 @@ Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned 
 
 class GlLiveTest : public test::GlViewTest {};
 
+TEST_F(GlLiveTest, APlaneThatIsLostLeavesRoomForMoreRays) {
+  Scene scene = test::ball_scene(test::cube_grid(48, 2), 320, 240);
+  scene.quality.pixel_error = 1e-3;
+  const Camera near = scene.camera;
+  scene.camera.eye_ct.mm *= 4;  // Few rays have something to show.
+  scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
+  draw(scene);
+  scene.plane->safety = {SafetyState::kLost, "lost"};
+  scene.camera = near;
+  const auto kept = draw(scene);
+  EXPECT_TRUE(test::same_bits(kept, draw_anew(scene)));
+}
+
 TEST_F(GlLiveTest, ANewPictureTakesNoSampleAndIsWhatAFullDrawingWouldBe) {
   for (const double opacity : {1.0, 0.6}) {
     for (const bool cut : {false, true}) {
