@@ -79,7 +79,7 @@ double angle_between(const Vec3& a, const Vec3& b) {
 std::vector<double> ring_angles(const MeshObject& mesh,
                                 const std::vector<spec::CutawayTriangle<double>>& shapes) {
   const auto triangles = welded(mesh);
-  const std::vector<bool> open = open_vertices(triangles, shapes, mesh.vertices_ct.size());
+  std::vector<bool> open = open_vertices(triangles, shapes, mesh.vertices_ct.size());
   // Per vertex: a normal, and the largest angle of it to those about the vertex.
   std::vector<Vec3> sum(mesh.vertices_ct.size(), Vec3::Zero());
   std::vector<double> widest(mesh.vertices_ct.size(), 0);
@@ -89,6 +89,8 @@ std::vector<double> ring_angles(const MeshObject& mesh,
     }
   };
   for_corners([&](const Vec3& normal, std::size_t v, std::size_t) { sum[v] += normal; });
+  // Opposite normals that cancel out leave no direction to measure from.
+  for (std::size_t v = 0; v < sum.size(); ++v) open[v] = open[v] || !(sum[v].norm() > 1e-6);
   for_corners([&](const Vec3& normal, std::size_t v, std::size_t) {
     widest[v] = std::max(widest[v], angle_between(sum[v], normal));
   });

@@ -104,6 +104,47 @@ TEST(CutawayMeshTest, EqualsEveryTriangleOfASoup) {
   for (const int count : {1, 3, 4, 5, 9, 100, 700}) expect_exact(soup(count, random), 25, 60);
 }
 
+/// A flat closed disc: two fans of opposite normals on one rim, about centres so far apart.
+MeshObject disc(double apart_mm) {
+  constexpr int kRim = 64;
+  MeshObject mesh;
+  mesh.vertices_ct = {{V(0.5 * apart_mm, 0, 0)}, {V(-0.5 * apart_mm, 0, 0)}};
+  for (int i = 0; i < kRim; ++i) {
+    const double turn = 2 * std::numbers::pi * i / kRim;
+    mesh.vertices_ct.push_back({20 * V(std::cos(turn), std::sin(turn), 0)});
+    const int here = 2 + i;
+    const int next = 2 + (i + 1) % kRim;
+    mesh.triangles.push_back({0, here, next});
+    mesh.triangles.push_back({1, next, here});
+  }
+  return mesh;
+}
+
+TEST(CutawayMeshTest, EqualsEveryTriangleOfAFlatDisc) {
+  for (const double apart_mm : {0.0, 2.0}) {
+    const MeshObject mesh = disc(apart_mm);
+    const CutawayMesh tree(mesh, V::Zero());
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> u(-1, 1);
+    for (int n = 0; n < 1000; ++n) {
+      spec::Ray<double> ray{100 * V(u(random), u(random), u(random)).normalized(), V::Zero()};
+      ray.direction = (30 * V(u(random), u(random), u(random)) - ray.origin).normalized();
+      double greatest = -1e300;
+      for (const auto& corners : mesh.triangles) {
+        std::array<V, 3> at;
+        for (std::size_t k = 0; k < 3; ++k) {
+          at[k] = mesh.vertices_ct[static_cast<std::size_t>(corners[k])].mm;
+        }
+        const auto plane = spec::make_polygon({at[0], at[1], at[2]});
+        const spec::CutawayTriangle<double> triangle{at, plane.normal, plane.axis_u, plane.axis_v};
+        greatest = std::max(greatest, spec::cone_polygon<double>(triangle, ray, 1.5));
+      }
+      int hint = 0;
+      EXPECT_NEAR(tree.greatest(ray, 1.5, -1e300, hint), greatest, 1e-6) << apart_mm << ' ' << n;
+    }
+  }
+}
+
 TEST(CutawayMeshTest, KeepsWhatOtherObjectsReach) {
   const CutawayMesh tree(organ(8, 50, V::Zero()), V::Zero());
   const spec::Ray<double> ray{{0, -300, 0}, {0, 1, 0}};
