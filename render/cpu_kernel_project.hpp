@@ -46,7 +46,8 @@ class Projector {
       active = V::both(active, V::less(cell, end_));
     }
     if constexpr (kMean) found = V::div(found, V::max(V::sub(end_, begin_), V::set(1e-20F)));
-    return found;
+    // Rays that graze the volume for less than single precision tells.
+    return V::select(V::less(begin_, end_), found, sampler_.value(begin_));
   }
 
  private:

@@ -317,6 +317,34 @@ TEST(CpuEngineTest, EightAndSixteenLanesDrawTheSameBytes) {
   }
 }
 
+TEST(CpuEngineTest, ProjectionsOfRaysThatGrazeAnEdgeStayWithinTheVolume) {
+  // The outer columns look along edges of the box, a millionth of a micrometre inside.
+  const auto ct = test::make_volume(test::centred_grid({9, 9, 9}, {1, 1, 1}),
+                                    [](int, int, int) { return 100; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(300, 200, true));
+  scene.width = scene.height = 16;
+  scene.background_rgb.setZero();
+  scene.camera.eye_ct = {Eigen::Vector3d(300, 300, 0)};
+  scene.camera.orthographic_height_mm = 16 * (4 * std::sqrt(2.0) - 1e-9) / 7.5;
+  scene.grey = {100, 200};
+  const auto engine = make_cpu_engine();
+  for (const Projection projection :
+       {Projection::kMaximum, Projection::kMinimum, Projection::kMean}) {
+    scene.projection = projection;
+    const auto picture = engine->render(scene);
+    ASSERT_TRUE(test::has_value(picture));
+    int inside = 0;
+    for (int y = 0; y < 16; ++y) {
+      for (const int x : {0, 15}) {
+        const float grey = picture->pixels.at(x, y).r;
+        EXPECT_TRUE(grey == 0 || std::abs(grey - 0.5F) < 1e-3F) << x << ' ' << y << ' ' << grey;
+        inside += grey > 0 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(inside, 0);
+  }
+}
+
 TEST(CpuEngineTest, CachesFollowTheVolumeAndTheTransferFunction) {
   std::mt19937 random(6);
   const auto kept = make_cpu_engine();
