@@ -11,11 +11,27 @@ constexpr std::size_t kPoseCapacity = 1024;
 
 /// What a tracked picture's own state is, apart from its age.
 Safety tracking_safety(const TrackedFrame& frame) {
-  if (frame.degraded) return {SafetyState::kDegraded, "the tracker gave no status for the probe"};
-  return {SafetyState::kValid, ""};
+  if (!frame.degraded) return {SafetyState::kValid, ""};
+  return {SafetyState::kDegraded,
+          "the tracker gave no status for the probe or the patient reference"};
+}
+
+/// What a pose's own state is, apart from its age.
+template <class Pose>
+Safety status_safety(const Pose& pose, const std::string& body) {
+  if (pose.status == TrackingStatus::kOk) return {SafetyState::kValid, ""};
+  return {SafetyState::kDegraded, "the tracker gave no status for " + body};
 }
 
 }  // namespace
+
+Epoch ended(Epoch epoch, const std::string& cause) {
+  for (Safety* input : {&epoch.ultrasound, &epoch.plane, &epoch.needle}) {
+    *input = compose({*input, {SafetyState::kStale, cause}});
+  }
+  epoch.guidance.reset();
+  return epoch;
+}
 
 Navigator::Navigator(const Transform<frames::Probe, frames::Image>& probe_from_image,
                      std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference,
@@ -111,19 +127,31 @@ void Navigator::refresh_needle(Epoch& epoch) const {
       return;
     }
     reference_from_tracker = pose->tracker_from_body->inverse();
-    reference = freshness("the patient reference", pose->acquired, epoch.now,
-                          freshness_limits(options_.needle_period));
+    reference = compose({freshness("the patient reference", pose->acquired, epoch.now,
+                                   freshness_limits(options_.needle_period)),
+                         status_safety(*pose, "the patient reference")});
   }
-  const Safety status =
-      newest->status == TrackingStatus::kOk
-          ? Safety{SafetyState::kValid, ""}
-          : Safety{SafetyState::kDegraded, "the tracker gave no status for the needle"};
   epoch.needle = compose({freshness("the needle pose", newest->acquired, epoch.now,
                                     freshness_limits(options_.needle_period)),
-                          reference, status, placement_->safety});
+                          reference, status_safety(*newest, "the needle"), placement_->safety});
   epoch.ct_from_needle =
       placement_->ct_from_reference * *reference_from_tracker * *newest->tracker_from_body;
   if (plan_ && epoch.needle.shows_numbers()) epoch.guidance = guide(*plan_, *epoch.ct_from_needle);
+}
+
+std::optional<Transform<frames::Ct, frames::Needle>> Navigator::needle_at(Timestamp time) const {
+  const auto needle = needle_poses_.at(time);
+  const auto* tracker_from_needle = std::get_if<tracking::PoseAt<frames::Needle>>(&needle);
+  if (!placement_ || tracker_from_needle == nullptr) return std::nullopt;
+  auto reference_from_tracker = fixed_reference_;
+  if (!reference_from_tracker) {
+    const auto reference = reference_poses_.at(time);
+    const auto* pose = std::get_if<tracking::PoseAt<frames::Reference>>(&reference);
+    if (pose == nullptr) return std::nullopt;
+    reference_from_tracker = pose->tracker_from_body.inverse();
+  }
+  return placement_->ct_from_reference * *reference_from_tracker *
+         tracker_from_needle->tracker_from_body;
 }
 
 void Navigator::finish() {

@@ -59,6 +59,10 @@ struct Epoch {
   std::optional<NeedleGuidance> guidance;
 };
 
+/// The same when nothing more comes: what was live is stale, what was lost stays lost, and numbers
+/// are withdrawn.
+Epoch ended(Epoch epoch, const std::string& cause);
+
 struct NavigatorOptions {
   tracking::PairingOptions pairing;
   Duration frame_period = std::chrono::milliseconds(50);  ///< Expected; decides freshness.
@@ -80,6 +84,9 @@ class Navigator {
   /// One display refresh. The newest picture counts as shown when it is new; those between two
   /// refreshes as superseded.
   Epoch refresh(Timestamp now);
+  /// Where the needle was at a time; absent where it had no pose then.
+  [[nodiscard]] std::optional<Transform<frames::Ct, frames::Needle>> needle_at(
+      Timestamp time) const;
   /// Ends the session: the picture that no refresh came for counts as superseded.
   void finish();
 

@@ -15,8 +15,9 @@ Error without_pose(const std::string& found) {
 
 Safety safety_of(const TrackedFrame& tracked, const CtPlacement& placement) {
   if (!tracked.degraded) return placement.safety;
-  return compose(
-      {{SafetyState::kDegraded, "the tracker gave no status for the probe"}, placement.safety});
+  return compose({{SafetyState::kDegraded,
+                   "the tracker gave no status for the probe or the patient reference"},
+                  placement.safety});
 }
 
 }  // namespace
@@ -62,11 +63,14 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
       {},
       placement->kind == "registered"};
   if (!config.source.needle_frame.empty()) {
-    if (!epoch->ct_from_needle) {
+    // Not the newest pose: by a temporal offset the picture is older, or was waited for.
+    found.ct_from_needle = session->navigator().needle_at(tracked.frame.acquired);
+    if (!found.ct_from_needle) {
+      const std::string& cause = epoch->needle.cause;
       return Error{ErrorCode::kNotFound, "--needle-frame: expected a needle with a pose at " +
-                                             name + ", found " + epoch->needle.cause};
+                                             name + ", found " +
+                                             (cause.empty() ? "none at its time" : cause)};
     }
-    found.ct_from_needle = epoch->ct_from_needle;
   }
   return found;
 }

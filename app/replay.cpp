@@ -142,20 +142,20 @@ class Replay {
 
   Result<void> play_in_window() {
     std::optional<Error> failure;
-    bool ended = false;
+    bool over = false;
     std::optional<Epoch> seen;
     const auto source = [&]() -> std::shared_ptr<const render::Scene> {
-      if (failure || ended) return nullptr;
+      if (failure || over) return nullptr;
       const auto epoch = advance();
       if (!epoch) {
         failure = epoch.error();
         return nullptr;
       }
       if (!*epoch) {
-        ended = true;
-        // Once more, for the words that say so; what was live is not any longer.
-        if (seen) seen->ultrasound = seen->plane = {SafetyState::kStale, kEnded};
-        return seen ? std::make_shared<const render::Scene>(presenter_.scene(*seen)) : nullptr;
+        over = true;
+        if (!seen) return nullptr;
+        seen = ended(*std::move(seen), kEnded);  // Once more, for the words that say so.
+        return std::make_shared<const render::Scene>(presenter_.scene(*seen));
       }
       if (const auto shown = show(**epoch); !shown) failure = shown.error();
       seen = **epoch;
@@ -163,7 +163,7 @@ class Replay {
     };
     render::WindowOptions options;
     options.words = [&](const render::Camera& camera) {
-      return seen ? presenter_.words(*seen, camera, ended) : std::vector<render::WindowWords>{};
+      return seen ? presenter_.words(*seen, camera, over) : std::vector<render::WindowWords>{};
     };
     auto window = render::show_window(source, options);
     if (failure) return *failure;

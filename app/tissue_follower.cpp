@@ -77,7 +77,8 @@ CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
   update_s_.push_back(took.count());
   if (!update) {
     ++states_["refused"];
-    placement_.safety = {SafetyState::kStale, update.error().message};
+    // A CT that was lost stays lost.
+    placement_.safety = compose({placement_.safety, {SafetyState::kStale, update.error().message}});
     diagnostics_->report(Severity::kWarning, "follow", update.error().message);
     return placement_;
   }

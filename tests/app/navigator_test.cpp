@@ -13,8 +13,9 @@ using std::chrono::milliseconds;
 
 Timestamp ms(int value) { return Timestamp(milliseconds(value)); }
 
-RawPose pose(int acquired_ms, const Eigen::Vector3d& position_mm) {
-  RawPose raw{ms(acquired_ms), ms(acquired_ms), TrackingStatus::kOk, Eigen::Matrix4d::Identity()};
+RawPose pose(int acquired_ms, const Eigen::Vector3d& position_mm,
+             TrackingStatus status = TrackingStatus::kOk) {
+  RawPose raw{ms(acquired_ms), ms(acquired_ms), status, Eigen::Matrix4d::Identity()};
   raw.tracker_from_body.topRightCorner<3, 1>() = position_mm;
   return raw;
 }
@@ -75,6 +76,48 @@ TEST_F(NavigatorTest, ShowsNumbersOnlyWhileTheWholeChainIsValid) {
   EXPECT_EQ(epoch.plane.state, SafetyState::kValid);
   ASSERT_TRUE(epoch.guidance);
   EXPECT_NEAR(epoch.guidance->tip_to_target_mm, 60, 1e-9);
+}
+
+TEST_F(NavigatorTest, AReferenceWithoutAStatusDegradesTheNeedleToo) {
+  place(SafetyState::kValid, "");
+  for (int t = 0; t <= 100; t += 10) {
+    navigator_.on_event({ms(t), ProbePose{pose(t, {0, 0, 0})}});
+    navigator_.on_event({ms(t), ReferencePose{pose(t, {0, 0, 0}, TrackingStatus::kUnknown)}});
+    navigator_.on_event({ms(t), NeedlePose{pose(t, {0, 0, 40})}});
+  }
+  navigator_.on_event({ms(100), picture(1, 95)});
+  const Epoch epoch = refresh(100);
+  EXPECT_EQ(epoch.ultrasound.state, SafetyState::kDegraded);
+  EXPECT_EQ(epoch.needle.state, SafetyState::kDegraded);
+  EXPECT_EQ(epoch.needle.cause, "the tracker gave no status for the patient reference");
+  EXPECT_FALSE(epoch.guidance);
+}
+
+TEST_F(NavigatorTest, TellsWhereTheNeedleWas) {
+  place(SafetyState::kValid, "");
+  for (int t = 0; t <= 100; t += 10) {
+    navigator_.on_event({ms(t), ReferencePose{pose(t, {0, 0, 0.5 * t})}});
+    navigator_.on_event({ms(t), NeedlePose{pose(t, {0.1 * t, 0, 0})}});
+  }
+  const auto then = navigator_.needle_at(ms(45));
+  ASSERT_TRUE(then);
+  EXPECT_LT((then->translation_mm() - Eigen::Vector3d(4.5, 0, -22.5)).norm(), 1e-9);
+  EXPECT_FALSE(navigator_.needle_at(ms(500)));
+}
+
+TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
+  place(SafetyState::kValid, "");
+  feed(0, 100);
+  navigator_.on_event({ms(100), picture(1, 95)});
+  Epoch epoch = refresh(100);
+  ASSERT_TRUE(epoch.guidance);
+  epoch.plane = {SafetyState::kLost, "far away"};
+  const Epoch over = ended(epoch, "the end");
+  EXPECT_EQ(over.ultrasound.state, SafetyState::kStale);
+  EXPECT_EQ(over.ultrasound.cause, "the end");
+  EXPECT_EQ(over.needle.state, SafetyState::kStale);
+  EXPECT_EQ(over.plane.state, SafetyState::kLost) << "and is not drawn again";
+  EXPECT_FALSE(over.guidance);
 }
 
 TEST_F(NavigatorTest, WithdrawsNumbersWhenTheNeedleGrowsStale) {
