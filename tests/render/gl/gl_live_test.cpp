@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
 
@@ -19,6 +20,20 @@ Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned 
 }
 
 class GlLiveTest : public test::GlViewTest {};
+
+TEST_F(GlLiveTest, AnyEditsShowWhatAFullDrawingWouldShow) {
+  constexpr unsigned kSeeds = 4;
+  constexpr int kEdits = 15;
+  for (unsigned seed = 0; seed < kSeeds; ++seed) {
+    test::RandomScenes scenes(seed);
+    Scene scene = scenes.next();
+    for (int edit = 0; edit < kEdits; ++edit) {
+      scenes.edit(scene);
+      const auto kept = draw(scene);
+      EXPECT_TRUE(test::same_bits(kept, draw_anew(scene))) << "seed " << seed << ", edit " << edit;
+    }
+  }
+}
 
 TEST_F(GlLiveTest, APlaneThatIsLostLeavesRoomForMoreRays) {
   Scene scene = test::ball_scene(test::cube_grid(48, 2), 320, 240);

@@ -31,6 +31,33 @@ class RandomScenes {
     return scene;
   }
 
+  /// Some fields of the scene as those of another one, and now and then no more than a new picture,
+  /// another state or a small motion.
+  void edit(render::Scene& scene) {
+    render::Scene other = next();
+    const auto take = [&](auto member) {
+      if (coin(0.15)) std::swap(scene.*member, other.*member);
+    };
+    take(&render::Scene::ct);
+    take(&render::Scene::transfer);
+    take(&render::Scene::shading);
+    take(&render::Scene::plane);
+    take(&render::Scene::needle);
+    take(&render::Scene::spheres);
+    take(&render::Scene::lines);
+    take(&render::Scene::camera);
+    take(&render::Scene::quality);
+    take(&render::Scene::cutaway);
+    take(&render::Scene::projection);
+    take(&render::Scene::grey);
+    if (coin(0.1)) scene.background_rgb = colour();
+    if (coin(0.1)) scene.width = 30 + pick(40);
+    if (coin(0.2)) scene.quality.pixel_error = coin(0.5) ? number(0.01, 0.2) : 0;
+    if (scene.plane && coin(0.3)) edit(*scene.plane);
+    if (scene.needle && coin(0.2)) scene.needle->tip_ct.mm += vector(1);
+    if (scene.cutaway && coin(0.1)) scene.cutaway->overlay_mm = number(0, 20);
+  }
+
   /// The same elements with another transfer function, camera and step: no other program.
   void vary(render::Scene& scene) {
     const bool windows = scene.transfer.uses_gradient();
@@ -46,6 +73,19 @@ class RandomScenes {
   }
 
  private:
+  void edit(render::UltrasoundPlane& plane) {
+    if (coin(0.6)) {
+      std::vector<std::uint8_t> pixels(plane.frame.pixels.pixels().size());
+      for (std::uint8_t& grey : pixels) grey = static_cast<std::uint8_t>(pick(256));
+      const auto& before = plane.frame.pixels;
+      plane.frame.pixels = {before.width(), before.height(), std::move(pixels)};
+    }
+    if (coin(0.3)) plane.safety.state = state();
+    if (coin(0.3)) {
+      const auto& pose = plane.ct_from_image;
+      plane.ct_from_image = {pose.rotation(), pose.translation_mm() + vector(1)};
+    }
+  }
   double number(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }

@@ -101,6 +101,28 @@ TEST(GlAndCpuTest, DifferByRoundingAlone) {
   EXPECT_GE(whole_scenes, 25);
 }
 
+/// Whatever an engine keeps from picture to picture, and however many threads draw them.
+TEST(CpuEngineTest, ShowsAfterAnyEditsWhatAFreshEngineShows) {
+  constexpr unsigned kSeeds = 25;
+  constexpr int kEdits = 20;
+  int drawn = 0;
+  for (unsigned seed = 0; seed < kSeeds; ++seed) {
+    test::RandomScenes scenes(seed);
+    Scene scene = scenes.next();
+    const auto kept = make_cpu_engine({1});
+    for (int edit = 0; edit < kEdits; ++edit) {
+      scenes.edit(scene);
+      const auto a = kept->render(scene);
+      const auto b = make_cpu_engine({2})->render(scene);
+      ASSERT_TRUE(test::has_value(a));
+      ASSERT_TRUE(test::has_value(b));
+      EXPECT_TRUE(same_bits(*a, *b)) << "seed " << seed << ", edit " << edit;
+      drawn += b->statistics.volume_samples > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(drawn, kSeeds * kEdits / 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, GlRandomTest, testing::Range(0U, 40U));
 
 }  // namespace
