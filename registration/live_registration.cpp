@@ -327,11 +327,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   if (enough) {
     window_.push_back({picture, std::move(*patches)});
     const auto keep = static_cast<std::size_t>(std::max(options_.window, options_.mask_pictures));
-    std::optional<Picture> pushed_out;
-    if (window_.size() > keep) {
-      pushed_out = std::move(window_.front());
-      window_.pop_front();
-    }
+    while (window_.size() > keep) window_.pop_front();
     const Matrix6d prior = symmetric_inverse(covariance_);
     const PatchSet patches_now = window_patches();
     const Solution found = solve(patches_now, centre_ct_, prior);
@@ -346,7 +342,6 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
       covariance_ = symmetric_inverse(prior + gained);
     } else {
       window_.pop_back();
-      if (pushed_out) window_.push_front(*std::move(pushed_out));
     }
   }
   unusable_ = usable ? 0 : unusable_ + 1;
