@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 #include "render/cpu_kernel_classify.hpp"
 #include "render/cpu_kernel_leap.hpp"
 #include "render/predicate_march.hpp"
@@ -208,12 +210,14 @@ class PredicateMarcher {
     until_ = V::set(-1e30F);
     const bool skipping = in_.base.brick_leap != nullptr;
     // As Marcher::march(): what is marched through until the next look shows nothing.
+    int patience = 1;
     for (int until_look = 0; V::any(active);) {
       if (skipping && until_look == 0) {
-        leaper.leap(cell, end_, active, moved);
+        const bool leapt = leaper.leap(cell, end_, active, moved);
+        patience = leapt ? 1 : std::min(patience + 1, kMarchPatience);
         active = V::both(active, V::less(cell, end_));
         if (!V::any(active)) break;
-        until_look = in_.base.cells_per_look;
+        until_look = patience * in_.base.cells_per_look;
       }
       const int run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
       cell = add_run(cell, run, active);
