@@ -9,13 +9,6 @@ namespace {
 
 constexpr std::size_t kPoseCapacity = 1024;
 
-/// What a tracked picture's own state is, apart from its age.
-Safety tracking_safety(const TrackedFrame& frame) {
-  if (!frame.degraded) return {SafetyState::kValid, ""};
-  return {SafetyState::kDegraded,
-          "the tracker gave no status for the probe or the patient reference"};
-}
-
 /// What a pose's own state is, apart from its age.
 template <class Pose>
 Safety status_safety(const Pose& pose, const std::string& body) {
@@ -24,6 +17,12 @@ Safety status_safety(const Pose& pose, const std::string& body) {
 }
 
 }  // namespace
+
+Safety tracking_safety(const TrackedFrame& frame) {
+  if (!frame.degraded) return {SafetyState::kValid, ""};
+  return {SafetyState::kDegraded,
+          "the tracker gave no status for the probe or the patient reference"};
+}
 
 Epoch ended(Epoch epoch, const std::string& cause) {
   for (Safety* input : {&epoch.ultrasound, &epoch.plane, &epoch.needle}) {

@@ -59,7 +59,9 @@ struct Epoch {
   std::optional<NeedleGuidance> guidance;
 };
 
-/// The same when nothing more comes: what was live is stale, what was lost stays lost, and numbers
+/// What a tracked picture's own state is, apart from its age.
+Safety tracking_safety(const TrackedFrame& frame);
+/// An epoch when nothing more comes: what was live is stale, what was lost stays lost, and numbers
 /// are withdrawn.
 Epoch ended(Epoch epoch, const std::string& cause);
 

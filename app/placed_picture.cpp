@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/placed_picture.hpp"
 
+#include "app/navigator.hpp"
 #include "app/placement.hpp"
 #include "app/recorded_session.hpp"
 #include "app/report.hpp"
@@ -11,13 +12,6 @@ namespace {
 
 Error without_pose(const std::string& found) {
   return {ErrorCode::kUsage, "--frame: expected a picture with a pose, found " + found};
-}
-
-Safety safety_of(const TrackedFrame& tracked, const CtPlacement& placement) {
-  if (!tracked.degraded) return placement.safety;
-  return compose({{SafetyState::kDegraded,
-                   "the tracker gave no status for the probe or the patient reference"},
-                  placement.safety});
 }
 
 }  // namespace
@@ -59,7 +53,7 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
   const TrackedFrame& tracked = *paired->tracked;
   PlacedPicture found{
       {tracked.frame, placement->placement.ct_from_reference * tracked.reference_from_image, 1.0,
-       safety_of(tracked, placement->placement)},
+       compose({tracking_safety(tracked), placement->placement.safety})},
       {},
       placement->kind == "registered"};
   if (!config.source.needle_frame.empty()) {

@@ -46,8 +46,9 @@ class Projector {
       active = V::both(active, V::less(cell, end_));
     }
     if constexpr (kMean) found = V::div(found, V::max(V::sub(end_, begin_), V::set(1e-20F)));
-    // Rays that graze the volume for less than single precision tells.
-    return V::select(V::less(begin_, end_), found, sampler_.value(begin_));
+    // Rays that graze the volume for less than single precision tells, or do not meet it.
+    const M short_ones = V::negate(V::less(begin_, end_));
+    return V::any(short_ones) ? V::select(short_ones, sampler_.value(begin_), found) : found;
   }
 
  private:

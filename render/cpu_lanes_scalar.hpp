@@ -57,8 +57,10 @@ struct Scalar {
   static F one_minus_exp(F x) { return -std::expm1(-x); }
   static F log1p(F x) { return std::log1p(x); }
   static F power(F base, float exponent) { return std::pow(base, exponent); }
-  static F lower_half(std::int32_t pair) { return static_cast<std::int16_t>(pair & 0xffff); }
-  static F upper_half(std::int32_t pair) { return static_cast<F>(pair >> 16); }
+  static std::int16_t lower_half(std::int32_t pair) { return static_cast<std::int16_t>(pair); }
+  static std::int16_t upper_half(std::int32_t pair) {
+    return static_cast<std::int16_t>(pair >> 16);
+  }
   /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
   static void load_cells(const std::int32_t* p, int slice, I at, F (*rows)[2]) {
     for (int z = 0; z < 2; ++z) {

@@ -20,8 +20,8 @@ struct PredicateScalar : Scalar {
   static F second_of(I word) { return upper_half(word); }
   static I pair_weights(F w) { return static_cast<I>(std::lrint(w * kWhole)); }
   static F weigh(I word, I second) {
-    return static_cast<F>(static_cast<I>(lower_half(word)) * (static_cast<I>(kWhole) - second) +
-                          static_cast<I>(upper_half(word)) * second);
+    return static_cast<F>(lower_half(word) * (static_cast<I>(kWhole) - second) +
+                          upper_half(word) * second);
   }
   static I load_int(const std::int32_t* p, I at) { return p[at]; }
   static void load_float_pair(const float* p, I at, F& a, F& b) {

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs in a process of its own, in which no single allocation may be large.
 #include <cstdlib>
+#include <filesystem>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <new>
 #include <string>
 
