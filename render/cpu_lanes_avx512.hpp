@@ -12,7 +12,7 @@ namespace nav::render {
 namespace {
 
 /// Sixteen lanes of AVX-512. Every lane does what a lane of Avx2 does, in the same order, so that
-/// both draw the same bytes.
+/// both draw the same bytes. Voxels: cpu_voxels_avx512.hpp.
 struct Avx512 : LaneMath<Avx512> {
   using F = __m512;
   struct I {
@@ -154,105 +154,6 @@ struct Avx512 : LaneMath<Avx512> {
     out[1] = _mm512_shuffle_ps(t0, t2, 0xEE);
     out[2] = _mm512_shuffle_ps(t1, t3, 0x44);
     out[3] = _mm512_shuffle_ps(t1, t3, 0xEE);
-  }
-
-  /// Four pairs of voxels of every lane, given those of one lane: fetched lane by lane, since
-  /// gathers are slower on some processors.
-  template <class OfLane>
-  __attribute__((always_inline)) static void load_words(const OfLane& of, F* words) {
-    const F four[4] = {join(of(0), of(4), of(8), of(12)), join(of(1), of(5), of(9), of(13)),
-                       join(of(2), of(6), of(10), of(14)), join(of(3), of(7), of(11), of(15))};
-    transpose(four, words);
-  }
-  template <class OfLane>
-  __attribute__((always_inline)) static void load_pairs(const OfLane& of, F (*pairs)[2]) {
-    F words[4];
-    load_words(of, words);
-    for (int i = 0; i < 4; ++i) {
-      pairs[i][0] = low_half(_mm512_castps_si512(words[i]));
-      pairs[i][1] = high_half(_mm512_castps_si512(words[i]));
-    }
-  }
-  /// Pairs of rows at and at + 1 of two slices.
-  __attribute__((always_inline)) static __m128 load_cell(const std::int32_t* near,
-                                                         const std::int32_t* far) {
-    const __m128i low = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(near));
-    return _mm_loadh_pi(_mm_castsi128_ps(low), reinterpret_cast<const __m64*>(far));
-  }
-  /// Pairs of rows of CpuVolume: at and at + 1, and those one slice further on.
-  __attribute__((always_inline)) static void load_cell_words(const std::int32_t* p, int slice, I at,
-                                                             F* words) {
-    const Lanes lanes(at);
-    const std::int32_t* next = p + slice;
-    const auto of = [&](int lane) __attribute__((always_inline)) {
-      return load_cell(p + lanes.at[lane], next + lanes.at[lane]);
-    };
-    load_words(of, words);
-  }
-  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
-  __attribute__((always_inline)) static void load_cells(const std::int32_t* p, int slice, I at,
-                                                        F (*rows)[2]) {
-    F words[4];
-    load_cell_words(p, slice, at, words);
-    for (int z = 0; z < 2; ++z) {
-      for (int x = 0; x < 2; ++x) {
-        rows[2 * z][x] = low_half(_mm512_castps_si512(words[2 * z + x]));
-        rows[2 * z + 1][x] = high_half(_mm512_castps_si512(words[2 * z + x]));
-      }
-    }
-  }
-  /// Asks for what load_cells() will read there.
-  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
-    const Lanes lanes(at);
-    for (const std::uint32_t lane : lanes.at) {
-      __builtin_prefetch(p + lane);
-      __builtin_prefetch(p + lane + slice);
-    }
-  }
-
-  /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
-  /// not.
-  static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
-                          M /*needed*/, F* g) {
-    const Lanes lanes(base);
-    F ends[4][2];  // Rows of the cell at x and x + 1: of the slice before, and of the one after.
-    const auto of_ends = [&](int lane) __attribute__((always_inline)) {
-      const std::int32_t* q = voxels + lanes.at[lane];
-      return load_cell(q - slice, q + 2 * slice);
-    };
-    load_pairs(of_ends, ends);
-    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
-    F along_y[2][2];  // At x and x + 1: differences along y.
-    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
-    for (int z = 0; z < 2; ++z) {
-      const auto of_rows = [&](const std::int32_t* p) __attribute__((always_inline)) {
-        return [ p, &lanes ](int lane) __attribute__((always_inline)) {
-          return _mm_loadu_ps(reinterpret_cast<const float*>(p + lanes.at[lane]));
-        };
-      };
-      F near[4][2];  // At x - 1 to x + 2: rows y - 1 and y.
-      F far[4][2];   // Rows y + 1 and y + 2.
-      load_pairs(of_rows(voxels - 1 + z * slice - row), near);
-      load_pairs(of_rows(voxels - 1 + z * slice + row), far);
-      for (int x = 0; x < 4; ++x) value[z][x] = lerp(near[x][1], far[x][0], w[1]);
-      for (int x = 0; x < 2; ++x) {
-        const F* before = near[x + 1];
-        const F* after = far[x + 1];
-        along_y[z][x] = lerp(sub(after[0], before[0]), sub(after[1], before[1]), w[1]);
-        outer[z][x] = lerp(ends[2 * z + x][0], ends[2 * z + x][1], w[1]);
-      }
-    }
-    F row_of[4];
-    for (int x = 0; x < 4; ++x) row_of[x] = lerp(value[0][x], value[1][x], w[2]);
-    F y[2];
-    F z[2];
-    for (int x = 0; x < 2; ++x) {
-      y[x] = lerp(along_y[0][x], along_y[1][x], w[2]);
-      z[x] = lerp(sub(value[1][x + 1], outer[0][x]), sub(outer[1][x], value[0][x + 1]), w[2]);
-    }
-    g[0] = lerp(sub(row_of[2], row_of[0]), sub(row_of[3], row_of[1]), w[0]);
-    g[1] = lerp(y[0], y[1], w[0]);
-    g[2] = lerp(z[0], z[1], w[0]);
   }
 
   template <int i>

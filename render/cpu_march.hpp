@@ -216,5 +216,6 @@ MarchSet portable_marches();
 // Ask for these through cpu_marches(): they need AVX2 and FMA, and what x86-64-v4 has.
 MarchSet avx2_marches();
 MarchSet avx512_marches();
+MarchSet avx512_gathers_marches();  ///< Fetches voxels by gathers.
 
 }  // namespace nav::render

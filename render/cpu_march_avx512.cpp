@@ -5,13 +5,14 @@
 #include "render/cpu_kernel_instances.hpp"
 #include "render/cpu_kernel_project.hpp"
 #include "render/cpu_kernel_rays.hpp"
-#include "render/cpu_lanes_avx512.hpp"
+#include "render/cpu_voxels_avx512.hpp"
 
 namespace nav::render {
 
 MarchSet avx512_marches() {
-  return {composite_march<Avx512>, project_march<Avx512>, cull_with<Avx512>,
-          meet_with<Avx512>,       start_rays<Avx512>,    aim_cut_rays<Avx512>};
+  using V = SamplingAvx512<VoxelsByLane>;
+  return {composite_march<V>, project_march<V>, cull_with<V>,
+          meet_with<V>,       start_rays<V>,    aim_cut_rays<V>};
 }
 
 }  // namespace nav::render

@@ -10,12 +10,12 @@ namespace nav::render {
 
 /// What the CPU engine marches with, compiled for one instruction set.
 struct CpuMarches {
-  const char* name;  ///< "AVX-512", "AVX2" or "portable".
+  const char* name;  ///< "AVX-512 with gathers", "AVX-512", "AVX2" or "portable".
   MarchSet rays;
   PredicateMarchSet predicates;
 };
 
-/// The fastest of this processor, no wider than asked for. Thread-safe.
-CpuMarches cpu_marches(CpuLanes widest);
+/// Those asked for, or less where the processor has less. Thread-safe.
+CpuMarches cpu_marches(CpuLanes lanes);
 
 }  // namespace nav::render

@@ -4,7 +4,7 @@
 
 namespace nav::render {
 
-CpuMarches cpu_marches(CpuLanes /*widest*/) {
+CpuMarches cpu_marches(CpuLanes /*lanes*/) {
   return {"portable", portable_marches(), portable_predicate_marches()};
 }
 

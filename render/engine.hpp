@@ -56,12 +56,13 @@ class Engine {
 };
 
 /// What the CPU engine computes with. The vector sets draw the same bytes; the portable one rounds
-/// products apart from sums.
-enum class CpuLanes { kPortable, kAvx2, kAvx512, kFastest = kAvx512 };
+/// products apart from sums. kAvx512: voxels are fetched lane by lane; kFastest: or by gathers,
+/// whichever is faster on this processor.
+enum class CpuLanes { kPortable, kAvx2, kAvx512, kAvx512Gathers, kFastest };
 
 struct CpuOptions {
   int threads = 0;  ///< 0: all cores. The picture does not depend on it, byte for byte.
-  /// The widest that may be used, for tests and comparison; less where the processor has less.
+  /// Other ones: for tests and comparison; less where the processor has less.
   CpuLanes lanes = CpuLanes::kFastest;
 };
 /// Vectorised multithreaded ray caster; needs no GPU.

@@ -118,8 +118,9 @@ struct PredicateMarchSet {
   PredicateMarch (*march)(PredicateBlend, bool fade);
 };
 PredicateMarchSet portable_predicate_marches();
-// As avx2_marches() and avx512_marches().
+// As avx2_marches() and so on.
 PredicateMarchSet avx2_predicate_marches();
 PredicateMarchSet avx512_predicate_marches();
+PredicateMarchSet avx512_gathers_predicate_marches();
 
 }  // namespace nav::render

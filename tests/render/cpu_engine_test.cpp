@@ -304,16 +304,19 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
   EXPECT_LE(beyond_rounding, kScenes / 50);
 }
 
-TEST(CpuEngineTest, EightAndSixteenLanesDrawTheSameBytes) {
+TEST(CpuEngineTest, AllVectorsDrawTheSameBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
+  const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
   if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
   EXPECT_EQ(eight->device().substr(0, 4), "AVX2");
+  EXPECT_EQ(gathers->device().substr(0, 20), "AVX-512 with gathers");
   std::mt19937 random(14);
   for (int i = 0; i < 120; ++i) {
     const Scene scene = random_scene(random, random_volume(random, random_grid(i)));
-    EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), test::draw(*sixteen, scene)))
-        << i << ": " << description(scene);
+    const RenderedImage image = test::draw(*sixteen, scene);
+    EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), image)) << i << description(scene);
+    EXPECT_TRUE(test::same_bytes(test::draw(*gathers, scene), image)) << i << description(scene);
   }
 }
 
