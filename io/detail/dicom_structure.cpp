@@ -82,9 +82,11 @@ class Walker {
   std::int64_t read_meta(std::int64_t at) {
     std::string syntax;
     while (at < file_.size()) {
+      // What follows may be coded otherwise: of it, only the group may be looked at here.
+      std::array<std::byte, 2> group{};
+      if (!read(at, group) || number(group, false) != 2) break;
       const auto element = header(at, file_.size(), {});
       if (!element) return -1;
-      if (element->tag >> 16 != 2) break;
       if (element->tag == kTransferSyntax && element->size <= 64) {
         std::array<std::byte, 64> value{};
         if (!read(element->value, std::span(value).first(element->size))) {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <sstream>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "io/ct.hpp"
 #include "tests/io/dicom_file.hpp"
@@ -367,6 +369,29 @@ TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
   const auto volume = read();
   ASSERT_TRUE(test::has_value(volume));
   expect_stack(*volume, 3);
+}
+
+TEST_F(CtDicomTest, ReadsFilesWithoutValueRepresentations) {
+  put_stack(3, [](int, DicomFile& d) { d.implicit(); });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 3);
+}
+
+TEST_F(CtDicomTest, ReadsNegativeNumbersOfTwelveBits) {
+  // -5 in 12 bits; the standard leaves open what the other four hold.
+  put_stack(2, [](int, DicomFile& d) {
+    std::vector<std::uint16_t> pixels(20, 0x0ffb);
+    pixels[0] = 0xfffb;
+    pixels[1] = 5;
+    d.us(0x00280101, 12).us(0x00280102, 11).raw(0x7fe00010, "OW", test::bytes_of(pixels));
+    d.text(0x00281052, "DS", "0");
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(0, 0, 0), -5);
+  EXPECT_EQ(volume->at(1, 0, 0), 5);
+  EXPECT_EQ(volume->at(2, 0, 0), -5);
 }
 
 TEST_F(CtDicomTest, RefusesDeflatedFiles) {

@@ -65,9 +65,19 @@ class DicomFile {
     return *this;
   }
 
+  /// Coded without value representations, the transfer syntax that every program must read; not
+  /// for what has sequences.
+  DicomFile& implicit() {
+    implicit_ = true;
+    syntax_ = "1.2.840.10008.1.2";
+    return *this;
+  }
+
   [[nodiscard]] std::string data_set() const {
     std::string out;
-    for (const auto& [tag, element] : elements_) out += element_bytes(tag, element);
+    for (const auto& [tag, element] : elements_) {
+      out += implicit_ ? implicit_bytes(tag, element.second) : element_bytes(tag, element);
+    }
     return out;
   }
   [[nodiscard]] std::string bytes() const {
@@ -93,7 +103,12 @@ class DicomFile {
     }
     return out + vr + le(static_cast<std::uint16_t>(value.size())) + value;
   }
+  static std::string implicit_bytes(std::uint32_t tag, const std::string& value) {
+    return le(static_cast<std::uint16_t>(tag >> 16)) + le(static_cast<std::uint16_t>(tag)) +
+           le(static_cast<std::uint32_t>(value.size())) + value;
+  }
   std::map<std::uint32_t, Element> elements_;
+  bool implicit_ = false;
   std::string syntax_ = "1.2.840.10008.1.2.1";
 };
 

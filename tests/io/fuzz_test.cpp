@@ -183,6 +183,7 @@ TEST(FuzzTest, Dicom) {
   const std::vector<std::pair<std::string, std::string>> sound = {
       {"b.dcm", slice("1\\2\\5").bytes()}, {"c.dcm", slice("1\\2\\7").bytes()}};
   fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_folder, sound);
+  fuzz("a.dcm", slice("1\\2\\3").implicit().bytes(), kDicomTimes, read_folder, sound);
   auto coded = slice("1\\2\\3");
   coded.encapsulated({test::run_length_code(std::vector<std::int16_t>(20, 1000))},
                      "1.2.840.10008.1.2.5");
