@@ -40,6 +40,12 @@ std::vector<double> numbers(vtkDICOMMetaData& meta, int frame, DC::EnumType tag,
   return out;
 }
 
+/// Whether a frame has something in an attribute, whatever it is.
+bool has(vtkDICOMMetaData& meta, int frame, DC::EnumType tag) {
+  const vtkDICOMValue& value = meta.Get(0, frame, vtkDICOMTag(tag));
+  return value.IsValid() && !trim(value.AsString()).empty();
+}
+
 std::string text(vtkDICOMMetaData& meta, DC::EnumType tag) {
   const vtkDICOMValue& value = meta.Get(0, 0, vtkDICOMTag(tag));
   return value.IsValid() ? std::string(trim(value.AsString())) : std::string();
@@ -74,6 +80,10 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   const auto slope = numbers(meta, slice.frame, DC::RescaleSlope, 1);
   const auto intercept = numbers(meta, slice.frame, DC::RescaleIntercept, 1);
   has_rescale = !slope.empty() && !intercept.empty();
+  if (!has_rescale &&
+      (has(meta, slice.frame, DC::RescaleSlope) || has(meta, slice.frame, DC::RescaleIntercept))) {
+    return "expected RescaleSlope and RescaleIntercept, one number each, or neither";
+  }
   if (has_rescale && slope[0] == 0) return "expected a RescaleSlope other than 0";
   slice.rescale = {has_rescale ? slope[0] : 1.0, has_rescale ? intercept[0] : 0.0, padding(meta)};
   return {};
@@ -244,6 +254,12 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
   }
   if (best->modality != "CT") {
     warn("expected modality CT, found '" + best->modality + "'; values may not be HU");
+  }
+  if (best->without_rescale > 0 && best->without_rescale < best->slices.size()) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected RescaleSlope and RescaleIntercept in all of " +
+                     std::to_string(best->slices.size()) + " slices or in none, found " +
+                     std::to_string(best->without_rescale) + " without"};
   }
   if (best->without_rescale > 0) {
     warn(std::to_string(best->without_rescale) +

@@ -394,6 +394,25 @@ TEST_F(CtDicomTest, ReadsNegativeNumbersOfTwelveBits) {
   EXPECT_EQ(volume->at(2, 0, 0), -5);
 }
 
+TEST_F(CtDicomTest, NeverTakesHalfARescaleForNone) {
+  const auto one = [&](const std::function<void(DicomFile&)>& change) {
+    put_stack(3, [&](int k, DicomFile& d) {
+      if (k == 1) change(d);
+    });
+    return read();
+  };
+  for (const auto& change : std::vector<std::function<void(DicomFile&)>>{
+           [](auto& d) { d.erase(0x00281052); }, [](auto& d) { d.erase(0x00281053); },
+           [](auto& d) { d.text(0x00281052, "DS", "-1000,0"); },
+           [](auto& d) { d.text(0x00281053, "DS", "1\\1"); }}) {
+    EXPECT_TRUE(refuses(one(change), Code::kMalformedData,
+                        {"s8.dcm", "RescaleSlope and RescaleIntercept, one number each"}));
+  }
+  // The others of its stack are HU.
+  EXPECT_TRUE(refuses(one([](auto& d) { d.erase(0x00281052).erase(0x00281053); }),
+                      Code::kMalformedData, {"all of 3 slices or in none", "1 without"}));
+}
+
 TEST_F(CtDicomTest, RefusesDeflatedFiles) {
   put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
