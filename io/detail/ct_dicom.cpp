@@ -95,6 +95,16 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
     return Error{ErrorCode::kMalformedData, name + ": expected gaps between slices of at most " +
                                                 to_text(options.max_gap_mm) + " mm, found " + gap};
   }
+  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+    const double shift = stack.at_mm[k].head<2>().norm();
+    const double above = stack.at_mm[k].z();
+    if (shift <= above + options.max_gap_mm) continue;
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected slices above each other, tilted by at most 45 degrees, found " +
+                     stack.slices[k].name() + " shifted by " + to_text(shift) +
+                     " mm within its plane, " + to_text(above) + " mm from " +
+                     stack.slices[0].name()};
+  }
   const double tilt_deg = stack.tilt_rad * 180 / M_PI;
   diagnostics.report(
       Severity::kWarning, "io.ct",
@@ -136,13 +146,13 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
   if (!series) return series.error();
   const auto stack = stack_slices(std::move(series->slices), name);
   if (!stack) return stack.error();
-  VoxelGrid grid = stack->regular ? stack->grid() : regular_grid(*stack);
+  if (const auto ok = validate(stack->grid(), name); !ok) return ok.error();
   if (!stack->regular) {
     const auto ok = judge_irregular(*stack, *series, name, options, diagnostics);
     if (!ok) return ok.error();
   }
+  const VoxelGrid grid = stack->regular ? stack->grid() : regular_grid(*stack);
   if (const auto ok = validate(grid, name); !ok) return ok.error();
-  if (const auto ok = validate(stack->grid(), name); !ok) return ok.error();
   auto builder = decode_slices(*stack, name);
   if (!builder) return builder.error();
   const auto reported = builder->report(name, stack->grid().size, diagnostics);

@@ -26,6 +26,9 @@ Error refuse(const std::string& name, const std::string& what) {
   return {ErrorCode::kMalformedData, name + ": " + what};
 }
 
+/// Of what is counted; what no grid has room for is refused with the grid.
+int to_count(double number) { return static_cast<int>(std::min(number, 1e9)); }
+
 std::string vector_text(const Eigen::Vector3d& v) {
   return to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z());
 }
@@ -170,14 +173,14 @@ VoxelGrid regular_grid(const DicomStack& stack) {
     const double extra = (high[axis] - low[axis]) / grid.spacing_mm[axis];
     // A drift that is rounding adds no column.
     if (extra > kPositionToleranceMm) {
-      grid.size[static_cast<std::size_t>(axis)] += static_cast<int>(std::ceil(extra));
+      grid.size[static_cast<std::size_t>(axis)] += to_count(std::ceil(extra));
       grid.origin_mm += stack.directions.col(axis) * low[axis];
     }
   }
   const double length = stack.at_mm.back().z();
   const double thinnest = std::max(stack.min_gap_mm, stack.slices[0].spacing_mm.minCoeff());
   const auto steps = std::max(1.0, std::round(length / thinnest));
-  grid.size[2] = static_cast<int>(steps) + 1;
+  grid.size[2] = to_count(steps) + 1;
   grid.spacing_mm[2] = length / steps;
   return grid;
 }

@@ -413,6 +413,16 @@ TEST_F(CtDicomTest, NeverTakesHalfARescaleForNone) {
                       Code::kMalformedData, {"all of 3 slices or in none", "1 without"}));
 }
 
+TEST_F(CtDicomTest, RefusesSlicesThatAreNotAboveEachOther) {
+  const auto zero = [](int, int) { return 0; };
+  put_stack(3);
+  for (const char* position : {"1e12\\20\\36", "10\\-1e300\\36", "10\\50\\36"}) {
+    put("x.dcm", ct_slice(position, zero));
+    EXPECT_TRUE(refuses(read(), Code::kMalformedData,
+                        {"above each other", "x.dcm shifted by", "6 mm from s9.dcm"}));
+  }
+}
+
 TEST_F(CtDicomTest, RefusesDeflatedFiles) {
   put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
