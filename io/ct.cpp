@@ -33,7 +33,8 @@ Result<void> unknown_orientation(const std::filesystem::path& path, const std::s
 
 namespace {
 
-Result<std::vector<std::filesystem::path>> files_below(const std::filesystem::path& folder) {
+Result<std::vector<std::filesystem::path>> files_below(const std::filesystem::path& folder,
+                                                       Diagnostics& diagnostics) {
   constexpr std::size_t kMaxFiles = 200000;
   std::vector<std::filesystem::path> files;
   std::error_code code;
@@ -41,6 +42,12 @@ Result<std::vector<std::filesystem::path>> files_below(const std::filesystem::pa
   for (; !code && it != std::filesystem::recursive_directory_iterator(); it.increment(code)) {
     std::error_code ignored;
     if (it->is_regular_file(ignored)) files.push_back(it->path());
+    if (it->is_symlink(ignored) && !it->exists(ignored)) {
+      diagnostics.report(Severity::kWarning, "io.ct",
+                         it->path().string() +
+                             ": expected a file behind the link, found none; if it was a slice, "
+                             "it is missing");
+    }
     if (files.size() > kMaxFiles) {
       return Error{ErrorCode::kUnsupportedData,
                    folder.string() + ": expected at most 200000 files, found more"};
@@ -87,7 +94,7 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
                              const CtOptions& options) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    const auto files = files_below(path);
+    const auto files = files_below(path, diagnostics);
     if (!files) return files.error();
     return detail::read_ct_dicom(*files, path.string(), diagnostics, options);
   }
@@ -98,7 +105,7 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
     if (!*grid) return grid->error();
     return std::move(builder).finish(**grid, path.string(), diagnostics);
   }
-  if (detail::looks_like_dicom(path)) {
+  if (detail::looks_like_dicom(*file)) {
     return detail::read_ct_dicom({path}, path.string(), diagnostics, options);
   }
   return Error{ErrorCode::kUnsupportedData,

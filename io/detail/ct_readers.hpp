@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/ct.hpp"
+#include "io/detail/input_file.hpp"
 #include "io/detail/voxel_sink.hpp"
 
 namespace nav::io::detail {
@@ -25,7 +26,7 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                              const std::string& name, Diagnostics& diagnostics,
                              const CtOptions& options);
 /// True for what begins like a DICOM file, with or without the preamble of part 10.
-bool looks_like_dicom(const std::filesystem::path& path);
+bool looks_like_dicom(const InputFile& file);
 
 /// What read_ct does where a file does not say how its axes lie in the patient: a warning when the
 /// caller accepts that, otherwise a refusal.

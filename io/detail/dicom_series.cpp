@@ -169,13 +169,11 @@ bool has_preamble(const InputFile& file) {
 
 }  // namespace
 
-bool looks_like_dicom(const std::filesystem::path& path) {
-  const auto file = InputFile::open(path);
-  if (!file) return false;
-  if (has_preamble(*file)) return true;
+bool looks_like_dicom(const InputFile& file) {
+  if (has_preamble(file)) return true;
   // Before part 10: the stream begins with group 2 or 8, little-endian, low element.
   std::array<std::byte, 8> head{};
-  const auto got = file->read_at(0, head);
+  const auto got = file.read_at(0, head);
   const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
   return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
 }
@@ -185,9 +183,11 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
   std::vector<DicomSeries> all;
   std::map<std::string, std::size_t> index;
   for (const std::filesystem::path& file : files) {
-    if (file.filename() == "DICOMDIR" || !looks_like_dicom(file)) continue;
+    if (file.filename() == "DICOMDIR") continue;
+    // One that cannot be read may be a slice: without it the stack would be another.
     const auto input = InputFile::open(file);
     if (!input) return input.error();
+    if (!looks_like_dicom(*input)) continue;
     const std::string broken = dicom_structure_defect(*input);
     if (!broken.empty()) {
       if (!has_preamble(*input)) continue;  // Something else that happened to begin alike.

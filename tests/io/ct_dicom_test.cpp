@@ -361,6 +361,24 @@ TEST_F(CtDicomTest, PassesOverOtherFilesButNotOverBrokenOnes) {
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
 }
 
+TEST_F(CtDicomTest, NamesSlicesThatCannotBeReached) {
+  put_stack(3);
+  std::filesystem::rename(folder_ / "s7.dcm", folder_ / "elsewhere");
+  std::filesystem::create_symlink("elsewhere", folder_ / "s7.dcm");
+  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"one slice per position"}));
+  std::filesystem::remove(folder_ / "elsewhere");
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  expect_stack(*volume, 2);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"s7.dcm", "if it was a slice"}));
+  // Root may read anything, so this half speaks only for other users.
+  if (::geteuid() != 0) {
+    put_stack(3);
+    ASSERT_EQ(::chmod((folder_ / "s7.dcm").c_str(), 0), 0);
+    EXPECT_TRUE(refuses(read(), Code::kIo, {"s7.dcm", "Permission denied"}));
+  }
+}
+
 TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
   put_stack(3);
   for (const char* name : {"s7.dcm", "s8.dcm", "s9.dcm"}) {
