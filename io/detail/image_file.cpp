@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/image_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -182,6 +183,28 @@ class HeaderReader {
   bool first_done_ = false;
 };
 
+/// Of raw samples in several files each holds its share; what follows it does not belong to them.
+Result<void> take_shares(ImageFile& file) {
+  const auto files = static_cast<std::int64_t>(file.data.size());
+  if (file.encoding != Encoding::kRaw || files < 2) return {};
+  const std::int64_t share = file.sample_bytes / files;
+  if (share * files != file.sample_bytes) {
+    return Error{ErrorCode::kMalformedData,
+                 file.path.string() + ": expected samples for " + std::to_string(files) +
+                     " files of one size, found " + std::to_string(file.sample_bytes) + " bytes"};
+  }
+  for (DataPart& part : file.data) {
+    // Only the last may be cut short: what comes after another one would take its place.
+    if (part.size < share && &part != &file.data.back()) {
+      return Error{ErrorCode::kMalformedData,
+                   part.path.string() + ": expected " + std::to_string(share) +
+                       " bytes of pixels, found " + std::to_string(part.size)};
+    }
+    part.size = std::min(part.size, share);
+  }
+  return {};
+}
+
 Result<void> check_claims(ImageFile& file) {
   std::int64_t bytes = static_cast<std::int64_t>(size_of(file.type)) * file.components;
   for (const std::int64_t size : file.sizes) {
@@ -191,6 +214,7 @@ Result<void> check_claims(ImageFile& file) {
     }
   }
   file.sample_bytes = bytes;
+  if (const auto ok = take_shares(file); !ok) return ok;
   for (const DataPart& part : file.data) file.available_bytes += part.size;
   // Room for the few bytes of an empty stream.
   const bool possible = bytes / kMaxExpansion <= file.available_bytes;

@@ -287,6 +287,28 @@ TEST_F(CtFileTest, ReadsNrrdGzipAndDetachedSlices) {
                       Code::kNotFound, {"s.09"}));
 }
 
+TEST_F(CtFileTest, TakesOfEveryDetachedFileItsShareOnly) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto put_slice = [&](int k, const std::string& change) {
+    const std::string slice = data.substr(static_cast<std::size_t>(k) * 12, 12);
+    test::put(folder_ / ("s.0" + std::to_string(k)), change.empty() ? slice + "tail" : change);
+  };
+  for (int k = 0; k < 4; ++k) put_slice(k, "");
+  const std::string header = nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 3\n");
+  const auto v = read("a.nhdr", header);
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  put_slice(1, "short");
+  put_slice(2, std::string(30, 'x'));
+  EXPECT_TRUE(refuses(read("a.nhdr", header), Code::kMalformedData, {"s.01", "12 bytes", "5"}));
+  EXPECT_TRUE(refuses(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
+                      Code::kNotFound, {"s.04"}));
+  put_slice(4, "");
+  put_slice(1, "");
+  EXPECT_TRUE(refuses(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
+                      Code::kMalformedData, {"5 files of one size", "48 bytes"}));
+}
+
 TEST_F(CtFileTest, RefusesBadNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto directions = [&](const std::string& d) {
