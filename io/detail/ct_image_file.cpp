@@ -138,11 +138,13 @@ std::optional<Eigen::Vector3d> nrrd_vector(std::string_view text) {
   return out.allFinite() ? std::optional(out) : std::nullopt;
 }
 
-/// The vectors of "space directions", "none" left out; nothing when one cannot be read.
-std::optional<std::vector<Eigen::Vector3d>> nrrd_vectors(std::string_view text) {
-  std::vector<Eigen::Vector3d> out;
+/// "space directions", one for each axis of the file, absent where it says "none"; nothing when one
+/// cannot be read.
+std::optional<std::vector<std::optional<Eigen::Vector3d>>> nrrd_vectors(std::string_view text) {
+  std::vector<std::optional<Eigen::Vector3d>> out;
   for (text = trim(text); !text.empty(); text = trim(text)) {
     if (text.starts_with("none")) {
+      out.emplace_back();
       text.remove_prefix(4);
       continue;
     }
@@ -202,14 +204,21 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
     }
   }
   if (!file.has("space directions") && !signs) return nrrd_spacings(file);
+  // The samples come in the order of the axes, so it matters which of them have no direction.
   const auto axes = nrrd_vectors(file.value("space directions"));
-  if (!axes || axes->size() != 3) {
-    return bad_field(file, "space directions", "three vectors of three finite numbers",
+  const std::size_t first = file.component_axes;
+  bool good = axes && axes->size() >= first + 3;
+  for (std::size_t axis = 0; good && axis < axes->size(); ++axis) {
+    good = (*axes)[axis].has_value() == (axis >= first && axis < first + 3);
+  }
+  if (!good) {
+    return bad_field(file, "space directions",
+                     "three vectors of three finite numbers, of the axes in space",
                      file.value("space directions"));
   }
   Affine affine = Affine::Zero();
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    affine.col(axis) = (*axes)[static_cast<std::size_t>(axis)];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    affine.col(static_cast<Eigen::Index>(axis)) = *(*axes)[first + axis];
   }
   if (file.has("space origin")) {
     const auto origin = nrrd_vector(file.value("space origin"));

@@ -37,6 +37,7 @@ struct ImageFile {
   std::vector<std::int64_t> sizes;      ///< Samples per axis, fastest first, without components.
   std::vector<std::string_view> kinds;  ///< Per axis of sizes, or empty.
   int components = 1;
+  std::size_t component_axes = 0;  ///< Axes of the file before those of sizes: 0, or 1 of an NRRD.
   PixelType type = PixelType::kUint8;
   bool big_endian = false;
   Encoding encoding = Encoding::kRaw;

@@ -78,6 +78,7 @@ Result<void> read_nrrd_sizes(ImageFile& file) {
         return bad_field(file, "sizes", "1 to 4 components", text);
       }
       file.components = static_cast<int>(file.sizes[0]);
+      file.component_axes = 1;
       file.sizes.erase(file.sizes.begin());
       file.kinds.erase(file.kinds.begin());
     }

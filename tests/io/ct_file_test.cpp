@@ -309,6 +309,32 @@ TEST_F(CtFileTest, TakesOfEveryDetachedFileItsShareOnly) {
                       Code::kMalformedData, {"5 files of one size", "48 bytes"}));
 }
 
+TEST_F(CtFileTest, KeepsNrrdDirectionsWithTheirAxes) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto of_four = [&](const std::string& sizes, const std::string& kinds,
+                           const std::string& directions) {
+    return read("a.nrrd", "NRRD0004\ntype: int16\ndimension: 4\nsizes: " + sizes +
+                              "\nendian: little\nspace: LPS\nkinds: " + kinds +
+                              "\nspace directions: " + directions +
+                              "\nspace origin: (0,0,0)\nencoding: raw\n\n" + data);
+  };
+  const std::string three = "(1,0,0) (0,1,0) (0,0,1)";
+  const auto v = of_four("3 2 4 1", "domain domain domain list", three + " none");
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  // Three pictures of 2 x 4 in a list, one slice: not a volume of 3 x 2 x 4.
+  EXPECT_TRUE(refuses(of_four("3 2 4 1", "list domain domain domain", "none " + three),
+                      Code::kMalformedData, {"space directions", "none (1,0,0)"}));
+  EXPECT_TRUE(
+      refuses(of_four("3 2 4 1", "domain list domain domain", "(1,0,0) none (0,1,0) (0,0,1)"),
+              Code::kMalformedData, {"space directions"}));
+  const auto one = of_four("1 3 2 4", "vector domain domain domain", "none " + three);
+  ASSERT_TRUE(test::has_value(one));
+  expect_voxels(*one);
+  EXPECT_TRUE(refuses(of_four("1 3 2 4", "vector domain domain domain", three + " none"),
+                      Code::kMalformedData, {"space directions"}));
+}
+
 TEST_F(CtFileTest, RefusesBadNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto directions = [&](const std::string& d) {
