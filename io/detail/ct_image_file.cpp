@@ -75,6 +75,10 @@ void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
 Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
                            const CtOptions& options) {
   const std::size_t n = file.sizes.size();
+  // MetaIO writes "?" where it does not know.
+  if (const auto unit = file.value("DistanceUnits"); !unit.empty() && unit != "mm" && unit != "?") {
+    return bad_field(file, "DistanceUnits", "mm", unit);
+  }
   const auto spacing = numbers(file, spelling(file, {"ElementSpacing", "ElementSize"}), n);
   if (!spacing) return spacing.error();
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();

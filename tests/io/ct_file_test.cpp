@@ -335,6 +335,18 @@ TEST_F(CtFileTest, KeepsNrrdDirectionsWithTheirAxes) {
                       Code::kMalformedData, {"space directions"}));
 }
 
+TEST_F(CtFileTest, RefusesOtherUnitsOfAMetaImage) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  for (const char* unit : {"um", "cm", "in"}) {
+    const std::string line = std::string("DistanceUnits = ") + unit + "\n";
+    EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", line) + data),
+                        Code::kMalformedData, {"DistanceUnits", "mm", unit}));
+  }
+  for (const char* line : {"DistanceUnits = mm\n", "DistanceUnits = ?\n"}) {
+    EXPECT_TRUE(test::has_value(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", line) + data)));
+  }
+}
+
 TEST_F(CtFileTest, RefusesBadNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto directions = [&](const std::string& d) {
