@@ -134,8 +134,9 @@ Result<void> find_nrrd_data(ImageFile& file, std::int64_t data_offset, std::int6
     if (!parts) return parts.error();
     file.data = std::move(*parts);
   } else {
-    const std::int64_t begin = std::min(file_size, data_offset + std::max<std::int64_t>(skip, 0));
-    file.data.push_back({file.path, begin, file_size - begin});
+    const std::int64_t there = std::max<std::int64_t>(file_size - data_offset, 0);
+    const std::int64_t skipped = std::clamp<std::int64_t>(skip, 0, there);
+    file.data.push_back({file.path, data_offset + skipped, there - skipped});
   }
   if (skip != -1) return {};
   std::int64_t bytes = static_cast<std::int64_t>(size_of(file.type)) * file.components;

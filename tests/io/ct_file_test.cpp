@@ -347,6 +347,16 @@ TEST_F(CtFileTest, RefusesOtherUnitsOfAMetaImage) {
   }
 }
 
+TEST_F(CtFileTest, RefusesASkipBeyondTheFile) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  for (const char* skip : {"1", "1000", "9223372036854775807"}) {
+    const std::string rest = std::string("encoding: raw\nbyte skip: ") + skip + "\n\n";
+    const auto v = read("a.nrrd", nrrd("LPS", rest) + data);
+    EXPECT_TRUE(refuses(v, Code::kMalformedData, {"cut short: expected 48 bytes, found"}));
+    EXPECT_EQ(v.error().message.find("found -"), std::string::npos) << v.error().message;
+  }
+}
+
 TEST_F(CtFileTest, RefusesBadNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto directions = [&](const std::string& d) {
