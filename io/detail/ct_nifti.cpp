@@ -302,6 +302,10 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
     if (nifti->swapped) swap_bytes(slice, sample);
     sink.append(slice, *type, rescale);
   }
+  // Nothing but the checksum tells that a bit of the voxels was changed.
+  if (const auto end = stream->skip_to_end(); !end) {
+    return fail(end.error().code, end.error().message);
+  }
   return *grid;
 }
 

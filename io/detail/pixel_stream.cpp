@@ -153,10 +153,22 @@ Result<void> PixelStream::expect_end() {
     return Error{ErrorCode::kMalformedData,
                  "expected the compressed data to end with the last sample, found more"};
   }
-  if (!inflater_->ended) {
-    return Error{ErrorCode::kMalformedData, "compressed data cut short: their end is missing"};
+  return check_ended();
+}
+
+Result<void> PixelStream::skip_to_end() {
+  if (!inflater_) return {};
+  std::vector<std::byte> skipped(Inflater::kBufferBytes);
+  for (;;) {
+    const auto got = inflate(skipped);
+    if (!got) return got.error();
+    if (*got < skipped.size()) return check_ended();
   }
-  return {};
+}
+
+Result<void> PixelStream::check_ended() const {
+  if (inflater_->ended) return {};
+  return Error{ErrorCode::kMalformedData, "compressed data cut short: their end is missing"};
 }
 
 void swap_bytes(std::span<std::byte> bytes, std::size_t sample_size) {

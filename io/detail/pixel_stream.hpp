@@ -28,6 +28,9 @@ class PixelStream {
   Result<void> read(std::int64_t offset, std::span<std::byte> out);
   /// After everything was read: the compressed stream must end here, checksum included.
   Result<void> expect_end();
+  /// After everything was read: passes over what follows; the compressed stream must have an end,
+  /// checksum included.
+  Result<void> skip_to_end();
 
  private:
   struct Inflater;
@@ -35,6 +38,7 @@ class PixelStream {
   Result<std::size_t> read_raw(std::int64_t offset, std::span<std::byte> out) const;
   Result<std::size_t> inflate(std::span<std::byte> out);
   Result<void> rewind();
+  [[nodiscard]] Result<void> check_ended() const;
 
   struct Part {
     InputFile file;

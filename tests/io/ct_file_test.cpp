@@ -478,6 +478,43 @@ TEST_F(CtFileTest, ReadsNifti2AndScaling) {
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm);
 }
 
+TEST_F(CtFileTest, ChecksTheSumOfCompressedNifti) {
+  constexpr int kGzip = 31;
+  constexpr std::size_t kBuffer = 64 << 10;  // What a reader is likely to read at once.
+  std::string noise;  // Incompressible: a bit that changes is one of a voxel.
+  unsigned state = 7;
+  while (noise.size() < kBuffer) {
+    state = state * 1664525U + 1013904223U;
+    noise += static_cast<char>(state >> 24);
+  }
+  constexpr std::size_t kVoxels = 2UL * 30 * 20 * 54;
+  const auto file = [&](std::size_t offset, const std::string& tail) {
+    std::string h = nifti();
+    set_sform(h);
+    set<std::int16_t>(h, 42, 30);
+    set<std::int16_t>(h, 44, 20);
+    set<std::int16_t>(h, 46, 54);
+    set(h, 108, static_cast<float>(offset));
+    h += noise.substr(noise.size() - (offset - h.size()));
+    return test::deflated(h + noise.substr(0, kVoxels) + tail, kGzip);
+  };
+  // Such that the sum, before the 4 bytes of the length, lies across the end of the buffer.
+  constexpr std::size_t kAcross = 6;
+  const std::size_t tight = file(352, "").size() % kBuffer;
+  const std::size_t offset = 352 + (kBuffer + kAcross - tight) % kBuffer;
+  ASSERT_LT(offset, 1000U);
+  const std::string whole = file(offset, "");
+  ASSERT_NEAR(static_cast<double>(whole.size() % kBuffer), kAcross, 1);
+  EXPECT_TRUE(test::has_value(read("a.nii.gz", whole)));
+  std::string changed = whole;
+  changed[20000] = static_cast<char>(changed[20000] ^ 64);
+  EXPECT_TRUE(refuses(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
+  EXPECT_TRUE(refuses(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
+                      {"a.nii.gz", "cut short"}));
+  // What others put after the voxels is no concern of a reader.
+  EXPECT_TRUE(test::has_value(read("a.nii.gz", file(352, noise))));
+}
+
 TEST_F(CtFileTest, RefusesBadNifti) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   EXPECT_TRUE(refuses(read("a.nii", nifti() + data), Code::kUnsupportedData,
