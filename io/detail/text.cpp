@@ -13,6 +13,26 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n\f\v";
 
+/// Whether a number that no double holds is too small for one, rather than too large.
+bool is_too_small(std::string_view number) {
+  const std::size_t end = std::min(number.find_first_of("eE"), number.size());
+  std::int64_t exponent = 0;
+  if (end < number.size()) {
+    std::string_view text = number.substr(end + 1);
+    if (text.starts_with('+')) text.remove_prefix(1);
+    const auto [last, code] = std::from_chars(text.data(), text.data() + text.size(), exponent);
+    if (code != std::errc()) return text.starts_with('-');
+  }
+  const std::string_view digits = number.substr(0, end);
+  const std::size_t first = digits.find_first_of("123456789");
+  if (first == digits.npos) return true;
+  const std::size_t point = std::min(digits.find('.'), digits.size());
+  // The number lies in 10^place to 10^(place + 1), before its exponent.
+  const auto place = first < point ? static_cast<std::int64_t>(point - first) - 1
+                                   : -static_cast<std::int64_t>(first - point);
+  return exponent < -place;
+}
+
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 }  // namespace
@@ -44,8 +64,7 @@ std::optional<double> parse_double(std::string_view text) {
   if (end != text.data() + text.size()) return {};
   if (code == std::errc::result_out_of_range) {
     // Too small is zero to any use we have; too large is no number.
-    if (text.find("e-") != text.npos || text.find("E-") != text.npos) return 0.0;
-    return {};
+    return is_too_small(text) ? std::optional(0.0) : std::nullopt;
   }
   if (code != std::errc()) return {};
   return value;

@@ -49,6 +49,25 @@ TEST(FrameTransformTest, NamesFrameFieldExpectedAndFound) {
                       {"frame 7", "StylusToTrackerTransform", "ProbeToTracker"}));
 }
 
+TEST(FrameTransformTest, TellsTooSmallFromTooLarge) {
+  const std::string zeros(400, '0');
+  const auto first = [](const std::string& number) {
+    return transform(frame_with(number + " 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), "ProbeToTracker");
+  };
+  const std::vector<std::string> small = {"1e-400", "0." + zeros + "1", "-0." + zeros + "25e+3",
+                                          "12e-9999999999999999999", "1" + zeros + "e-800"};
+  for (const std::string& number : small) {
+    const auto t = first(number);
+    ASSERT_TRUE(test::has_value(t)) << number;
+    EXPECT_EQ(t->to_from_from(0, 0), 0) << number;
+  }
+  const std::vector<std::string> large = {"1e400", "1" + zeros + "e-5", "-1" + zeros,
+                                          "1e9999999999999999999", "0." + zeros + "1e+900"};
+  for (const std::string& number : large) {
+    EXPECT_TRUE(refuses(first(number), Code::kMalformedData, {"as number 1"})) << number;
+  }
+}
+
 TEST(FrameTransformTest, DoesNotDependOnTheLocale) {
   const char* old = std::setlocale(LC_ALL, nullptr);
   const std::string keep = old != nullptr ? old : "C";
