@@ -71,6 +71,13 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
     return Error{ErrorCode::kMalformedData,
                  header.path.string() + ": expected at least 1 frame, found an empty sequence"};
   }
+  // Two days at 60 Hz. Frames without pixels take no room in a file, but every one takes time.
+  constexpr std::int64_t kMostFrames = 10'000'000;
+  if (header.frame_count > kMostFrames) {
+    return Error{ErrorCode::kMalformedData, header.path.string() + ": expected at most " +
+                                                std::to_string(kMostFrames) + " frames, found " +
+                                                std::to_string(header.frame_count)};
+  }
   return {};
 }
 
