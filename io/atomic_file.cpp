@@ -20,6 +20,20 @@ Error failed(const std::filesystem::path& path, const char* what) {
   return {ErrorCode::kIo, path.string() + ": cannot " + what + ": " + std::strerror(errno)};
 }
 
+/// Where links lead: what is replaced is the file that they name, not the link.
+Result<std::filesystem::path> behind_links(std::filesystem::path path) {
+  constexpr int kMostLinks = 40;  // As many as the kernel follows.
+  const std::filesystem::path asked = path;
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code code;
+    const auto next = std::filesystem::read_symlink(path, code);
+    if (code) return path;  // It is no link.
+    path = path.parent_path() / next;
+  }
+  errno = ELOOP;
+  return failed(asked, "create");
+}
+
 bool is_special(const std::filesystem::path& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
@@ -30,7 +44,8 @@ bool is_special(const std::filesystem::path& path) {
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
   AtomicFile file;
   file.path_ = path;
-  if (path.filename().empty() || std::filesystem::is_directory(path)) {
+  std::error_code ignored;  // What is wrong with a path shows when the file is created.
+  if (path.filename().empty() || std::filesystem::is_directory(path, ignored)) {
     return Error{ErrorCode::kIo, path.string() + ": expected the name of a file, found a folder"};
   }
   if (is_special(path)) {
@@ -38,9 +53,12 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
     if (file.descriptor_ < 0) return failed(path, "open for writing");
     return file;
   }
+  auto target = behind_links(path);
+  if (!target) return target.error();
+  file.path_ = std::move(*target);
   // The process and a counter keep two writers of one name apart.
   static std::atomic<unsigned> counter{0};
-  file.temporary_ = path;
+  file.temporary_ = file.path_;
   file.temporary_ +=
       "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".partial";
   file.descriptor_ = ::open(file.temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);

@@ -16,8 +16,8 @@ namespace nav::io {
 
 /// A file that appears under its name only when complete: bytes go to a temporary name in the same
 /// folder; commit() syncs and renames. Destroyed without commit, nothing is left. Writing to
-/// something that exists and is not a regular file (/dev/full, a pipe) goes straight to it.
-/// Not thread-safe.
+/// something that exists and is not a regular file (/dev/full, a pipe) goes straight to it. Of a
+/// link the file that it names is replaced; the link stays. Not thread-safe.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::filesystem::path& path);

@@ -63,6 +63,33 @@ TEST(AtomicFileTest, SaysWhyItCannotWrite) {
   EXPECT_TRUE(refuses(write_file("/proc/sonde.txt", "x"), Code::kIo, {"/proc/sonde.txt"}));
 }
 
+TEST(AtomicFileTest, FollowsLinksAndLeavesThem) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "real");
+  test::put(folder / "real/a", "old");
+  std::filesystem::create_symlink("real/a", folder / "near");
+  std::filesystem::create_symlink(folder / "near", folder / "far");
+  std::filesystem::create_symlink("real/new", folder / "dangling");
+  ASSERT_TRUE(test::has_value(write_file(folder / "far", "new")));
+  ASSERT_TRUE(test::has_value(write_file(folder / "dangling", "made")));
+  for (const char* link : {"near", "far", "dangling"}) {
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / link)) << link;
+  }
+  EXPECT_EQ(test::get(folder / "real/a"), "new");
+  EXPECT_EQ(test::get(folder / "real/new"), "made");
+  EXPECT_EQ(files_in(folder / "real"), 2U);
+  EXPECT_EQ(files_in(folder.path()), 4U);
+}
+
+TEST(AtomicFileTest, RefusesNamesThatTheSystemRefuses) {
+  const test::TemporaryFolder folder;
+  const std::string long_name(300, 'x');
+  EXPECT_TRUE(refuses(write_file(folder / long_name, "x"), Code::kIo, {"xxx", "too long"}));
+  std::filesystem::create_symlink("b", folder / "a");
+  std::filesystem::create_symlink("a", folder / "b");
+  EXPECT_TRUE(refuses(write_file(folder / "a", "x"), Code::kIo, {"symbolic links"}));
+}
+
 TEST(ReadFileTest, ReadsWholeFilesWithinALimit) {
   const test::TemporaryFolder folder;
   test::put(folder / "a", std::string("x\0y", 3));
