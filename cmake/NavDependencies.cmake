@@ -48,8 +48,6 @@ find_package(
              FiltersSources
              IOGeometry
              IOImage
-             IOLegacy
-             IOPLY
              InteractionStyle
              RenderingCore
              RenderingFreeType

@@ -11,10 +11,10 @@
 
 namespace nav::io {
 
-/// Reads a surface from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file; polygons become fans of
-/// triangles. Coordinates are taken as they stand: CT, LPS, mm. Errors: kNotFound,
-/// kUnsupportedData (another ending), kMalformedData (not readable, no triangles); the message
-/// names the file. STL above 1 GiB or cut short is refused.
+/// Reads a surface of at most 1 GiB from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file;
+/// polygons become fans of triangles, strips are taken apart. Coordinates are taken as they stand:
+/// CT, LPS, mm. Errors: kNotFound, kUnsupportedData (another ending), kMalformedData (not readable,
+/// no triangles); the message names the file. Files that are cut short are refused.
 Result<TriangleMesh> read_surface(const std::filesystem::path& path);
 
 /// Reads points from text: three numbers in each line, between blanks or commas, mm; lines that

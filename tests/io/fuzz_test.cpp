@@ -9,6 +9,7 @@
 #include "io/ct.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
+#include "io/surface_file.hpp"
 #include "io/transform_tree.hpp"
 #include "tests/io/dicom_file.hpp"
 #include "tests/support/test_data.hpp"
@@ -188,6 +189,53 @@ TEST(FuzzTest, Dicom) {
   coded.encapsulated({test::run_length_code(std::vector<std::int16_t>(20, 1000))},
                      "1.2.840.10008.1.2.5");
   fuzz("a.dcm", coded.bytes(), kDicomTimes, read_folder, sound);
+}
+
+void read_mesh(const std::filesystem::path& path) {
+  const auto mesh = read_surface(path);
+  if (!mesh) return;
+  for (const auto& triangle : mesh->triangles) {
+    for (const int corner : triangle) {
+      EXPECT_TRUE(corner >= 0 && static_cast<std::size_t>(corner) < mesh->points_mm.size());
+    }
+  }
+}
+
+TEST(FuzzTest, Surface) {
+  const std::string vtk = "POINTS 4 float\n0 0 0 1 0 0 1 1 0\n0 1 0\n";
+  fuzz("a.vtk",
+       "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n" + vtk +
+           "POLYGONS 2 8\n3 0 1 2\n3 0 2 3\nTRIANGLE_STRIPS 1 4\n3 0 1 2\nPOINT_DATA 4\n",
+       kTimes, read_mesh);
+  fuzz("b.vtk",
+       "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\n" + vtk +
+           "METADATA\nINFORMATION 0\n\nPOLYGONS 3 6\nOFFSETS vtktypeint64\n0 3 6\n"
+           "CONNECTIVITY vtktypeint64\n0 1 2 0 2 3\n",
+       kTimes, read_mesh);
+  const std::string points = test::bytes_of(std::vector<float>{0, 0, 0, 1, 0, 0, 1, 1, 0});
+  fuzz("c.vtk",
+       "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n" +
+           test::swapped_bytes_of(std::vector<float>{0, 0, 0, 1, 0, 0, 1, 1, 0}) +
+           "\nPOLYGONS 1 4\n" + test::swapped_bytes_of(std::vector<std::int32_t>{3, 0, 1, 2}),
+       kTimes, read_mesh);
+  const auto ply = [](const std::string& format) {
+    return "ply\nformat " + format +
+           " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  };
+  fuzz("a.ply", ply("ascii") + "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", kTimes, read_mesh);
+  fuzz("b.ply",
+       ply("binary_little_endian") + points + "\3" +
+           test::bytes_of(std::vector<std::int32_t>{0, 1, 2}),
+       kTimes, read_mesh);
+  fuzz("a.stl",
+       "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"
+       "endloop\nendfacet\nendsolid a\n",
+       kTimes, read_mesh);
+  fuzz("b.stl",
+       std::string(80, ' ') + test::le<std::uint32_t>(1) + std::string(12, '\0') + points +
+           std::string(2, '\0'),
+       kTimes, read_mesh);
 }
 
 TEST(FuzzTest, Configuration) {

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/surface_file.hpp"
+
+#include <Eigen/Geometry>
+#include <bit>
+#include <gtest/gtest.h>
+
+#include "tests/io/support.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+using test::refuses;
+using Code = ErrorCode;
+
+double area_of(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const auto at = [&](int n) { return mesh.points_mm[static_cast<std::size_t>(n)]; };
+    area += 0.5 * (at(j) - at(i)).cross(at(k) - at(i)).norm();
+  }
+  return area;
+}
+
+class SurfaceFileTest : public ::testing::Test {
+ protected:
+  Result<TriangleMesh> read(const std::string& name, const std::string& bytes) {
+    test::put(folder_ / name, bytes);
+    return read_surface(folder_ / name);
+  }
+  test::TemporaryFolder folder_;
+};
+
+const std::string kVtkPoints =
+    "# vtk DataFile Version 3.0\nsurface\nASCII\nDATASET POLYDATA\nPOINTS 6 double\n"
+    "0 0 0  1.5 0 0  0 2 0  1.5 2 0  0 4 0  1.5 4 0\n";
+
+TEST_F(SurfaceFileTest, ReadsPolygonsAndStripsOfLegacyVtk) {
+  const auto polygons = read("a.vtk", kVtkPoints + "POLYGONS 2 10\n4 0 1 3 2\n4 2 3 5 4\n");
+  ASSERT_TRUE(test::has_value(polygons));
+  EXPECT_EQ(polygons->triangles.size(), 4U);
+  EXPECT_DOUBLE_EQ(area_of(*polygons), 6);
+  const auto both =
+      read("b.vtk", kVtkPoints + "POLYGONS 1 5\n4 0 1 3 2\nTRIANGLE_STRIPS 1 5\n4 2 3 4 5\n");
+  ASSERT_TRUE(test::has_value(both));
+  EXPECT_EQ(both->triangles.size(), 4U);
+  EXPECT_DOUBLE_EQ(area_of(*both), 6) << "none is lost";
+  // All on one side: the order of a strip's points turns with each triangle.
+  for (const auto& [i, j, k] : both->triangles) {
+    const auto at = [&](int n) { return both->points_mm[static_cast<std::size_t>(n)]; };
+    EXPECT_GT((at(j) - at(i)).cross(at(k) - at(i)).z(), 0);
+  }
+}
+
+const std::string kPlyHead =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+const std::string kPlyPoints = "0 0 0\n1.5 0 0\n1.5 2 0\n0 2 0\n";
+
+/// Bytes of a value, the most significant first.
+template <class T>
+std::string big(T value) {
+  return test::swapped_bytes_of(std::vector<T>{value});
+}
+
+TEST_F(SurfaceFileTest, ReadsBinaryAndNewerLegacyVtk) {
+  static_assert(std::endian::native == std::endian::little);
+  std::string points;
+  for (const float x : {0.F, 0.F, 0.F, 1.5F, 0.F, 0.F, 1.5F, 2.F, 0.F, 0.F, 2.F, 0.F}) {
+    points += big(x);
+  }
+  std::string cells;
+  for (const std::int32_t i : {4, 0, 1, 2, 3}) cells += big(i);
+  const auto old =
+      read("a.vtk",
+           "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET POLYDATA\n"
+           "POINTS 4 float\n" +
+               points + "\nPOLYGONS 1 5\n" + cells + "\nCELL_DATA 1\nNORMALS n float\nabc");
+  ASSERT_TRUE(test::has_value(old));
+  EXPECT_EQ(old->triangles.size(), 2U);
+  EXPECT_DOUBLE_EQ(area_of(*old), 3);
+  const auto modern =
+      read("b.vtk",
+           "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"
+           "Time 1 1 double\n7.5\nPOINTS 6 float\n0 0 0 1.5 0 0 0 2 0\n1.5 2 0 0 4 0 1.5 4 0\n"
+           "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\n\n"
+           "POLYGONS 3 8\nOFFSETS vtktypeint64\n0 4 8\nCONNECTIVITY vtktypeint64\n"
+           "0 1 3 2\n2 3 5 4\nPOINT_DATA 6\n");
+  ASSERT_TRUE(test::has_value(modern));
+  EXPECT_EQ(modern->triangles.size(), 4U);
+  EXPECT_DOUBLE_EQ(area_of(*modern), 6);
+}
+
+TEST_F(SurfaceFileTest, ReadsBinaryPlyOfBothOrders) {
+  const auto file = [](const std::string& order, bool swap) {
+    std::string bytes = "ply\r\nformat " + order +
+                        " 1.0\r\ncomment made by hand\r\nelement vertex 3\r\n"
+                        "property uchar red\r\nproperty double x\r\nproperty double y\r\n"
+                        "property double z\r\nelement edge 1\r\nproperty int a\r\n"
+                        "element face 1\r\nproperty list uchar short vertex_index\r\n"
+                        "end_header\r\n";
+    const auto add = [&](auto value) {
+      const std::vector one{value};
+      bytes += swap ? test::swapped_bytes_of(one) : test::bytes_of(one);
+    };
+    for (const Eigen::Vector3d& p :
+         {Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(2, 0, 0), Eigen::Vector3d(2, 4, 0)}) {
+      add(static_cast<std::uint8_t>(200));
+      for (const double x : p) add(x);
+    }
+    add(std::int32_t{99});
+    add(std::uint8_t{3});
+    for (const std::int16_t i : std::vector<std::int16_t>{0, 1, 2}) add(i);
+    return bytes;
+  };
+  for (const auto& [order, swap] :
+       {std::pair("binary_little_endian", false), {"binary_big_endian", true}}) {
+    const std::string whole = file(order, swap);
+    const auto mesh = read("a.ply", whole);
+    ASSERT_TRUE(test::has_value(mesh)) << order;
+    EXPECT_EQ(mesh->points_mm[2], Eigen::Vector3d(2, 4, 0));
+    EXPECT_DOUBLE_EQ(area_of(*mesh), 6);
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      EXPECT_FALSE(read("a.ply", whole.substr(0, size))) << size;
+    }
+  }
+}
+
+TEST_F(SurfaceFileTest, RefusesClaimsThatAFileCannotHold) {
+  const std::string vtk = "# vtk DataFile Version 3.0\nsurface\nASCII\nDATASET POLYDATA\n";
+  const std::string three = vtk + "POINTS 3 double\n0 0 0 1 0 0 0 1 0\n";
+  for (const std::string& text :
+       {vtk + "POINTS 2000000000 double\n0 0 0\n", vtk + "POINTS -5 double\n0 0 0\n",
+        vtk + "POINTS 99999999999999999999 double\n",
+        three + "POLYGONS 2000000000 8000000000\n3 0 1 2\n",
+        three + "POLYGONS 1 4\n3000000 0 1 2\n", three + "POLYGONS 1 4\n-3 0 1 2\n",
+        three + "POLYGONS 1 4\n3 0 1 99\n", three + "POLYGONS 1 4\n3 0 1 -1\n",
+        three + "POLYGONS 2 8\n3 0 1 2\n3 0", three + "POLYGONS 1 4\n3 0 1 1.5\n",
+        vtk + "FIELD f 1\na 2000000000 2000000000 int\n1\n", vtk + "FIELD f 9\n", three}) {
+    EXPECT_TRUE(refuses(read("a.vtk", text), Code::kMalformedData, {"a.vtk", "expected"})) << text;
+  }
+  const std::string modern =
+      "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
+      "0 0 0 1 0 0 0 1 0\nPOLYGONS 2 3\nOFFSETS vtktypeint64\n";
+  for (const char* offsets : {"0 4", "-1 3", "3 0", "0"}) {
+    EXPECT_FALSE(read("b.vtk", modern + offsets + "\nCONNECTIVITY vtktypeint64\n0 1 2\n"))
+        << offsets;
+  }
+  for (const std::string& text :
+       {std::string("ply\nformat ascii 1.0\nelement vertex 3\nend_header\n"),
+        std::string("ply\nelement vertex 3\nend_header\n"),
+        kPlyHead + kPlyPoints + "2000000000 0 1 2\n3 0 2 3\n",
+        kPlyHead + kPlyPoints + "-3 0 1 2\n3 0 2 3\n",
+        kPlyHead + kPlyPoints + "3 0 1 4\n3 0 2 3\n"}) {
+    EXPECT_TRUE(refuses(read("a.ply", text), Code::kMalformedData, {"a.ply", "expected"})) << text;
+  }
+}
+
+TEST_F(SurfaceFileTest, RefusesFilesThatAreCutShort) {
+  const auto whole = read("a.ply", kPlyHead + kPlyPoints + "3 0 1 2\n3 0 2 3\n");
+  ASSERT_TRUE(test::has_value(whole));
+  EXPECT_DOUBLE_EQ(area_of(*whole), 3);
+  EXPECT_FALSE(read("b.ply", kPlyHead + kPlyPoints + "3 0 1 2\n"));
+  EXPECT_FALSE(read("c.ply", kPlyHead + "0 0 0\n1.5 0 0\n1.5 2 0\n"));
+  EXPECT_FALSE(read("d.vtk", kVtkPoints + "POLYGONS 2 10\n4 0 1 3 2\n4 2 3"));
+  EXPECT_FALSE(read("e.vtk", kVtkPoints.substr(0, kVtkPoints.size() - 12) + "\n"));
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\nvertex 0 2 0\n"
+      "endloop\nendfacet\n";
+  ASSERT_TRUE(test::has_value(read("f.stl", stl + "endsolid a\n")));
+  EXPECT_TRUE(refuses(read("f.stl", stl), Code::kMalformedData, {"f.stl", "endsolid"}));
+}
+
+TEST_F(SurfaceFileTest, RefusesNumbersThatAreNone) {
+  EXPECT_FALSE(read("a.ply", kPlyHead + "0 0 0\n1,5 0 0\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
+  EXPECT_FALSE(read("b.ply", kPlyHead + "0 0 0\n1.5 0 x\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
+  EXPECT_FALSE(read("c.vtk",
+                    "# vtk DataFile Version 3.0\nsurface\nASCII\nDATASET POLYDATA\n"
+                    "POINTS 3 double\n0 0 0  1,5 0 0  0 2 0\nPOLYGONS 1 4\n3 0 1 2\n"));
+  EXPECT_FALSE(read("d.stl",
+                    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1,5 0 0\n"
+                    "vertex 0 2 0\nendloop\nendfacet\nendsolid a\n"));
+}
+
+TEST_F(SurfaceFileTest, ReadsGroupsOfPoints) {
+  test::put(folder_ / "p.txt", "# tracked\n1 2 3\n4,5,6\r\n\n\n7\t8\t-9.5e0\n");
+  const auto groups = read_point_groups(folder_ / "p.txt");
+  ASSERT_TRUE(test::has_value(groups));
+  ASSERT_EQ(groups->size(), 2U);
+  EXPECT_EQ((*groups)[0][1], Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ((*groups)[1][0], Eigen::Vector3d(7, 8, -9.5));
+  for (const char* line : {"1 2", "1 2 3 4", "1 2 nan", "1,5 2,5 3,5", "x 1 2"}) {
+    test::put(folder_ / "p.txt", std::string("1 2 3\n") + line);
+    EXPECT_TRUE(refuses(read_point_groups(folder_ / "p.txt"), Code::kMalformedData,
+                        {"p.txt:2", "three finite numbers"}))
+        << line;
+  }
+}
+
+}  // namespace
+}  // namespace nav::io
