@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "io/atomic_file.hpp"
+#include "app/json_member.hpp"
 
 namespace nav::app {
 
@@ -153,11 +153,11 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
     return Error{ErrorCode::kMalformedData,
                  path.string() + ": expected " + expected + ", found " + found};
   };
-  const auto text = io::read_file(path, kMaxBytes);
-  if (!text) return text.error();
-  const Json json = Json::parse(*text, nullptr, false);
-  if (json.is_discarded() || !json.is_object()) {
-    return refuse("the JSON of 'sonde register'", "something that is not JSON");
+  const auto parsed = read_json(path, kMaxBytes);
+  if (!parsed) return parsed.error();
+  const Json& json = *parsed;
+  if (!json.is_object()) {
+    return refuse("the JSON of 'sonde register'", std::string("a ") + json.type_name());
   }
   const Json verb = json.value("verb", Json("register"));
   if (verb != "register") {

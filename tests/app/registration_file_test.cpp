@@ -117,7 +117,28 @@ TEST_F(RegistrationFileTest, RefusesDamage) {
   json = good();
   json["registration"].erase("accepted");
   EXPECT_FALSE(read(json));
-  EXPECT_TRUE(test::refuses(read(Json(3)), Code::kMalformedData, {"not JSON"}));
+  EXPECT_TRUE(test::refuses(read(Json(3)), Code::kMalformedData,
+                            {"the JSON of 'sonde register', found a number"}));
+}
+
+TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
+  const auto path = folder_ / "registration.json";
+  const auto read_text = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return read_registration(path, ct_, {"Reference", {}, false});
+  };
+  std::string twice = good().dump();
+  const std::string accepted = "\"accepted\":true";
+  ASSERT_NE(twice.find(accepted), std::string::npos);
+  twice.replace(twice.find(accepted), accepted.size(), "\"accepted\":false," + accepted);
+  EXPECT_TRUE(test::refuses(read_text(twice), Code::kMalformedData, {"\"accepted\" twice"}));
+  EXPECT_TRUE(test::refuses(read_text("{\"registration\""), Code::kMalformedData,
+                            {"registration.json", "expected JSON"}));
+  // Deeper than the stack is high.
+  constexpr std::size_t kDeep = 2'000'000;
+  EXPECT_TRUE(test::refuses(
+      read_text("{\"verb\":" + std::string(kDeep, '[') + std::string(kDeep, ']') + "}"),
+      Code::kMalformedData, {"at most 32 levels"}));
 }
 
 TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
