@@ -409,7 +409,8 @@ void CommandLine::add_info() {
                  "take a CT without orientation as LPS");
   add_json(*info);
   info->callback([this] {
-    verb_ = [this](Console& console) {
+    verb_ = [this](Console& console) -> Result<void> {
+      if (auto ok = refuse_overwriting({{"--json", json_}}, {{"file", path_}}); !ok) return ok;
       return run_info(path_, json(), accept_unknown_orientation_, console);
     };
   });
@@ -623,10 +624,11 @@ void CommandLine::add_bench() {
       ->capture_default_str();
   add_json(*render);
   render->callback([this, render] {
-    verb_ = [this, render](Console& console) {
+    verb_ = [this, render](Console& console) -> Result<void> {
       bench_.json = json();
-      const auto ok = refuse_idle_of_bench(*render, bench_);
-      return ok ? run_bench_render(bench_, console) : ok;
+      if (auto ok = refuse_idle_of_bench(*render, bench_); !ok) return ok;
+      if (auto ok = refuse_overwriting({{"--json", json_}}, {{"--ct", bench_.ct}}); !ok) return ok;
+      return run_bench_render(bench_, console);
     };
   });
   add_bench_predicates(*bench);

@@ -668,6 +668,23 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
                  {"--json: expected a file of its own", "that of sweep"});
   expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
   expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
+  expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
+  const std::string ct = write_ct();
+  expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
+}
+
+TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
+  std::filesystem::create_directories(folder_ / "ct/deeper");
+  const std::string slice = (folder_ / "ct/deeper/1.dcm").string();
+  const std::string dicom = std::string(128, '\0') + "DICM";
+  std::ofstream(slice, std::ios::binary) << dicom;
+  const std::string ct = (folder_ / "ct").string();
+  for (const std::string& verb :
+       {"info " + ct, "register --landmarks l.csv --ct " + ct, "replay s.mha --out o --ct " + ct}) {
+    expect_refusal(verb + " --json " + slice, 2,
+                   {"--json: expected a file of its own", slice, "a picture of that of"});
+  }
+  EXPECT_EQ(*io::read_file(slice, 1000), dicom);
 }
 
 TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
