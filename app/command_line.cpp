@@ -299,13 +299,20 @@ void CommandLine::add_replay() {
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = as_given(*replay, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_replay(*replay, config_); !ok) return ok;
-      const auto own = refuse_overwriting({{"--json", json_}, {"--save-look", config_.look.save}},
-                                          {{"sweep", config_.source.recording},
-                                           {"--ct", config_.ct.path},
-                                           {"--config", config_.source.plus_config},
-                                           {"--registration", config_.placement.registration},
-                                           {"--session", config_.file},
-                                           {"--us-volume", config_.predicates.volume}});
+      std::vector<NamedFile> inputs = {{"sweep", config_.source.recording},
+                                       {"--ct", config_.ct.path},
+                                       {"--config", config_.source.plus_config},
+                                       {"--registration", config_.placement.registration},
+                                       {"--us-volume", config_.predicates.volume}};
+      // A session writes itself again, so it may lie among what it wrote.
+      for (const std::string& name : replay_outputs()) {
+        if (config_.output.folder.empty()) break;
+        const auto own = refuse_overwriting({{"--out", config_.output.folder / name}}, inputs);
+        if (!own) return own;
+      }
+      inputs.push_back({"--session", config_.file});
+      const auto own =
+          refuse_overwriting({{"--json", json_}, {"--save-look", config_.look.save}}, inputs);
       if (!own) return own;
       if (print_session_) {
         std::cout << to_toml(config_);

@@ -38,21 +38,19 @@ Result<void> OutputFolder::write_picture(const std::string& name, const Image2d<
   return {};
 }
 
-void OutputFolder::forget_reports(const std::filesystem::path& to_read) const {
+void OutputFolder::forget_reports() const {
   std::error_code status;
   for (const char* name : {"report.json", "report.html"}) {
-    if (std::filesystem::equivalent(path_ / name, to_read, status)) continue;
     std::filesystem::remove(path_ / name, status);
   }
 }
 
-Result<void> forget_earlier_reports(const std::filesystem::path& folder,
-                                    const std::filesystem::path& to_read) {
+Result<void> forget_earlier_reports(const std::filesystem::path& folder) {
   std::error_code status;
   if (folder.empty() || !std::filesystem::exists(folder, status)) return {};
   const auto out = OutputFolder::create(folder);
   if (!out) return out.error();
-  out->forget_reports(to_read);
+  out->forget_reports();
   return {};
 }
 

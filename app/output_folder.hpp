@@ -21,8 +21,8 @@ class OutputFolder {
   /// Writes and lists a picture; its pixels enter the image digest.
   Result<void> write_picture(const std::string& name, const Image2d<Rgba8>& picture);
   /// Removes the reports of an earlier run, so that they never lie beside the pictures of a run
-  /// that stopped; but not a file that this run has yet to read.
-  void forget_reports(const std::filesystem::path& to_read = {}) const;
+  /// that stopped.
+  void forget_reports() const;
   Result<void> write_text(const std::string& name, const std::string& text);
   /// Lists a file that something else wrote.
   void list(const std::string& name) { files_.push_back(name); }
@@ -42,10 +42,9 @@ class OutputFolder {
   std::string picture_digests_;
 };
 
-/// Removes the reports of an earlier run before anything can stop this one, but for one that is yet
-/// to be read. Where there is no folder yet, none is made: a run may be refused.
-Result<void> forget_earlier_reports(const std::filesystem::path& folder,
-                                    const std::filesystem::path& to_read = {});
+/// Removes the reports of an earlier run before anything can stop this one. Where there is no
+/// folder yet, none is made: a run may be refused.
+Result<void> forget_earlier_reports(const std::filesystem::path& folder);
 
 /// SHA-256 of a text.
 std::string digest_of(const std::string& text);

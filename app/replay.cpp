@@ -21,6 +21,13 @@ namespace {
 constexpr std::size_t kMostAnimated = 60;
 constexpr int kReplayAnimationMs = 150;
 
+constexpr const char* kPoseLogFile = "pose_log.csv";
+constexpr const char* kFollowingFile = "following.csv";
+constexpr const char* kSessionFile = "session.toml";
+constexpr const char* kReportFile = "report.json";
+constexpr const char* kPageFile = "report.html";
+constexpr const char* kAnimationFile = "replay.webp";
+
 std::string banner_of(const Placement& placement, bool follows) {
   if (placement.kind != "registered") return "recording, CT NOT REGISTERED";
   return follows ? "recording, CT follows the tissue" : "recording";
@@ -88,14 +95,14 @@ class Replay {
     console_.end(std::to_string(out_.files().size()) + " pictures");
     session_.navigator().finish();
     if (!animation_.empty()) {
-      if (auto written = io::write_animation(animation_, kReplayAnimationMs, out_ / "replay.webp");
+      if (auto written = io::write_animation(animation_, kReplayAnimationMs, out_ / kAnimationFile);
           !written) {
         return written;
       }
-      out_.list("replay.webp");
+      out_.list(kAnimationFile);
     }
     if (auto written = write_report(json); !written) return written;
-    console_.say("pictures and report: " + (out_ / "report.html").string());
+    console_.say("pictures and report: " + (out_ / kPageFile).string());
     return {};
   }
 
@@ -218,16 +225,16 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["pose_log_sha256"] = digest_of(session_.log().text());
   json["image_sha256"] = out_.image_digest();
   json["diagnostics"] = json_of(console_.entries());
-  if (auto written = out_.write_text("pose_log.csv", session_.log().text()); !written) {
+  if (auto written = out_.write_text(kPoseLogFile, session_.log().text()); !written) {
     return written;
   }
   if (follower_) {
-    if (auto written = out_.write_text("following.csv", follower_->text()); !written) {
+    if (auto written = out_.write_text(kFollowingFile, follower_->text()); !written) {
       return written;
     }
   }
-  if (auto written = out_.write_text("session.toml", to_toml(config_)); !written) return written;
-  if (auto written = write_json(json, (out_ / "report.json").string()); !written) return written;
+  if (auto written = out_.write_text(kSessionFile, to_toml(config_)); !written) return written;
+  if (auto written = write_json(json, (out_ / kReportFile).string()); !written) return written;
   if (json_file) {
     if (auto written = write_json(json, *json_file); !written) return written;
   }
@@ -241,7 +248,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   }
   const auto& files = out_.files();
   if (!animation_.empty()) {
-    html.pictures.emplace_back("replay.webp",
+    html.pictures.emplace_back(kAnimationFile,
                                "The replay. Left: the ultrasound plane inside the CT. Right: the "
                                "ultrasound picture and the CT along the same plane.");
   }
@@ -276,18 +283,21 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
         std::string(to_string(entry.severity)) + ", " + std::to_string(entry.count) + " times",
         entry.source + ": " + entry.message);
   }
-  return out_.write_text("report.html", to_html(html));
+  return out_.write_text(kPageFile, to_html(html));
 }
 
 }  // namespace
+
+std::vector<std::string> replay_outputs() {
+  return {kPoseLogFile, kFollowingFile, kSessionFile, kReportFile, kPageFile, kAnimationFile};
+}
 
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
                         Console& console) {
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
-  if (auto ok = forget_earlier_reports(config.output.folder, config.placement.registration); !ok)
-    return ok;
+  if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "app/register_motion.hpp"
@@ -18,6 +19,9 @@ namespace nav::app {
 /// CT. Writes pictures, pose log, HTML report, session file and report.json into the output folder.
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
                         Console& console);
+
+/// Names of what it writes into the folder, but for the pictures.
+std::vector<std::string> replay_outputs();
 
 struct RegisterOptions {
   std::filesystem::path landmarks;  ///< Start pose, or the whole registration.

@@ -1688,11 +1688,16 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   expect_refusal(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
-  // What it is to read is read, whatever its name.
-  std::ofstream(folder_ / "out/report.json") << "not JSON";
-  const std::string read = (folder_ / "out/report.json").string();
-  expect_refusal(replay_arguments(sweep) + " --registration " + read, 3, {read, "JSON"});
-  EXPECT_TRUE(std::filesystem::exists(read));
+}
+
+TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
+  const std::string sweep = write_sweep();
+  std::filesystem::create_directory(folder_ / "out");
+  const std::string report = (folder_ / "out/report.json").string();
+  std::ofstream(report) << "of sonde register";
+  expect_refusal(replay_arguments(sweep) + " --registration " + report, 2,
+                 {"--out: expected a file of its own", report, "that of --registration"});
+  EXPECT_EQ(*io::read_file(report, 100), "of sonde register");
 }
 
 TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
