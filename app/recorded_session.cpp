@@ -112,7 +112,7 @@ void RecordedSession::rewind() {
   if (fixed_reference_) {
     fixed.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
   }
-  clock_ = VirtualClock();
+  now_ = {};
   navigator_ = std::make_unique<Navigator>(replay_.calibration()->probe_from_image, fixed, options_,
                                            *diagnostics_);
   if (placement_) navigator_->set_placement(*placement_);
@@ -179,7 +179,7 @@ void RecordedSession::feed(sim::ReplayEvent event) {
   const auto missing = [&](const std::string& cause, const std::string& message) {
     if (first_refusal_.empty()) first_refusal_ = message;
     log_.add_missing(sequence, cause);
-    navigator_->on_event({clock_.now(), MissingFrame{sequence, cause, message}});
+    navigator_->on_event({now_, MissingFrame{sequence, cause, message}});
   };
   if (!event.acquired) {
     missing("no_timestamp", event.picture ? "frame " + std::to_string(event.index) +
@@ -188,22 +188,22 @@ void RecordedSession::feed(sim::ReplayEvent event) {
     return;
   }
   // Stamps that run backwards are refused below, by the pairing; the clock never runs backwards.
-  if (*event.acquired > clock_.now()) clock_.advance_to(*event.acquired);
-  navigator_->on_event({clock_.now(), ProbePose{event.probe}});
-  if (event.reference) navigator_->on_event({clock_.now(), ReferencePose{*event.reference}});
-  if (event.needle) navigator_->on_event({clock_.now(), NeedlePose{*event.needle}});
+  now_ = std::max(now_, *event.acquired);
+  navigator_->on_event({now_, ProbePose{event.probe}});
+  if (event.reference) navigator_->on_event({now_, ReferencePose{*event.reference}});
+  if (event.needle) navigator_->on_event({now_, NeedlePose{*event.needle}});
   if (!event.picture) {
     missing("unusable_picture", event.picture.error().message);
     return;
   }
   if (!event.picture->outline) event.picture->outline = outline_;
-  navigator_->on_event({clock_.now(), std::move(*event.picture)});
+  navigator_->on_event({now_, std::move(*event.picture)});
 }
 
 Result<bool> RecordedSession::step(const Listener& listener) {
   if (ended_) return false;
   const auto settle = [&](bool end) {
-    navigator_->settle(clock_.now(), end, [&](const tracking::PairedFrame& paired) {
+    navigator_->settle(now_, end, [&](const tracking::PairedFrame& paired) {
       if (!paired.tracked && first_refusal_.empty()) {
         first_refusal_ = "frame " + std::to_string(paired.sequence) + ": " + paired.cause;
       }
@@ -227,6 +227,8 @@ Result<bool> RecordedSession::step(const Listener& listener) {
     first_bad_frame_ = defect.find(frame) == std::string::npos ? frame + ": " + defect : defect;
   }
   if (event->acquired) {
+    // Stamps may begin anywhere, before the origin too.
+    if (!first_time_) now_ = *event->acquired;
     first_time_ = std::min(first_time_.value_or(*event->acquired), *event->acquired);
     last_time_ = std::max(last_time_.value_or(*event->acquired), *event->acquired);
   }

@@ -56,7 +56,7 @@ class RecordedSession {
   /// Back to the first frame, with a fresh clock, ledger and log; the placement is kept.
   void rewind();
 
-  [[nodiscard]] Epoch refresh() { return navigator_->refresh(clock_.now()); }
+  [[nodiscard]] Epoch refresh() { return navigator_->refresh(now_); }
   [[nodiscard]] Navigator& navigator() { return *navigator_; }
   [[nodiscard]] const Navigator& navigator() const { return *navigator_; }
   [[nodiscard]] const PoseLog& log() const { return log_; }
@@ -116,7 +116,7 @@ class RecordedSession {
   std::string reference_frame_;
   std::optional<CtPlacement> placement_;
   std::optional<SectorOutline> outline_;
-  VirtualClock clock_;
+  Timestamp now_{};  ///< The latest stamp so far; the origin while there is none.
   std::unique_ptr<Navigator> navigator_;
   PoseLog log_;
   std::int64_t frames_read_ = 0;

@@ -1690,6 +1690,20 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
 }
 
+TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
+  const auto played = [&](double shift_s) {
+    const std::string sweep =
+        write_sweep({}, [&](io::SequenceFrame& frame) { *frame.timestamp_s += shift_s; });
+    const Outcome outcome = sonde(replay_arguments(sweep));
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return read_json("replay.json");
+  };
+  const Json usual = played(0);
+  const Json early = played(-1000);
+  EXPECT_EQ(early["ledger"], usual["ledger"]);
+  EXPECT_EQ(early["image_sha256"], usual["image_sha256"]);
+}
+
 TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
   const std::string sweep = write_sweep();
   std::filesystem::create_directory(folder_ / "out");
