@@ -8,8 +8,9 @@
 
 namespace nav {
 namespace {
-constexpr double kMaxSeconds = 9.2e9;  // int64 nanoseconds end at 9.22e9 s.
-}
+// int64 nanoseconds end at 9.22e9 s: so far, the difference of any two times is one too.
+constexpr double kMaxSeconds = 4.6e9;
+}  // namespace
 
 bool is_representable_seconds(double seconds) {
   return std::isfinite(seconds) && std::abs(seconds) < kMaxSeconds;

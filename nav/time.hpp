@@ -23,7 +23,7 @@ using Duration = SessionClock::duration;
 using Deadline = Timestamp;
 
 /// Seconds (for reports and file formats) to a session duration, rounded to the nearest
-/// nanosecond. Precondition: finite and |seconds| < 9.2e9, otherwise a Bug.
+/// nanosecond. Precondition: finite and |seconds| < 4.6e9, otherwise a Bug.
 Duration from_seconds(double seconds);
 /// A session duration in seconds.
 double to_seconds(Duration duration);

@@ -24,6 +24,16 @@ TEST(TimeTest, RefusesWhatDoesNotFit) {
   EXPECT_THROW(from_seconds(1e10), Bug);
 }
 
+TEST(TimeTest, TellsAnyTwoTimesApart) {
+  constexpr double kLatest = 4.59e9;  // The year 2115 of the usual epoch.
+  const Timestamp early(from_seconds(-kLatest));
+  const Timestamp late(from_seconds(kLatest));
+  EXPECT_GT(late - early, Duration::zero());
+  EXPECT_DOUBLE_EQ(to_seconds(late - early), 2 * kLatest);
+  EXPECT_FALSE(is_representable_seconds(4.7e9));
+  EXPECT_FALSE(is_representable_seconds(-4.7e9));
+}
+
 TEST(VirtualClockTest, MovesOnlyForwardsAndOnlyWhenTold) {
   VirtualClock clock;
   EXPECT_EQ(clock.now(), Timestamp{});
