@@ -148,7 +148,9 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
     // A preset keeps its name wherever one is: a file of that name is meant by ./NAME.
     auto preset = preset_predicate_file(options.set_up);
     if (preset) return preset;
-    if (std::filesystem::exists(options.set_up)) return read_predicate_file(options.set_up);
+    std::error_code ignored;
+    if (std::filesystem::exists(options.set_up, ignored))
+      return read_predicate_file(options.set_up);
     return Error{ErrorCode::kUsage,
                  "--predicates: expected a file, or a " + preset.error().message};
   }();
