@@ -48,6 +48,38 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
                                    std::to_string((text.size() - kHeader) / kFacet));
 }
 
+/// Where each kind of file has words of its writer; views into it.
+constexpr std::size_t kMostHead = 64 << 10;
+std::string_view stl_title(std::string_view head) {
+  constexpr std::size_t kTitle = 80;  // In text it ends with the line.
+  const bool words = head.starts_with("solid");
+  return head.substr(0, std::min(kTitle, words ? head.find('\n') : kTitle));
+}
+std::string_view ply_header(std::string_view head) {
+  return head.substr(0, head.find("\nend_header"));
+}
+std::string_view vtk_title(std::string_view head) {
+  head.remove_prefix(std::min(head.find('\n'), head.size() - 1) + 1);
+  return head.substr(0, head.find('\n'));
+}
+
+/// "SPACE=RAS", as 3D Slicer and Mimics write it: x and y point the other way. Without a word of
+/// it: LPS, as 3D Slicer takes it.
+Result<void> turn_to_lps(std::string_view comments, TriangleMesh& mesh) {
+  constexpr std::string_view kSpace = "SPACE=";
+  const std::size_t at = comments.find(kSpace);
+  if (at == std::string_view::npos) return {};
+  const std::string_view value = comments.substr(at + kSpace.size());
+  if (value.starts_with("LPS")) return {};
+  if (!value.starts_with("RAS")) {
+    return Error{ErrorCode::kUnsupportedData,
+                 mesh.name + ": expected SPACE=LPS or SPACE=RAS, found '" +
+                     detail::excerpt(value.substr(0, value.find_first_of(" \t\r\n;"))) + "'"};
+  }
+  for (Eigen::Vector3d& point : mesh.points_mm) point.head<2>() *= -1;
+  return {};
+}
+
 Result<TriangleMesh> read_stl(const std::filesystem::path& path) {
   detail::VtkErrors errors;
   vtkNew<vtkSTLReader> reader;
@@ -86,9 +118,19 @@ Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
   }
   const auto content = read_file(path, kMaxSurfaceBytes);
   if (!content) return content.error();
-  if (!stl) return ply ? detail::read_ply(path, *content) : detail::read_legacy_vtk(path, *content);
-  if (const auto ok = check_whole_stl(path, *content); !ok) return ok.error();
-  return read_stl(path);
+  if (stl) {
+    if (const auto ok = check_whole_stl(path, *content); !ok) return ok.error();
+  }
+  auto mesh = stl   ? read_stl(path)
+              : ply ? detail::read_ply(path, *content)
+                    : detail::read_legacy_vtk(path, *content);
+  if (!mesh) return mesh;
+  const std::string_view head = std::string_view(*content).substr(0, kMostHead);
+  const std::string_view comments = stl   ? stl_title(head)
+                                    : ply ? ply_header(head)
+                                          : vtk_title(head);
+  if (auto ok = turn_to_lps(comments, *mesh); !ok) return ok.error();
+  return mesh;
 }
 
 Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(

@@ -12,9 +12,10 @@
 namespace nav::io {
 
 /// Reads a surface of at most 1 GiB from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file;
-/// polygons become fans of triangles, strips are taken apart. Coordinates are taken as they stand:
-/// CT, LPS, mm. Errors: kNotFound, kUnsupportedData (another ending), kMalformedData (not readable,
-/// no triangles); the message names the file. Files that are cut short are refused.
+/// polygons become fans of triangles, strips are taken apart. Coordinates are mm, LPS unless
+/// the file's title or comments say SPACE=RAS. Errors: kNotFound, kUnsupportedData (another ending
+/// or space), kMalformedData (not readable, no triangles); the message names the file. Files that
+/// are cut short are refused.
 Result<TriangleMesh> read_surface(const std::filesystem::path& path);
 
 /// Reads points from text: three numbers in each line, between blanks or commas, mm; lines that

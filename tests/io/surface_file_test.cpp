@@ -55,6 +55,46 @@ TEST_F(SurfaceFileTest, ReadsPolygonsAndStripsOfLegacyVtk) {
   }
 }
 
+/// As 3D Slicer marks its models.
+TEST_F(SurfaceFileTest, TurnsSurfacesInRasToLps) {
+  const auto vtk = [](const std::string& title) {
+    std::string text = kVtkPoints + "POLYGONS 1 4\n3 0 1 2\n";
+    return text.replace(text.find("surface"), 7, title);
+  };
+  const auto ply = [](const std::string& comment) {
+    return "ply\nformat ascii 1.0\ncomment " + comment +
+           "\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+           "0 0 0\n1.5 0 0\n0 2 0\n3 0 1 2\n";
+  };
+  const auto stl = [](const std::string& title) {
+    return "solid " + title +
+           "\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\nvertex 0 2 0\n"
+           "endloop\nendfacet\nendsolid\n";
+  };
+  const auto binary_stl = [](std::string title) {
+    title.resize(80, ' ');
+    title += test::bytes_of(std::vector<std::uint32_t>{1});
+    title += test::bytes_of(std::vector<float>{0, 0, 1, 0, 0, 0, 1.5, 0, 0, 0, 2, 0});
+    return title + std::string(2, '\0');
+  };
+  const auto expect = [&](const std::string& name, const auto& make) {
+    for (const auto& [title, sign] : {std::pair("made by hand", 1),
+                                      {"3D Slicer output. SPACE=LPS", 1},
+                                      {"3D Slicer output. SPACE=RAS", -1}}) {
+      const auto mesh = read(name, make(title));
+      ASSERT_TRUE(test::has_value(mesh)) << name;
+      EXPECT_EQ(mesh->points_mm[1], Eigen::Vector3d(sign * 1.5, 0, 0)) << name << ' ' << title;
+      EXPECT_EQ(mesh->points_mm[2], Eigen::Vector3d(0, sign * 2, 0)) << name << ' ' << title;
+    }
+    EXPECT_TRUE(refuses(read(name, make("SPACE=LAS")), Code::kUnsupportedData, {name, "'LAS'"}));
+  };
+  expect("a.vtk", vtk);
+  expect("a.ply", ply);
+  expect("a.stl", stl);
+  expect("b.stl", binary_stl);
+}
+
 const std::string kPlyHead =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
     "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
