@@ -13,7 +13,7 @@ bool same_leaf(const PredicateSet::Leaf& a, const PredicateSet::Leaf& b) {
 }
 
 bool same_channel(const PredicateSet::Channel& a, const PredicateSet::Channel& b) {
-  return a.codes == b.codes && a.offset == b.offset && a.scale == b.scale;
+  return a.codes == b.codes && a.offset == b.offset && a.scale == b.scale && a.quantum == b.quantum;
 }
 
 bool same_labels(const std::optional<LabelVolume>& a, const std::optional<LabelVolume>& b) {
