@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <sstream>
 
 #include "nav/check.hpp"
 
@@ -17,7 +19,9 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
   const auto count = static_cast<std::size_t>(taps.radius) + 1;
   // Relative to the weight of the first neighbour: the ratios below survive where it underflows.
   std::vector<double> tail(count);
-  const double two_variances = 2 * sigma_voxels * sigma_voxels;
+  // Squares of small numbers may be 0, by which the exponent of the first neighbour is none.
+  const double two_variances =
+      std::max(2 * sigma_voxels * sigma_voxels, std::numeric_limits<double>::min());
   double sum = 0, second = 0, fourth = 0;
   for (std::size_t k = 1; k < count; ++k) {
     const double k2 = static_cast<double>(k) * static_cast<double>(k);
@@ -42,6 +46,17 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
     taps.bend[0] -= 2 * taps.bend[k];
   }
   return taps;
+}
+
+Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid,
+                         const std::string& name) {
+  constexpr double kMaxVoxels = 256;
+  const double reach = filter.truncate * filter.sigma_mm / grid.spacing_mm.minCoeff();
+  if (reach <= kMaxVoxels) return {};
+  std::ostringstream text;
+  text << name << ": expected " << filter.option << " such that filters reach at most "
+       << kMaxVoxels << " voxels, found " << filter.found_mm << " mm, which reaches " << reach;
+  return Error{ErrorCode::kUsage, text.str()};
 }
 
 FloatTaps::FloatTaps(const GaussianTaps& taps, double derivative_scale) {

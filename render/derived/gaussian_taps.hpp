@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "nav/result.hpp"
+#include "nav/volume.hpp"
 #include "render/derived/kernels.hpp"
 
 namespace nav::render::derived {
@@ -20,8 +23,17 @@ struct GaussianTaps {
 /// sigma_voxels > 0; truncate: radius in sigmas, > 0.
 GaussianTaps gaussian_taps(double sigma_voxels, double truncate);
 
-/// The same rounded to float, with the derivatives scaled; constants still vanish exactly as far as
-/// float sums allow.
+/// The widest filter of a feature, and the option that asks for it.
+struct FilterReach {
+  const char* option;
+  double found_mm;  ///< Of the option.
+  double sigma_mm, truncate;
+};
+/// Refuses filters of hundreds of voxels: they are a mistake of units, not a wish.
+Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid, const std::string& name);
+
+/// GaussianTaps rounded to float, with the derivatives scaled; constants still vanish exactly as
+/// far as float sums allow.
 class FloatTaps {
  public:
   FloatTaps(const GaussianTaps& taps, double derivative_scale);

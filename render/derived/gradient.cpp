@@ -254,6 +254,9 @@ Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart par
     }
     if (auto ok = lines->check(grid, name); !ok) return ok.error();
   }
+  const FilterReach widest{"smoothing_mm", options.smoothing_mm, options.smoothing_mm,
+                           options.truncate};
+  if (auto ok = check_reach(widest, grid, name); !ok) return ok.error();
   const double bytes = 4 + (options.smoothing_mm > 0 ? 10 : 0);
   if (auto ok = check_memory(name, grid.voxel_count(), bytes, run.memory_limit); !ok) {
     return ok.error();

@@ -42,7 +42,7 @@ enum class GradientPart {
 };
 /// NaN where the gradient is. lines: may be null for the magnitude. Holds 4 bytes per voxel, and 10
 /// more with smoothing (borders and unknown voxels then as in FilledField). Refuses a part without
-/// the lines that it needs.
+/// the lines that it needs, and smoothing that reaches more than 256 voxels.
 Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart part,
                                     const ScanLines* lines, const GradientOptions& options = {},
                                     const RunOptions& run = {});

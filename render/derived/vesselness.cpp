@@ -142,18 +142,6 @@ double harmless_range(const VesselnessOptions& options, double contrast) {
   return c * std::sqrt(2 * options.negligible_response / (1.31 * kSlack));
 }
 
-/// Filters of hundreds of voxels are a mistake of units, not a wish.
-Result<void> check_support(const VesselnessOptions& options, const VoxelGrid& grid,
-                           const std::string& name) {
-  constexpr double kMaxVoxels = 256;
-  const double reach = options.truncate * sigmas_mm(options).back() / grid.spacing_mm.minCoeff();
-  if (reach <= kMaxVoxels) return {};
-  std::ostringstream text;
-  text << name << ": expected largest_radius_mm such that filters reach at most " << kMaxVoxels
-       << " voxels, found " << options.largest_radius_mm << " mm, which reaches " << reach;
-  return Error{ErrorCode::kUsage, text.str()};
-}
-
 void mark_unknown(const ScalarVolume& volume, std::vector<float>& values, int threads) {
   const auto& grid = volume.grid();
   for_each_index(grid.size[2], threads, [&](int k) {
@@ -220,9 +208,11 @@ Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOpt
   if (auto ok = check_memory(name, grid.voxel_count(), kBytesPerVoxel, run.memory_limit); !ok) {
     return ok.error();
   }
-  if (auto ok = check_support(options, grid, name); !ok) return ok.error();
-  const double contrast = contrast_of(options, volume, run.threads);
   const auto sigmas = sigmas_mm(options);
+  const FilterReach widest{"largest_radius_mm", options.largest_radius_mm, sigmas.back(),
+                           options.truncate};
+  if (auto ok = check_reach(widest, grid, name); !ok) return ok.error();
+  const double contrast = contrast_of(options, volume, run.threads);
   const TubeConstants constants = constants_of(options, contrast);
   const double coarsest = sigmas.back() / grid.spacing_mm.minCoeff();
   const FilledField field =

@@ -157,6 +157,20 @@ TEST(GradientTest, SmoothedIsItsDefinition) {
   }
 }
 
+TEST(GradientTest, RefusesFiltersOfHundredsOfVoxels) {
+  // Spacing in metres: 0.4 mm of smoothing would take filters of 4000 voxels either way.
+  const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {4e-4, 4e-4, 4e-4}), 1);
+  GradientOptions options;
+  options.smoothing_mm = kUsualSmoothingMm;
+  const auto refused = gradient_part(volume, GradientPart::kMagnitude, nullptr, options);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+  EXPECT_NE(refused.error().message.find("smoothing_mm"), std::string::npos);
+  EXPECT_NE(refused.error().message.find("256 voxels"), std::string::npos);
+  options.smoothing_mm = 0;
+  EXPECT_TRUE(test::has_value(gradient_part(volume, GradientPart::kMagnitude, nullptr, options)));
+}
+
 TEST(ScanLinesTest, FanPointsAwayFromItsApexAndCountsDepthFromItsFace) {
   const auto grid = test::centred_grid({5, 5, 5}, {1, 1, 1});
   const auto fan = ScanLines::fan({{0, 0, -10}}, 8);

@@ -126,5 +126,16 @@ TEST(GaussianTapsTest, OfATinySigmaAreCentralDifferences) {
   EXPECT_DOUBLE_EQ(taps.smooth[0], 1);
 }
 
+TEST(GaussianTapsTest, SquaresOfASigmaMayUnderflow) {
+  for (const double sigma : {1e-150, 1e-170, 1e-300, 5e-324}) {
+    const GaussianTaps taps = gaussian_taps(sigma, 4);
+    EXPECT_EQ(taps.slope[1], 0.5) << sigma;
+    EXPECT_EQ(taps.bend[1], 1) << sigma;
+    EXPECT_EQ(taps.bend[0], -2) << sigma;
+    EXPECT_EQ(taps.smooth[0], 1) << sigma;
+    EXPECT_EQ(taps.smooth[1], 0) << sigma;
+  }
+}
+
 }  // namespace
 }  // namespace nav::render::derived
