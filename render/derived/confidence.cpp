@@ -34,6 +34,15 @@ std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
   return unknown;
 }
 
+/// Of the graph, whose border outweighs the voxels of thin volumes, and of its coarser ones.
+double bytes_per_voxel(const VoxelGrid& grid) {
+  constexpr double kPerNode = 125;
+  constexpr double kPerNodeOfThin = 160;  // Coarser ones are halves then, not quarters.
+  const bool thin = std::ranges::find(grid.size, 1) != grid.size.end();
+  return (thin ? kPerNodeOfThin : kPerNode) * static_cast<double>(GridGraph::cells_of(grid.size)) /
+         static_cast<double>(grid.voxel_count());
+}
+
 Error not_converged(const std::string& name, const ConfidenceOptions& options,
                     const SolveReport& report) {
   std::ostringstream text;
@@ -72,8 +81,8 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": confidence";
-  constexpr double kBytesPerVoxel = 130;
-  if (auto ok = check_memory(name, grid.voxel_count(), kBytesPerVoxel, run.memory_limit); !ok) {
+  if (auto ok = check_memory(name, grid.voxel_count(), bytes_per_voxel(grid), run.memory_limit);
+      !ok) {
     return ok.error();
   }
   auto system = confidence_system(volume, lines, options, run);

@@ -35,9 +35,9 @@ struct Confidence {
   SolveReport report;
 };
 
-/// Holds about 130 bytes per voxel. A known voxel without a scan line counts as unknown.
-/// Refuses volumes where no voxel is left then. kNumerical when it did not converge within its
-/// iterations.
+/// Holds about 130 bytes per voxel, more of volumes with few voxels along an axis. A known voxel
+/// without a scan line counts as unknown. Refuses volumes where no voxel is left then. kNumerical
+/// when it did not converge within its iterations.
 Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines,
                               const ConfidenceOptions& options = {}, const RunOptions& run = {});
 

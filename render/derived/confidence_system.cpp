@@ -83,9 +83,9 @@ class Assembly {
           }
           const Eigen::Vector3d step =
               common ? common_step : step_along(lines_.away(grid_, i, j, k));
-          if (leads_out(i, j, k, -step)) {
+          if (leads_out(i, j, k, -step, lines_.before_mm(grid_, i, j, k))) {
             planes[as_size(k)].emplace_back(node, kSource);
-          } else if (leads_out(i, j, k, step)) {
+          } else if (leads_out(i, j, k, step, INFINITY)) {
             planes[as_size(k)].emplace_back(node, kSink);
           }
         }
@@ -239,10 +239,11 @@ class Assembly {
     return std::lround(step.x()) + std::lround(step.y()) * graph_.offset(1) +
            std::lround(step.z()) * graph_.offset(2);
   }
-  /// No known voxel lies on the way out of the volume.
-  bool leads_out(int i, int j, int k, const Eigen::Vector3d& step) const {
+  /// No known voxel lies on the way out of the volume, or to where the line ends.
+  bool leads_out(int i, int j, int k, const Eigen::Vector3d& step, double length_mm) const {
+    const double step_mm = step.cwiseProduct(grid_.spacing_mm).norm();
     Eigen::Vector3d p(i, j, k);
-    while (true) {
+    for (int steps = 1; steps * step_mm <= length_mm; ++steps) {
       p += step;
       const int x = static_cast<int>(std::lround(p.x()));
       const int y = static_cast<int>(std::lround(p.y()));
@@ -252,6 +253,7 @@ class Assembly {
       if (!inside) return true;
       if (kind_[graph_.at(x, y, z)] != kNothing) return false;
     }
+    return true;
   }
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
     const double sine = edge_along_[as_size(e)].cross(along_line).norm();

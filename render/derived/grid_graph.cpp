@@ -38,10 +38,14 @@ std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
 
 }  // namespace
 
+std::size_t GridGraph::cells_of(const std::array<int, 3>& size) {
+  const std::size_t row = as_size(padded(size[0]) + kLanes);
+  return row * (as_size(size[1]) + 2) * (as_size(size[2]) + 2) + 2 * kLanes;
+}
+
 GridGraph::GridGraph(const std::array<int, 3>& size)
-    : size_(size), stride_(padded(size[0]) + kLanes) {
+    : size_(size), stride_(padded(size[0]) + kLanes), cells_(cells_of(size)) {
   const std::size_t plane = as_size(stride_) * as_size(size[1] + 2);
-  cells_ = plane * as_size(size[2] + 2) + 2 * kLanes;
   for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
     const auto& s = kEdgeSteps[e];
     offsets_[e] = s[0] + s[1] * stride_ + s[2] * static_cast<std::ptrdiff_t>(plane);

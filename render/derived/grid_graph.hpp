@@ -28,6 +28,8 @@ inline constexpr std::array<std::array<int, 3>, kGraphEdges> kEdgeSteps{{{1, 0, 
 class GridGraph {
  public:
   explicit GridGraph(const std::array<int, 3>& size);
+  /// cells() of a graph of that size: many times its nodes where it is thin.
+  static std::size_t cells_of(const std::array<int, 3>& size);
 
   [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
   /// Length of a vector over the nodes, border included.

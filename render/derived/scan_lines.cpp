@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <sstream>
 
@@ -120,6 +121,11 @@ double ScanLines::depth_mm(const VoxelGrid& grid, int i, int j, int k) const {
   }
   const Eigen::Vector3d from = grid.at(Eigen::Vector3d(i, j, k)).mm - point_mm_;
   return kind_ == Kind::kParallel ? from.dot(direction_) : from.norm() - face_radius_mm_;
+}
+
+double ScanLines::before_mm(const VoxelGrid& grid, int i, int j, int k) const {
+  if (kind_ != Kind::kFan) return std::numeric_limits<double>::infinity();
+  return (grid.at(Eigen::Vector3d(i, j, k)).mm - point_mm_).norm();
 }
 
 std::optional<Eigen::Vector3d> ScanLines::common() const {

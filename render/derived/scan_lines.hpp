@@ -46,6 +46,9 @@ class ScanLines {
   [[nodiscard]] Eigen::Vector3d away(const VoxelGrid& grid, int i, int j, int k) const;
   /// Negative in front of the face; NaN where undefined.
   [[nodiscard]] double depth_mm(const VoxelGrid& grid, int i, int j, int k) const;
+  /// How much of the line lies before a voxel, mm: to the apex of a fan, where all lines begin;
+  /// infinite of other lines, which nothing is known to begin before.
+  [[nodiscard]] double before_mm(const VoxelGrid& grid, int i, int j, int k) const;
   /// The one direction, when all lines share it.
   [[nodiscard]] std::optional<Eigen::Vector3d> common() const;
   /// Refuses lines per voxel of another grid. name: what needs them.

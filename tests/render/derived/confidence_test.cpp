@@ -171,6 +171,44 @@ TEST(ConfidenceTest, RefusesByNameAndStops) {
   EXPECT_EQ(confidence(volume, down(), {}, stopped).error().code, ErrorCode::kCancelled);
 }
 
+TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
+  // On a voxel, between voxels and outside; the lines of the first two end in all directions.
+  const auto grid = test::centred_grid({15, 13, 11}, {1, 1, 1});
+  const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
+  auto options = exact();
+  options.alpha = 0;
+  struct Case {
+    Eigen::Vector3d apex;
+    int first;  ///< Known voxel of the line down the middle.
+  };
+  for (const auto& [apex, first] :
+       {Case{{0, 0, 0}, 7}, Case{{0.3, -0.2, 0.4}, 6}, Case{{0, -9, 0}, 0}}) {
+    const auto fan = ScanLines::fan({apex}, 0);
+    ASSERT_TRUE(test::has_value(fan));
+    const auto found = confidence(volume, *fan, options);
+    ASSERT_TRUE(test::has_value(found));
+    EXPECT_EQ(found->volume.at(7, first, 5), 1) << apex.transpose();
+    for (int y = first; y + 1 < 13; ++y) {
+      EXPECT_GT(found->volume.at(7, y, 5), found->volume.at(7, y + 1, 5)) << apex.transpose();
+    }
+    EXPECT_EQ(found->volume.at(7, 12, 5), 0) << apex.transpose();
+    EXPECT_LT(largest_difference(found->volume, *definition::confidence(volume, *fan, options)),
+              1e-5);
+  }
+}
+
+TEST(ConfidenceTest, ThinVolumesTakeMoreMemoryThanTheirVoxels) {
+  // A row of nodes with its border is 16 by 3 by 3 of them to each voxel.
+  const auto grid = test::centred_grid({1, 1, 20000}, {1, 1, 1});
+  const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
+  const auto along = ScanLines::parallel({{0, 0, 1}}, {{0, 0, -1e6}});
+  RunOptions run;
+  run.memory_limit = 38400000;  // Of the graph's weights and leaks alone.
+  const auto refused = confidence(volume, *along, {}, run);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupportedData);
+}
+
 TEST(ConfidenceTest, DoesNotDependOnThreads) {
   const auto volume = test::speckled(test::centred_grid({18, 25, 14}, {0.4, 0.4, 0.4}), 8);
   RunOptions one;
