@@ -196,7 +196,10 @@ double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume,
   if (options.contrast > 0) return options.contrast;
   const ValueRange range = value_range(volume, 0.01, 0.99, threads);
   const double contrast = 0.5 * (range.high - range.low);
-  return contrast > 0 ? contrast : 1;
+  if (contrast > 0) return contrast;
+  // All but a few voxels are alike: what differs is in these.
+  const double whole = 0.5 * (range.greatest - range.least);
+  return whole > 0 ? whole : 1;
 }
 
 Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOptions& options,

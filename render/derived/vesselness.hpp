@@ -21,7 +21,8 @@ struct VesselnessOptions {
   double alpha = 0.5;                   ///< Plates against lines, > 0.
   double beta = 0.5;                    ///< Blobs against lines, > 0.
   /// Difference of intensity between lumen and surroundings that counts as a whole vessel, > 0;
-  /// 0: half of the distance between the 1st and the 99th percentile of the volume. Frangi's c,
+  /// 0: half of the distance between the 1st and the 99th percentile of the volume, of the whole
+  /// range where these are the same. Frangi's c,
   /// half of the greatest norm, is taken of the ideal tube of this contrast, contrast / (sqrt(2)
   /// e), and so does not hang on the loudest voxel.
   double contrast = 0;

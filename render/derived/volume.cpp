@@ -22,7 +22,9 @@ struct Extremes {
   std::size_t known = 0;
 };
 
-Extremes extremes_of(const ScalarVolume& volume, int threads) {
+/// Of the known voxels whose values are counted.
+template <class Counts>
+Extremes extremes_of(const ScalarVolume& volume, int threads, const Counts& counts) {
   const auto& size = volume.grid().size;
   std::vector<Extremes> planes(static_cast<std::size_t>(size[2]));
   for_each_index(size[2], threads, [&](int k) {
@@ -31,9 +33,10 @@ Extremes extremes_of(const ScalarVolume& volume, int threads) {
     for (int j = 0; j < size[1]; ++j) {
       volume.read_row(j, k, row.data());
       for (const float v : row) {
-        plane.least = v < plane.least ? v : plane.least;
-        plane.greatest = v > plane.greatest ? v : plane.greatest;
-        plane.known += v == v ? 1 : 0;
+        if (!(v == v) || !counts(v)) continue;
+        plane.least = std::min(plane.least, v);
+        plane.greatest = std::max(plane.greatest, v);
+        ++plane.known;
       }
     }
     planes[static_cast<std::size_t>(k)] = plane;
@@ -47,12 +50,30 @@ Extremes extremes_of(const ScalarVolume& volume, int threads) {
   return all;
 }
 
+/// Bins of one width over a range that is not empty.
+class Bins {
+ public:
+  explicit Bins(const Extremes& range)
+      : least_(range.least), width_((range.greatest - least_) / kBins), scale_(1 / width_) {}
+  /// Of a value within the range.
+  [[nodiscard]] std::size_t of(float value) const {
+    const auto bin = static_cast<int>((static_cast<double>(value) - least_) * scale_);
+    return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
+  }
+  [[nodiscard]] double middle(std::size_t bin) const {
+    return least_ + (static_cast<double>(bin) + 0.5) * width_;
+  }
+
+ private:
+  double least_, width_, scale_;
+};
+
 /// Slabs of planes, each with its own counts, so that memory does not grow with the volume.
 Histogram histogram_of(const ScalarVolume& volume, const Extremes& range, int threads) {
   const auto& size = volume.grid().size;
   constexpr int kSlabs = 16;
   std::vector<Histogram> slabs(kSlabs, Histogram{});
-  const double scale = kBins / (static_cast<double>(range.greatest) - range.least);
+  const Bins bins(range);
   for_each_index(kSlabs, threads, [&](int slab) {
     std::vector<float> row(static_cast<std::size_t>(size[0]));
     Histogram& counts = slabs[static_cast<std::size_t>(slab)];
@@ -60,9 +81,7 @@ Histogram histogram_of(const ScalarVolume& volume, const Extremes& range, int th
       for (int j = 0; j < size[1]; ++j) {
         volume.read_row(j, k, row.data());
         for (const float v : row) {
-          if (!(v == v)) continue;
-          const int bin = static_cast<int>((static_cast<double>(v) - range.least) * scale);
-          ++counts[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))];
+          if (v >= range.least && v <= range.greatest) ++counts[bins.of(v)];
         }
       }
     }
@@ -74,16 +93,33 @@ Histogram histogram_of(const ScalarVolume& volume, const Extremes& range, int th
   return all;
 }
 
-double quantile(const Histogram& counts, const Extremes& range, double share) {
-  const double wanted = share * static_cast<double>(range.known);
-  double below = 0;
-  int bin = 0;
-  for (; bin < kBins - 1; ++bin) {
-    below += static_cast<double>(counts[static_cast<std::size_t>(bin)]);
-    if (below >= wanted) break;
+/// The bin that the value of a rank lies in, and how many values lie in those before.
+struct RankedBin {
+  std::size_t bin = 0, before = 0;
+};
+RankedBin bin_of_rank(const Histogram& counts, double rank) {
+  RankedBin at;
+  while (at.bin + 1 < counts.size() && static_cast<double>(at.before + counts[at.bin]) < rank) {
+    at.before += counts[at.bin++];
   }
-  const double width = (static_cast<double>(range.greatest) - range.least) / kBins;
-  return range.least + (bin + 0.5) * width;
+  return at;
+}
+
+/// Two quantiles by their ranks. While both lie in one bin, that is looked at more closely.
+std::array<double, 2> quantiles(const ScalarVolume& volume, Extremes range,
+                                std::array<double, 2> ranks, int threads) {
+  while (range.greatest > range.least) {
+    const Histogram counts = histogram_of(volume, range, threads);
+    const RankedBin low = bin_of_rank(counts, ranks[0]);
+    const RankedBin high = bin_of_rank(counts, ranks[1]);
+    const Bins bins(range);
+    if (low.bin != high.bin) return {bins.middle(low.bin), bins.middle(high.bin)};
+    for (double& rank : ranks) rank -= static_cast<double>(low.before);
+    range = extremes_of(volume, threads, [&, from = range.least, to = range.greatest](float v) {
+      return v >= from && v <= to && bins.of(v) == low.bin;
+    });
+  }
+  return {range.least, range.least};
 }
 
 }  // namespace
@@ -162,15 +198,13 @@ std::string ScalarVolume::digest() const {
 
 ValueRange value_range(const ScalarVolume& volume, double low_share, double high_share,
                        int threads) {
-  const Extremes range = extremes_of(volume, threads);
+  const Extremes range = extremes_of(volume, threads, [](float) { return true; });
   const double nan = std::nan("");
   if (range.known == 0) return {nan, nan, nan, nan, 0};
-  if (!(range.greatest > range.least)) {
-    return {range.least, range.least, range.least, range.least, range.known};
-  }
-  const Histogram counts = histogram_of(volume, range, threads);
-  return {range.least, range.greatest, quantile(counts, range, low_share),
-          quantile(counts, range, high_share), range.known};
+  const auto known = static_cast<double>(range.known);
+  const auto [low, high] =
+      quantiles(volume, range, {low_share * known, high_share * known}, threads);
+  return {range.least, range.greatest, low, high, range.known};
 }
 
 }  // namespace nav::render::derived

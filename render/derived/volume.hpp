@@ -66,7 +66,8 @@ struct FeatureVolume {
 };
 
 /// Least and greatest known value, and the values below which the shares low_share and high_share
-/// of the known voxels lie (within 1/4096 of the range); all NaN when nothing is known.
+/// of the known voxels lie (within 1/4096 of the range; the closer, the nearer they lie to each
+/// other: one loud voxel does not make them equal); all NaN when nothing is known.
 struct ValueRange {
   double least, greatest, low, high;
   std::size_t known = 0;

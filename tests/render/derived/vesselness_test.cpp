@@ -163,6 +163,36 @@ TEST(VesselnessTest, ConstantSaturatedAndUnknownVolumesAreSilent) {
   }
 }
 
+TEST(VesselnessTest, ContrastOfFewVoxelsIsThatOfTheirValuesWhateverTheUnit) {
+  const auto grid = test::centred_grid({41, 41, 41}, {0.5, 0.5, 0.5});
+  auto options = bright(1, 1, 1, 0);
+  std::vector<float> middles;
+  for (const double unit : {1e-3, 1.0, 1e3}) {
+    // Seven voxels of each slice of 1681 differ.
+    const auto volume = test::make_scalar(grid, [&](int i, int j, int) {
+      const bool inside = std::abs(i - 20) <= 1 && std::abs(j - 20) <= 1 &&
+                          (i == 20 || j == 20 || (i == 19 && j == 19) || (i == 21 && j == 21));
+      return unit * (inside ? 100 : 0);
+    });
+    EXPECT_NEAR(contrast_of(options, volume, 1), 50 * unit, 0.05 * unit);
+    middles.push_back(middle_of(*vesselness(volume, options)));
+  }
+  EXPECT_GT(middles[1], 0.1F);
+  EXPECT_NEAR(middles[0], middles[1], 1e-3);
+  EXPECT_NEAR(middles[2], middles[1], 1e-3);
+}
+
+TEST(VesselnessTest, OneLoudVoxelDoesNotSetTheContrast) {
+  const auto grid = test::centred_grid({21, 21, 21}, {0.5, 0.5, 0.5});
+  const auto value = [](int i, int j, int k) { return 10.0 * ((3 * i + 5 * j + 7 * k) % 11); };
+  const auto quiet = test::make_scalar(grid, value);
+  const auto loud = test::make_scalar(
+      grid, [&](int i, int j, int k) { return i == 4 && j == 5 && k == 6 ? 1e9 : value(i, j, k); });
+  const VesselnessOptions options;
+  EXPECT_NEAR(contrast_of(options, quiet, 1), 50, 0.1);
+  EXPECT_NEAR(contrast_of(options, loud, 1), 50, 0.1);
+}
+
 TEST(VesselnessTest, SkippingChangesNoMoreThanItSays) {
   const auto grid = test::centred_grid({48, 40, 40}, {0.5, 0.5, 0.5});
   // A tube beside a slope so gentle that its bricks are skipped.
