@@ -15,7 +15,8 @@ namespace nav::render::derived {
 /// A computation that somebody asked for. Its own lock guards what is not atomic.
 struct DerivedVolumes::Job {
   Job(DerivedRequest r, std::string k) : request(std::move(r)), key(std::move(k)) {}
-  const DerivedRequest request;
+  /// The worker's; given up when finished, so that what is kept is the result alone.
+  std::optional<DerivedRequest> request;
   const std::string key;
   std::stop_source stop;
   std::atomic<double> progress = 0;
@@ -128,12 +129,16 @@ struct DerivedVolumes::State {
       Result<DerivedVolume> value = work_on(running);
       // Kept before anybody can know of it: whoever asks next finds it in its place.
       const std::lock_guard lock(mutex);
+      running->request.reset();
       running->finish(std::move(value));
       if (running->result->has_value()) keep(running);
       running.reset();
     }
     const std::lock_guard lock(mutex);
-    for (const auto& job : queue) job->finish(cancelled("derived volume"));
+    for (const auto& job : queue) {
+      job->request.reset();
+      job->finish(cancelled("derived volume"));
+    }
     queue.clear();
   }
   Result<DerivedVolume> work_on(const std::shared_ptr<Job>& job) {
@@ -153,10 +158,10 @@ struct DerivedVolumes::State {
       }
     };
     try {
-      return compute(job->request, how);
+      return compute(*job->request, how);
     } catch (const std::bad_alloc&) {
       return Error{ErrorCode::kUnavailable,
-                   job->request.volume.name() +
+                   job->request->volume.name() +
                        ": expected enough memory for a derived volume, found too little"};
     }
   }

@@ -86,6 +86,21 @@ TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {
   EXPECT_EQ(service.counts().computed, 4U);
 }
 
+TEST(DerivedVolumesTest, KeepsResultsNotWhatTheyWereMadeOf) {
+  DerivedVolumes service;
+  const auto grid = test::centred_grid({8, 8, 8}, {0.5, 0.5, 0.5});
+  auto voxels = std::make_shared<const Volume>(
+      *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 7), "volume"));
+  const std::weak_ptr<const Volume> watched = voxels;
+  {
+    auto ticket = service.request({ScalarVolume::of(std::move(voxels)), SnrOptions{}, {}});
+    ASSERT_TRUE(test::has_value(ticket));
+    EXPECT_TRUE(test::has_value(ticket->wait()));
+  }
+  EXPECT_EQ(service.counts().cached_bytes, grid.voxel_count() * sizeof(float));
+  EXPECT_TRUE(watched.expired());
+}
+
 TEST(DerivedVolumesTest, StopsWhenNobodyIsInterestedAnyMore) {
   DerivedVolumes service;
   auto running = service.request(slow(1));
