@@ -25,6 +25,13 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
   return text.str();
 }
 
+/// NaN where any of it is.
+double stretch_of(const Stretch& stretch) {
+  const double deep = std::abs(stretch.depth_scale - 1);
+  const double strain = stretch.strain.norm();
+  return std::isnan(strain) ? strain : std::max(deep, strain);
+}
+
 /// One sentence at most.
 void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                    const AcceptanceLimits& warnings, Judge& judge) {
@@ -216,8 +223,7 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge_halves(result, limits, warnings, judge);
   judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
                 limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
-  judge.at_most("stretch of the pictures, which are shown without it",
-                std::max(std::abs(result.stretch.depth_scale - 1), result.stretch.strain.norm()),
+  judge.at_most("stretch of the pictures, which are shown without it", stretch_of(result.stretch),
                 limits.max_stretch, warnings.max_stretch, "");
   judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();

@@ -68,6 +68,9 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
       {"time limit", [](auto& r) { r.termination = Termination::kTimeLimit; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 2; }},
       {"lower cost", [&](auto& r) { r.basin.shift_mm = nan; }},
+      {"stretch", [](auto& r) { r.stretch.strain(1, 2) = 0.02; }},
+      {"stretch", [&](auto& r) { r.stretch.strain(1, 2) = nan; }},
+      {"stretch", [&](auto& r) { r.stretch.depth_scale = nan; }},
       {"a patient who moved",
        [](auto& r) {
          r.misfits = {{MisfitCause::kMotion, 1.3, 0.1, 0.01}};
