@@ -8,6 +8,7 @@
 #include <iomanip>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <sstream>
 
 #include "nav/check.hpp"
@@ -25,8 +26,10 @@ constexpr double kMaxTexels = 24e6;  // 384 MB
 // So many voxels of the window's ends fit into 16 bits.
 constexpr int kMostShortVoxels = 128;
 
-/// Half of a normalised Gaussian out to three sigmas.
-std::vector<float> half_gaussian(double sigma_texels) {
+/// Half of a normalised Gaussian out to three sigmas over so many texels. Weights that meet nothing
+/// but the repeated end, whichever texel they are for, are one weight: an axis of few thin voxels
+/// would take millions of them.
+std::vector<float> half_gaussian(double sigma_texels, int texels) {
   const double sigma = std::max(sigma_texels, 1e-3);
   const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma_texels)));
   std::vector<double> weights;
@@ -34,6 +37,12 @@ std::vector<float> half_gaussian(double sigma_texels) {
   for (int t = 0; t <= radius; ++t) {
     weights.push_back(std::exp(-0.5 * t * t / (sigma * sigma)));
     total += (t == 0 ? 1 : 2) * weights.back();
+  }
+  const std::size_t last = as_size(std::max(texels - 1, 1));
+  if (weights.size() > last + 1) {
+    const auto beyond = weights.begin() + static_cast<std::ptrdiff_t>(last + 1);
+    weights[last] += std::accumulate(beyond, weights.end(), 0.0);
+    weights.resize(last + 1);
   }
   std::vector<float> kernel;
   for (const double weight : weights) kernel.push_back(static_cast<float>(weight / total));
@@ -450,8 +459,9 @@ Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sig
     first[axis] = from + 0.5 * (block - 1);
     // A block mean already has the variance (b² − 1)/12 voxels².
     const double have = (block * block - 1) / 12.0 * grid.spacing_mm[axis] * grid.spacing_mm[axis];
-    lattice.kernel[a] = half_gaussian(std::sqrt(std::max(sigma_mm * sigma_mm - have, 0.0)) /
-                                      channels.spacing_mm[axis]);
+    lattice.kernel[a] = half_gaussian(
+        std::sqrt(std::max(sigma_mm * sigma_mm - have, 0.0)) / channels.spacing_mm[axis],
+        lattice.size[a]);
   }
   channels.origin_ct_mm = grid.at(first).mm;
   lattice.gradient_scale = (sigma_mm * channels.spacing_mm.cwiseInverse()).cast<float>();

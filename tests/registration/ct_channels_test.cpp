@@ -242,6 +242,26 @@ TEST(CtChannelsTest, AnAxisOfOneVoxelIsRepeatedAndHasNoSlope) {
   }
 }
 
+TEST(CtChannelsTest, GaussiansReachNoFartherThanTheTexels) {
+  // Slices a tenth of a micrometre apart: three sigmas are 45 000 of them.
+  const Volume thick = random_ct({6, 5, 1}, {2, 2, 2});
+  const Volume thin = random_ct({6, 5, 1}, {2, 2, 1e-4});
+  CtChannels channels;
+  const auto lattice = lattice_over(thin, box_of(thin.grid()), 1.5, kTexelSigmas, channels);
+  ASSERT_TRUE(test::has_value(lattice));
+  for (const auto& kernel : lattice->kernel) EXPECT_LE(kernel.size(), 6u);
+  const auto expected = make_ct_channels(thick, box_of(thick.grid()), 1.5);
+  const auto found = make_ct_channels(thin, box_of(thin.grid()), 1.5);
+  ASSERT_TRUE(test::has_value(expected));
+  ASSERT_TRUE(test::has_value(found));
+  ASSERT_EQ(found->texels.size(), expected->texels.size());
+  for (std::size_t i = 0; i < found->texels.size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      EXPECT_NEAR(found->texels[i][c], expected->texels[i][c], kRounding);
+    }
+  }
+}
+
 /// A level's patches with the whole CT and with the CT near each of them.
 struct Scene {
   Volume ct = test::blob_ct(test::BlobPatient(11), test::oblique_grid());
