@@ -110,10 +110,25 @@ SplineField between(const SplineField& a, const SplineField& b) {
   return out;
 }
 
+/// Sweeps are smaller: a pose that is far off is a fault, and a field that reaches there takes
+/// gigabytes.
+Result<void> check_extent(const CtBox& box, double spacing_mm) {
+  const double points = SplineField::control_points_over(box, spacing_mm);
+  if (points <= SplineField::kMostControlPoints) return {};
+  std::ostringstream text;
+  text << "deformable registration: expected patches within reach of "
+       << SplineField::kMostControlPoints << " control points " << spacing_mm
+       << " mm apart, found them over " << (box.high - box.low).transpose() << " mm, which takes "
+       << points;
+  return Error{ErrorCode::kRefused, text.str()};
+}
+
 /// The choice of model, and why.
 Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices,
                                 const DeformableOptions& options) {
-  const SplineField empty(box_of_patches(cost), options.spacing_mm);
+  const CtBox box = box_of_patches(cost);
+  if (auto ok = check_extent(box, options.spacing_mm); !ok) return ok.error();
+  const SplineField empty(box, options.spacing_mm);
   DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
   result.final_cost = result.rigid_cost;
   const Error not_finite{ErrorCode::kNumerical,

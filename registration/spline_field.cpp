@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "nav/check.hpp"
 
@@ -31,12 +32,18 @@ constexpr std::array<std::array<double, 4>, 3> kProducts = {
 
 }  // namespace
 
+double SplineField::control_points_over(const CtBox& box, double spacing_mm) {
+  const Eigen::Array3d cells = ((box.high - box.low) / spacing_mm).array().ceil();
+  return cells.allFinite() ? (cells.max(1) + 3).prod() : std::numeric_limits<double>::infinity();
+}
+
 SplineField::SplineField(const CtBox& box, double spacing_mm) : box_(box), spacing_mm_(spacing_mm) {
   NAV_CHECK(spacing_mm > 0 && box.low.allFinite() && box.high.allFinite(), spacing_mm);
+  NAV_CHECK(((box.high - box.low).array() >= 0).all(), spacing_mm);
+  NAV_CHECK(control_points_over(box, spacing_mm) <= kMostControlPoints, spacing_mm);
   origin_ = box.low - Eigen::Vector3d::Constant(spacing_mm);
   for (int axis = 0; axis < 3; ++axis) {
     const double cells = std::ceil((box.high[axis] - box.low[axis]) / spacing_mm);
-    NAV_CHECK(cells >= 0 && cells < 200, cells);
     size_[static_cast<std::size_t>(axis)] = std::max(1, static_cast<int>(cells)) + 3;
   }
   coefficients_ = Eigen::VectorXd::Zero(3 * control_points());

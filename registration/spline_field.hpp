@@ -14,7 +14,12 @@ namespace nav::registration {
 /// A displacement in Ct, mm: uniform cubic B-splines over a box, fading to nothing outside.
 class SplineField {
  public:
+  /// Of more, bending() takes gigabytes.
+  static constexpr double kMostControlPoints = 32768;
+  /// How many a field over a box has; infinite of a box that is not finite.
+  static double control_points_over(const CtBox& box, double spacing_mm);
   /// spacing_mm > 0 between control points; the box is covered with two more on each side.
+  /// Precondition: at most kMostControlPoints.
   SplineField(const CtBox& box, double spacing_mm);
 
   /// Up to 64 control points that reach a point, and their weights (sum 1 inside the box).

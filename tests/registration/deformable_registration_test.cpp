@@ -241,5 +241,20 @@ TEST(DeformableRegistrationTest, StressNaNConstantCtAndTooFewPictures) {
   EXPECT_FALSE(validate(options));
 }
 
+TEST(DeformableRegistrationTest, PicturesFarApartAreRefusedNotWorkedOn) {
+  Case rigid(0);
+  // A tracker that loses its way for a few pictures: 9 m off, and some 4 m along every axis.
+  for (const Vec& away : {Vec(9000, 0, 0), Vec(4000, 4000, 4000)}) {
+    PatchSet torn = rigid.patches;
+    for (Patch& patch : torn.patches) {
+      if (patch.frame < 3) patch.centre_mm += away;
+    }
+    const auto refused = refine_deformable(rigid.ct, torn, test::true_pose(), {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+    EXPECT_THAT(refused.error().message, HasSubstr("control points"));
+  }
+}
+
 }  // namespace
 }  // namespace nav::registration
