@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "nav/matrices.hpp"
+#include "nav/places.hpp"
 #include "registration/twist.hpp"
 
 namespace nav::registration {
@@ -18,7 +19,6 @@ namespace {
 using Pairs = std::vector<LandmarkPair>;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-// Weights are 1/σ²; beyond this range their ratio eats the digits of a double.
 // Second over first singular value of the centred points: below it the rotation about their line
 // rests on less than 1 mm of lever arm per 100 mm of extent.
 constexpr double kMinSpreadRatio = 1e-2;
@@ -34,9 +34,22 @@ std::string number(double value) {
   return text.str();
 }
 
+Result<void> check_place(const std::string& what, const std::string& frame,
+                         const Eigen::Vector3d& p) {
+  if (!p.allFinite()) return refuse(what, "a finite " + frame + " point in mm", "NaN or Inf");
+  if (is_place(p)) return {};
+  std::ostringstream found;
+  found << p.transpose();
+  return refuse(what, "a " + frame + " point within 1e7 mm", found.str());
+}
+
 Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
   if (pairs.size() < 3) {
     return refuse("landmarks", "at least 3 pairs", std::to_string(pairs.size()));
+  }
+  if (pairs.size() > kMostLandmarks) {
+    return refuse("landmarks", "at most " + std::to_string(kMostLandmarks) + " pairs",
+                  std::to_string(pairs.size()));
   }
   std::set<std::string> names;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -44,10 +57,8 @@ Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
     if (pair.name.empty()) return refuse("landmark " + std::to_string(i), "a name", "none");
     const std::string what = "landmark '" + pair.name + "'";
     if (!names.insert(pair.name).second) return refuse(what, "a unique name", "it twice");
-    if (!pair.reference.mm.allFinite()) {
-      return refuse(what, "a finite Reference point in mm", "NaN or Inf");
-    }
-    if (!pair.ct.mm.allFinite()) return refuse(what, "a finite Ct point in mm", "NaN or Inf");
+    if (auto ok = check_place(what, "Reference", pair.reference.mm); !ok) return ok;
+    if (auto ok = check_place(what, "Ct", pair.ct.mm); !ok) return ok;
     if (!(pair.sigma_mm >= kLeastSigmaMm && pair.sigma_mm <= kGreatestSigmaMm)) {
       return refuse(what, "a sigma of 0.001 to 1000 mm", number(pair.sigma_mm));
     }
@@ -139,10 +150,9 @@ PoseUncertainty uncertainty_of(const PointSets& sets, const Pose& pose) {
 
 }  // namespace
 
-Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pairs) {
-  if (const auto ok = check_pairs(pairs); !ok) return ok.error();
-  const Pairs list(pairs.begin(), pairs.end());
-  const PointSets sets = point_sets(list);
+Result<void> check_landmarks(std::span<const LandmarkPair> pairs) {
+  if (auto ok = check_pairs(pairs); !ok) return ok;
+  const PointSets sets = point_sets(Pairs(pairs.begin(), pairs.end()));
   const std::string well_spread = "points that span a plane";
   if (const auto defect = spread_defect(sets.reference)) {
     return refuse("landmarks in Reference", well_spread, *defect);
@@ -150,6 +160,13 @@ Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pa
   if (const auto defect = spread_defect(sets.ct)) {
     return refuse("landmarks in Ct", well_spread, *defect);
   }
+  return {};
+}
+
+Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pairs) {
+  if (const auto ok = check_landmarks(pairs); !ok) return ok.error();
+  const Pairs list(pairs.begin(), pairs.end());
+  const PointSets sets = point_sets(list);
   const Fit found = fit(sets);
   const auto count = static_cast<double>(list.size());
   const double degrees_of_freedom = 3 * count - 6;

@@ -16,6 +16,9 @@ namespace nav::registration {
 inline constexpr double kLeastSigmaMm = 1e-3;
 inline constexpr double kGreatestSigmaMm = 1e3;
 
+/// Nobody touches more; what is laid onto a surface is no landmark (shape_registration.hpp).
+inline constexpr std::size_t kMostLandmarks = 1000;
+
 /// One anatomical or fiducial point, seen in both frames.
 struct LandmarkPair {
   std::string name;                    ///< Unique, for messages.
@@ -56,10 +59,15 @@ struct LandmarkRegistration {
   }
 };
 
+/// What register_landmarks() refuses whatever the fit: all but lists that only a reflection would
+/// match.
+Result<void> check_landmarks(std::span<const LandmarkPair> pairs);
+
 /// Closed-form weighted least squares (Umeyama 1991 without scale, weights 1/σ², reflections
-/// excluded). Refuses fewer than 3 pairs, empty or repeated names, non-finite points, a sigma that
-/// is not positive, points that are coincident or collinear in either frame, and point sets that
-/// only a reflection would match. The message names the pair or the frame. Thread-safe.
+/// excluded). Refuses fewer than 3 pairs and more than kMostLandmarks, empty or repeated names,
+/// points that are not finite or beyond 1e7 mm, a sigma outside 0.001 to 1000 mm, points that are
+/// coincident or collinear in either frame, and point sets that only a reflection would match. The
+/// message names the pair or the frame. Thread-safe.
 Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pairs);
 
 }  // namespace nav::registration

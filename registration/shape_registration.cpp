@@ -8,6 +8,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "nav/places.hpp"
 #include "registration/shape_discrepancy.hpp"
 #include "registration/shape_solver.hpp"
 #include "registration/starts.hpp"
@@ -247,9 +248,14 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
     return refuse(ErrorCode::kMalformedData, "at least 20 points", std::to_string(points.size()));
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].mm.allFinite()) continue;
-    return refuse(ErrorCode::kMalformedData, "point " + std::to_string(i) + " to be finite",
-                  "NaN or Inf");
+    if (is_place(points[i].mm)) continue;
+    const std::string point = "point " + std::to_string(i) + " to be ";
+    if (!points[i].mm.allFinite()) {
+      return refuse(ErrorCode::kMalformedData, point + "finite", "NaN or Inf");
+    }
+    std::ostringstream found;
+    found << points[i].mm.transpose();
+    return refuse(ErrorCode::kMalformedData, point + "within 1e7 mm", found.str());
   }
   const bool spread = std::any_of(points.begin(), points.end(), [&](const auto& p) {
     return (p.mm - points.front().mm).norm() > kMinSpreadMm;

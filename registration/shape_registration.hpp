@@ -77,7 +77,8 @@ struct ShapeRegistration {
 /// Jacobians, twists about the points' centroid. Directions that the shape leaves free altogether
 /// are found from the curvature, kept as the start has them and named.
 /// keep_going: asked between solves; false ends with kCancelled.
-/// Errors: kUsage (options), kMalformedData (fewer than 20 points, points that are not finite),
+/// Errors: kUsage (options), kMalformedData (fewer than 20 points, points that are not finite or
+/// beyond 1e7 mm),
 /// kRefused (points that coincide), kCancelled. Thread-safe, deterministic.
 Result<ShapeRegistration> register_points(std::span<const Point<frames::Reference>> points,
                                           const ShapeField& shape,

@@ -196,6 +196,23 @@ TEST(LandmarksTest, RefusesBadPairsByName) {
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"landmark 5", "name"}));
 }
 
+TEST(LandmarksTest, RefusesPlacesAndNumbersBeyondReason) {
+  const auto code = ErrorCode::kMalformedData;
+  auto pairs = exact_pairs();
+  for (auto& pair : pairs) pair.ct.mm *= 1e200;  // Whose squares are infinite.
+  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 0", "Ct", "1e7 mm"}));
+  pairs = exact_pairs();
+  pairs[2].reference.mm.y() = -2e7;
+  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 2", "Reference", "-2e+07"}));
+  const auto some = exact_pairs();
+  pairs.clear();
+  for (std::size_t i = 0; i < 1001; ++i) {
+    pairs.push_back(some[i % some.size()]);
+    pairs.back().name = std::to_string(i);
+  }
+  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"at most 1000", "found 1001"}));
+}
+
 TEST(LandmarksTest, RefusesAMirroredList) {
   auto pairs = exact_pairs();
   for (auto& pair : pairs) pair.ct.mm.x() = -pair.ct.mm.x();

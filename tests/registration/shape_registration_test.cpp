@@ -339,6 +339,8 @@ TEST(ShapeRegistrationTest, RefusesWhatItCannotUse) {
   const auto solve = [&] { return register_points(points, landscape_field(), test::true_pose()); };
   points[7].mm.x() = std::nan("");
   EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "NaN"}));
+  points[7].mm.x() = 1e300;  // Whose square is infinite.
+  EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "1e7 mm", "1e+300"}));
   points = touched(landscape, 19, 0, 1);
   EXPECT_TRUE(test::refuses(solve(), code, {"20 points", "19"}));
   points.assign(50, points[0]);
