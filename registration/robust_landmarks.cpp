@@ -79,6 +79,34 @@ std::vector<std::string> names_missing(const Pairs& all, const Pairs& kept) {
   return names;
 }
 
+/// Those that agree with each other: with the best triple, then with the fit of those that do.
+Pairs agreeing_most(const Pairs& all, const RobustLandmarkOptions& options) {
+  const auto pose = best_start(all, options);
+  if (!pose) return {};
+  Pairs kept = agreeing(*pose, all, options.inlier_sigmas);
+  for (int i = 0; i < kMaxRefits; ++i) {
+    const auto fit = register_landmarks(kept);
+    if (!fit) break;
+    Pairs next = agreeing(fit->ct_from_reference, all, options.inlier_sigmas);
+    const bool same = names_missing(kept, next).empty() && next.size() == kept.size();
+    kept = std::move(next);
+    if (same) break;
+  }
+  return kept;
+}
+
+bool is_majority(const Pairs& kept, const Pairs& all) {
+  return kept.size() >= kMinAgreeing && 2 * kept.size() > all.size();
+}
+
+/// Whether a majority agrees once an axis is flipped, and no fewer than as it is.
+bool is_flipped(const Pairs& all, const Pairs& kept, const RobustLandmarkOptions& options) {
+  Pairs flipped = all;
+  for (LandmarkPair& pair : flipped) pair.reference.mm.x() = -pair.reference.mm.x();
+  const Pairs agree = agreeing_most(flipped, options);
+  return is_majority(agree, all) && agree.size() >= kept.size();
+}
+
 Error no_agreement(const Pairs& all, const Pairs& kept) {
   std::string text = "landmarks: expected more than half of the " + std::to_string(all.size()) +
                      " pairs to agree, and at least " + std::to_string(kMinAgreeing) + ", found " +
@@ -101,27 +129,18 @@ Result<RobustLandmarkRegistration> register_landmarks_robustly(
                      std::to_string(options.inlier_sigmas) + " and " +
                      std::to_string(options.max_triples)};
   }
-  const auto all_together = register_landmarks(pairs);
-  // Bad values, degenerate layouts and mirrored lists are no outliers.
-  if (!all_together) return all_together.error();
+  // Bad values and degenerate layouts are no outliers.
+  if (const auto ok = check_landmarks(pairs); !ok) return ok.error();
   const Pairs all(pairs.begin(), pairs.end());
-  if (agreeing(all_together->ct_from_reference, all, options.inlier_sigmas).size() == all.size()) {
+  const auto all_together = register_landmarks(pairs);
+  if (all_together &&
+      agreeing(all_together->ct_from_reference, all, options.inlier_sigmas).size() == all.size()) {
     return RobustLandmarkRegistration{*all_together, {}};
   }
-  const auto pose = best_start(all, options);
-  if (!pose) return no_agreement(all, {});
-  Pairs kept = agreeing(*pose, all, options.inlier_sigmas);
-  for (int i = 0; i < kMaxRefits; ++i) {
-    const auto fit = register_landmarks(kept);
-    if (!fit) break;
-    Pairs next = agreeing(fit->ct_from_reference, all, options.inlier_sigmas);
-    const bool same = names_missing(kept, next).empty() && next.size() == kept.size();
-    kept = std::move(next);
-    if (same) break;
-  }
-  if (kept.size() < kMinAgreeing || 2 * kept.size() <= all.size()) {
-    return no_agreement(all, kept);
-  }
+  const Pairs kept = agreeing_most(all, options);
+  // Two swapped names may look like a flipped axis.
+  if (!all_together && is_flipped(all, kept, options)) return all_together.error();
+  if (!is_majority(kept, all)) return no_agreement(all, kept);
   auto fit = register_landmarks(kept);
   if (!fit) return fit.error();
   return RobustLandmarkRegistration{std::move(*fit), names_missing(all, kept)};

@@ -59,6 +59,43 @@ TEST(RobustLandmarksTest, SwappedNamesAreFoundAndNamed) {
   EXPECT_LT(error_mm(robust->fit.ct_from_reference), 1.0);  // Two sigmas of 0.5 mm.
 }
 
+TEST(RobustLandmarksTest, SwappedNamesAreNoMirroredList) {
+  int looked_mirrored = 0;
+  int found = 0;
+  int called_mirrored = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    auto pairs = pairs_of(6, seed);
+    std::swap(pairs[0].ct, pairs[1].ct);
+    if (register_landmarks(pairs)) continue;
+    ++looked_mirrored;
+    const auto robust = register_landmarks_robustly(pairs);
+    if (robust) {
+      ++found;
+      EXPECT_LE(error_mm(robust->fit.ct_from_reference), 3) << seed;
+    } else if (robust.error().code != ErrorCode::kRefused) {
+      ++called_mirrored;
+    }
+  }
+  // Else an honest pair was rejected, as one in a hundred is, and the rest is no majority, or four
+  // points lie so near a plane that as many agree flipped.
+  EXPECT_GE(looked_mirrored, 10);
+  EXPECT_GE(found, 0.6 * looked_mirrored);
+  EXPECT_LE(called_mirrored, 0.2 * looked_mirrored);
+}
+
+TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsStillMirrored) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    auto pairs = pairs_of(8, seed);
+    for (auto& pair : pairs) pair.ct.mm.x() *= -1;
+    pairs[seed % 8].ct.mm.y() += 40;
+    const auto robust = register_landmarks_robustly(pairs);
+    ASSERT_FALSE(robust.has_value()) << seed;
+    if (robust.error().code != ErrorCode::kRefused) {
+      EXPECT_NE(robust.error().message.find("mirrored"), std::string::npos) << seed;
+    }
+  }
+}
+
 TEST(RobustLandmarksTest, WithstandsJustBelowHalfOutliers) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     auto pairs = pairs_of(11, seed);
