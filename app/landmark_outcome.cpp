@@ -163,7 +163,7 @@ Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decis
   if (ct != nullptr) {
     const double limit = registration::LandmarkLimits{}.max_tre_rms_mm;
     const auto map = registration::tre_map(fit.uncertainty, ct->grid(), kLandmarkMapStepMm);
-    json["error_map"] = {{"step_mm", kLandmarkMapStepMm},
+    json["error_map"] = {{"step_mm", map.step_mm},
                          {"worst_rms_mm", map.worst_mm()},
                          {"limit_mm", limit},
                          {"fraction_within_limit", map.fraction_within(limit)}};

@@ -10,12 +10,16 @@
 namespace nav::registration {
 namespace {
 
+// A CT whose spacing is of another unit has room for any number.
+constexpr double kMostNodes = 4194304;
+
 VoxelGrid nodes_over(const VoxelGrid& ct, double step_mm) {
   VoxelGrid grid = ct;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto e = static_cast<Eigen::Index>(axis);
     const double length = ct.spacing_mm[e] * std::max(ct.size[axis] - 1, 1);
-    grid.size[axis] = std::max(2, static_cast<int>(std::lround(length / step_mm)) + 1);
+    const double steps = std::min(length / step_mm, kMostNodes);
+    grid.size[axis] = std::max(2, static_cast<int>(std::lround(steps)) + 1);
     grid.spacing_mm[e] = length / (grid.size[axis] - 1);
   }
   return grid;
@@ -36,7 +40,14 @@ double TreMap::fraction_within(double limit_mm) const {
 
 TreMap tre_map(const PoseUncertainty& uncertainty, const VoxelGrid& ct, double step_mm) {
   NAV_CHECK(step_mm > 0, step_mm);
-  TreMap map{nodes_over(ct, step_mm), {}};
+  TreMap map{nodes_over(ct, step_mm), step_mm, {}};
+  const auto nodes = [&] {
+    return static_cast<double>(map.grid.size[0]) * map.grid.size[1] * map.grid.size[2];
+  };
+  while (nodes() > kMostNodes) {
+    map.step_mm *= 2;
+    map.grid = nodes_over(ct, map.step_mm);
+  }
   map.rms_mm.reserve(map.grid.voxel_count());
   for (int k = 0; k < map.grid.size[2]; ++k) {
     for (int j = 0; j < map.grid.size[1]; ++j) {

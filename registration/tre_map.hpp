@@ -12,6 +12,7 @@ namespace nav::registration {
 /// Expected RMS target registration error at the nodes of a grid, mm.
 struct TreMap {
   VoxelGrid grid;
+  double step_mm;             ///< About so far apart.
   std::vector<float> rms_mm;  ///< i fastest, then j, then k.
 
   /// Largest value; 0 without nodes.
@@ -20,7 +21,8 @@ struct TreMap {
   [[nodiscard]] double fraction_within(double rms_mm) const;
 };
 
-/// The map over a CT's box with nodes about step_mm apart (> 0; at least 2 along each axis).
+/// The map over a CT's box with nodes about step_mm apart (> 0; at least 2 along each axis), or
+/// twice, four times, … as far where these would be more than 2^22.
 TreMap tre_map(const PoseUncertainty& uncertainty, const VoxelGrid& ct, double step_mm);
 
 }  // namespace nav::registration

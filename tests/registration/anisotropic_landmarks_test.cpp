@@ -213,5 +213,21 @@ TEST(TreMapTest, FollowsTheFormulaAtItsNodes) {
   EXPECT_LT(map.fraction_within(fit->tre_rms_mm(fit->uncertainty.centre_ct)), 0.2);
 }
 
+TEST(TreMapTest, OfACtInAnotherUnitHasNoMoreNodesThanCanBeHeld) {
+  // Millimetres read as metres: nodes 20 mm apart would be 10^11.
+  VoxelGrid ct;
+  ct.size = {256, 256, 128};
+  ct.spacing_mm.setConstant(700);
+  PoseUncertainty uncertainty{{ct.centre()}, Matrix6d::Zero()};
+  uncertainty.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(3);
+  const TreMap map = tre_map(uncertainty, ct, 20);
+  EXPECT_LE(map.rms_mm.size(), std::size_t{1} << 22);
+  EXPECT_EQ(map.rms_mm.size(), map.grid.voxel_count());
+  EXPECT_GE(map.step_mm, 20);
+  EXPECT_NEAR(map.worst_mm(), 3, 1e-6);
+  const Eigen::Vector3d last(map.grid.size[0] - 1, map.grid.size[1] - 1, map.grid.size[2] - 1);
+  EXPECT_LE((map.grid.at(last).mm - ct.at(Eigen::Vector3d(255, 255, 127)).mm).norm(), 1e-6);
+}
+
 }  // namespace
 }  // namespace nav::registration
