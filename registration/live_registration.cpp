@@ -153,11 +153,8 @@ Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& picture) const
   const std::size_t others =
       std::min(window_.size(), static_cast<std::size_t>(options_.mask_pictures - 1));
   for (std::size_t i = window_.size() - others; i < window_.size(); ++i) {
-    const auto& pixels = window_[i].tracked.frame.pixels;
-    if (pixels.width() != picture.frame.pixels.width() ||
-        pixels.height() != picture.frame.pixels.height()) {
-      continue;
-    }
+    // Of another depth they tell nothing of how bright echoes are here.
+    if (!same_geometry(window_[i].tracked.frame, picture.frame)) continue;
     frames.push_back(window_[i].tracked);
   }
   frames.push_back(picture);

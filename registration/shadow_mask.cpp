@@ -166,8 +166,11 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
   return geometry;
 }
 
+}  // namespace
+
 bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
-  if (a.grid.mm_per_pixel != b.grid.mm_per_pixel || a.grid.origin_mm != b.grid.origin_mm ||
+  if (a.pixels.width() != b.pixels.width() || a.pixels.height() != b.pixels.height() ||
+      a.grid.mm_per_pixel != b.grid.mm_per_pixel || a.grid.origin_mm != b.grid.origin_mm ||
       a.outline.has_value() != b.outline.has_value()) {
     return false;
   }
@@ -176,6 +179,8 @@ bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
                         a.outline->radius_max_mm == b.outline->radius_max_mm &&
                         a.outline->half_angle_rad == b.outline->half_angle_rad);
 }
+
+namespace {
 
 /// Mean grey of each (line, depth) cell; kOutside, which is −1, where the picture has no pixel
 /// there. Averaging over the cell tames speckle and the noise floor, whose single pixels can be

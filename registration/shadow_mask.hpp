@@ -23,6 +23,9 @@ struct ShadowMaskOptions {
 /// A refusal that names the first option out of its range.
 Result<void> validate(const ShadowMaskOptions& options);
 
+/// Whether pictures have their pixels and their outline at the same places of the Image frame.
+bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b);
+
 /// For each picture 1 where echoes are usable, else 0; same size as the picture.
 /// A scan line (a ray from the apex where the picture has an outline, else a column) ends at its
 /// last sample that is brighter than the 75th percentile of the whole sweep at that depth minus

@@ -204,6 +204,31 @@ TEST(LiveRegistrationTest, PicturesOfNothingAreHeldAndThenLost) {
   EXPECT_LT(error_mm(scene().frames[20], back->ct_from_reference, test::true_pose()), 3);
 }
 
+TEST(LiveRegistrationTest, GoesOnWhenTheDepthOfThePicturesChanges) {
+  auto live = start({});
+  for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(live.update(scene().frames[i]));
+  // As many pixels, of another size: the middle of the picture, larger.
+  constexpr double kSize = 0.8;
+  constexpr double kFirst = 8;
+  for (std::size_t i = 10; i < 20; ++i) {
+    TrackedFrame zoomed = scene().frames[i];
+    const auto& pixels = scene().frames[i].frame.pixels;
+    std::vector<std::uint8_t> larger;
+    for (int row = 0; row < 80; ++row) {
+      for (int column = 0; column < 80; ++column) {
+        larger.push_back(pixels.at(static_cast<int>(std::lround(kFirst + kSize * column)),
+                                   static_cast<int>(std::lround(kFirst + kSize * row))));
+      }
+    }
+    zoomed.frame.pixels = Image2d<std::uint8_t>(80, 80, std::move(larger));
+    zoomed.frame.grid.origin_mm = scene().frames[i].frame.grid.at(kFirst, kFirst).mm.head<2>();
+    zoomed.frame.grid.mm_per_pixel *= kSize;
+    const auto update = live.update(zoomed);
+    ASSERT_TRUE(update) << i << ": " << update.error().message;
+    EXPECT_EQ(update->state, LiveState::kFollowing) << i;
+  }
+}
+
 TEST(LiveRegistrationTest, AnotherPatientIsNotFollowedSilently) {
   test::BlobPatient other(99, 150);
   test::SweepSpec spec;
