@@ -21,6 +21,8 @@ namespace {
 constexpr int kOutside = -1;
 // Nobody sees farther; what claims to is of another unit, and would be searched for minutes.
 constexpr double kWidestPictureMm = 1000;
+// Along the arc at mid depth: of the widest probes a third of a metre.
+constexpr double kWidestArcMm = 3000;
 
 Error refuse_mask(const std::string& what, const std::string& expected, double found) {
   std::ostringstream text;
@@ -286,6 +288,28 @@ std::vector<std::uint8_t> outside_of(const Sweep& sweep) {
   return {wider.datastart, wider.dataend};
 }
 
+Result<void> check_outline(const SectorOutline& outline, const std::string& name) {
+  const bool good = outline.apex_mm.allFinite() && outline.radius_min_mm >= 0 &&
+                    outline.radius_max_mm > outline.radius_min_mm &&
+                    std::isfinite(outline.radius_max_mm) && outline.half_angle_rad > 0 &&
+                    outline.half_angle_rad < M_PI_2;
+  if (!good) {
+    std::ostringstream text;
+    text << name << "expected an outline with 0 <= radius_min < radius_max and a half angle in "
+         << "(0, pi/2), found radii " << outline.radius_min_mm << " and " << outline.radius_max_mm
+         << " mm, half angle " << outline.half_angle_rad << " rad";
+    return Error{ErrorCode::kMalformedData, text.str()};
+  }
+  const double deep_mm = outline.radius_max_mm - outline.radius_min_mm;
+  const double wide_mm = outline.half_angle_rad * (outline.radius_min_mm + outline.radius_max_mm);
+  if (deep_mm <= kWidestPictureMm && wide_mm <= kWidestArcMm) return {};
+  std::ostringstream text;
+  text << name << "expected an outline at most " << kWidestPictureMm << " mm deep and "
+       << kWidestArcMm << " mm wide half way down, found " << deep_mm << " and " << wide_mm
+       << " mm: are its radii in mm?";
+  return Error{ErrorCode::kMalformedData, text.str()};
+}
+
 Result<void> check_geometry(const Sweep& sweep) {
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     const UltrasoundFrame& frame = sweep.frames()[i].frame;
@@ -303,18 +327,7 @@ Result<void> check_geometry(const Sweep& sweep) {
       return Error{ErrorCode::kMalformedData, text.str()};
     }
     if (!frame.outline) continue;
-    const SectorOutline& outline = *frame.outline;
-    const bool good = outline.apex_mm.allFinite() && outline.radius_min_mm >= 0 &&
-                      outline.radius_max_mm > outline.radius_min_mm &&
-                      std::isfinite(outline.radius_max_mm) && outline.half_angle_rad > 0 &&
-                      outline.half_angle_rad < M_PI_2;
-    if (!good) {
-      std::ostringstream text;
-      text << name << "expected an outline with 0 <= radius_min < radius_max and a half angle in "
-           << "(0, pi/2), found radii " << outline.radius_min_mm << " and " << outline.radius_max_mm
-           << " mm, half angle " << outline.half_angle_rad << " rad";
-      return Error{ErrorCode::kMalformedData, text.str()};
-    }
+    if (auto ok = check_outline(*frame.outline, name); !ok) return ok;
   }
   return {};
 }

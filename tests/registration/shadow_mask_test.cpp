@@ -156,6 +156,13 @@ TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
   EXPECT_TRUE(test::refuses(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
       ErrorCode::kMalformedData, {"frame 0", "radius"}));
+  // Depth bins of a millimetre, and lines as far apart: of these there would be 10^10.
+  for (const SectorOutline& far :
+       {SectorOutline{{0, -60}, 60, 1e10, 0.5}, SectorOutline{{0, -1e10}, 1e10, 1e10 + 100, 1.0}}) {
+    EXPECT_TRUE(test::refuses(
+        shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, far), {}),
+        ErrorCode::kMalformedData, {"frame 0", "1000 mm deep", "radii in mm"}));
+  }
   std::vector<TrackedFrame> frames = sweep.frames();
   for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
   EXPECT_TRUE(test::refuses(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
