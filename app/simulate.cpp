@@ -61,8 +61,10 @@ void set_timing(const SimulateOptions& options, sim::SimulatedSessionOptions& ou
   out.image_timing.latency = std::max(out.image_timing.latency, out.image_timing.stamp_offset);
 }
 
-/// Scales the usual direction of the motion to the amplitude that was asked for.
-Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
+/// The usual direction of the motion, scaled to the amplitude that was asked for; of a recorded CT,
+/// which may lie anywhere, reached in the middle of what is looked at.
+Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options,
+                                           const sim::Patient& patient) {
   sim::BreathingOptions breathing;
   const auto kind = sim::breathing_kind_from(options.breathing);
   if (!kind) return kind.error();
@@ -71,6 +73,12 @@ Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options) {
   breathing.lag_s = std::min(breathing.lag_s, 0.5 * breathing.period_s);
   breathing.amplitude_mm *=
       options.breathing_mm.value_or(kUsualBreathMm) / -breathing.amplitude_mm.z();
+  const auto targets = patient.anatomy->targets();
+  if (options.patient_ct.empty() || targets.empty()) return breathing;
+  breathing.centre_mm.setZero();
+  for (const auto& target : targets) {
+    breathing.centre_mm += target.mm / static_cast<double>(targets.size());
+  }
   return breathing;
 }
 
@@ -97,7 +105,7 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   if (!path) return path.error();
   const auto tracker = sim::tracker_kind_from(options.tracker);
   if (!tracker) return tracker.error();
-  const auto breathing = breathing_of(options);
+  const auto breathing = breathing_of(options, patient);
   if (!breathing) return breathing.error();
   out.family = patient.family;
   out.contrast = patient.contrast;
@@ -166,6 +174,8 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
   sim::CtOptions ct;
   ct.seed = options.seed;
   ct.spacing_mm = Eigen::Vector3d::Constant(options.ct_spacing_mm);
+  // Wherever the recorded one lies; patients of a family lie about the origin.
+  if (!options.patient_ct.empty()) ct.region = sim::region_of(session.patient());
   const auto volume = sim::scan_ct(session.patient(), ct);
   if (!volume) return Error{volume.error().code, "--ct-spacing-mm: " + volume.error().message};
   return io::write_ct_mha(*volume, options.ct);

@@ -26,7 +26,7 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
 }
 
 /// NaN where any of it is.
-double stretch_of(const Stretch& stretch) {
+double most_stretched(const Stretch& stretch) {
   const double deep = std::abs(stretch.depth_scale - 1);
   const double strain = stretch.strain.norm();
   return std::isnan(strain) ? strain : std::max(deep, strain);
@@ -223,8 +223,8 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge_halves(result, limits, warnings, judge);
   judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
                 limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
-  judge.at_most("stretch of the pictures, which are shown without it", stretch_of(result.stretch),
-                limits.max_stretch, warnings.max_stretch, "");
+  judge.at_most("stretch of the pictures, which are shown without it",
+                most_stretched(result.stretch), limits.max_stretch, warnings.max_stretch, "");
   judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();
 }

@@ -35,7 +35,7 @@ std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
 }
 
 /// Of the graph, whose border outweighs the voxels of thin volumes, and of its coarser ones.
-double bytes_per_voxel(const VoxelGrid& grid) {
+double bytes_for_voxel(const VoxelGrid& grid) {
   constexpr double kPerNode = 125;
   constexpr double kPerNodeOfThin = 160;  // Coarser ones are halves then, not quarters.
   const bool thin = std::ranges::find(grid.size, 1) != grid.size.end();
@@ -81,7 +81,7 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": confidence";
-  if (auto ok = check_memory(name, grid.voxel_count(), bytes_per_voxel(grid), run.memory_limit);
+  if (auto ok = check_memory(name, grid.voxel_count(), bytes_for_voxel(grid), run.memory_limit);
       !ok) {
     return ok.error();
   }

@@ -620,6 +620,51 @@ TEST(SimulateTest, ARecordedCtIsThePatient) {
   EXPECT_GT(sum / static_cast<double>(frames[6].frame.pixels.pixels().size()), 10);
 }
 
+TEST(SimulateTest, ARecordedCtThatLiesElsewhereIsWrittenAndBreathesThere) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  const SimulateOptions first = with_ct(folder, 2);
+  ASSERT_TRUE(run_simulate(first, console));
+  const auto recorded = io::read_ct(first.ct, console);
+  ASSERT_TRUE(test::has_value(recorded));
+  const Eigen::Vector3d away(30, -40, 400);
+  VoxelGrid grid = recorded->grid();
+  grid.origin_mm += away;
+  const auto hu = recorded->hu();
+  const auto elsewhere = Volume::create(grid, {hu.begin(), hu.end()}, "elsewhere");
+  ASSERT_TRUE(test::has_value(elsewhere));
+  SimulateOptions options = small(folder);
+  options.patient_ct = folder / "elsewhere.mha";
+  ASSERT_TRUE(io::write_ct_mha(*elsewhere, options.patient_ct));
+  const Eigen::Vector3d aim = Eigen::Vector3d(-40, -10, 5) + away;
+  options.look_at_mm = {aim.x(), aim.y(), aim.z()};
+  options.ct = folder / "again.mha";
+  options.ct_spacing_mm = 4;
+  options.breathing = "smooth";
+  options.breathing_mm = 10;
+  options.breathing_period_s = 1;
+  const Json truth = simulated(options, console);
+  const auto again = io::read_ct(options.ct, console);
+  ASSERT_TRUE(test::has_value(again));
+  double apart_hu = 0;
+  const Json& targets = truth.at("targets_ct_mm");
+  for (const Json& p : targets) {
+    const Point<frames::Ct> target{Eigen::Vector3d(p.at(0), p.at(1), p.at(2))};
+    ASSERT_TRUE(again->sample(target).has_value());
+    apart_hu += std::abs(*again->sample(target) - *elsewhere->sample(target)) /
+                static_cast<double>(targets.size());
+  }
+  EXPECT_LT(apart_hu, 40);  // Noise of 12 HU in each, and larger voxels.
+  double deepest = 0;
+  for (const Json& frame : truth.at("frames")) {
+    const Eigen::Matrix4d rest_from_now = matrix_of(frame.at("rest_ct_from_image_mm")) *
+                                          matrix_of(frame.at("ct_from_image_mm")).inverse();
+    deepest = std::max(deepest, (rest_from_now * aim.homogeneous()).z() - aim.z());
+  }
+  // Of 10 mm breaths of varying depth; the picture's plane as a whole moves a little less.
+  EXPECT_GT(deepest, 5);
+}
+
 // Real anatomy, noise and voxels; what is heard of them is simulated.
 TEST(SimulateTest, PicturesInsideARealCtAreFoundThereAgain) {
   SONDE_REQUIRE_DATA(file, "ct-abdomen-totalseg/example_ct.nii.gz");
