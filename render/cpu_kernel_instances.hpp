@@ -3,6 +3,9 @@
 #pragma once
 
 #include "render/cpu_kernel.hpp"
+#include "render/cpu_kernel_cull.hpp"
+#include "render/cpu_kernel_project.hpp"
+#include "render/cpu_kernel_rays.hpp"
 
 /// The march compiled for every key. See cpu_kernel.hpp for V and for where this may be included.
 namespace nav::render {
@@ -51,6 +54,13 @@ March composite_march(const MarchKey& key) {
       return composite_shading<V, MarchClassify::kWindows>(key);
   }
   return nullptr;
+}
+
+/// All that is compiled for one V.
+template <class V>
+MarchSet march_set() {
+  return {composite_march<V>, project_march<V>, cull_with<V>,
+          meet_with<V>,       start_rays<V>,    aim_cut_rays<V>};
 }
 
 }  // namespace nav::render

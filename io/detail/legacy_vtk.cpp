@@ -67,8 +67,7 @@ class LegacyVtk {
     return equals_ignoring_case(word, name);
   }
   Error refuse(const std::string& expected, const std::optional<std::string_view>& found) const {
-    return malformed_surface(
-        path_, expected, found ? "'" + excerpt(*found) + "'" : std::string("the end of the file"));
+    return unexpected_line(path_, expected, found);
   }
 
   Result<void> take(const std::vector<std::string_view>& words, std::string_view line) {

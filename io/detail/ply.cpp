@@ -54,8 +54,7 @@ class Ply {
 
  private:
   Error refuse(const std::string& expected, const std::optional<std::string_view>& found) const {
-    return malformed_surface(
-        path_, expected, found ? "'" + excerpt(*found) + "'" : std::string("the end of the file"));
+    return unexpected_line(path_, expected, found);
   }
 
   Result<void> read_header() {

@@ -119,4 +119,10 @@ Error malformed_surface(const std::filesystem::path& path, const std::string& ex
   return {ErrorCode::kMalformedData, path.string() + ": expected " + expected + ", found " + found};
 }
 
+Error unexpected_line(const std::filesystem::path& path, const std::string& expected,
+                      const std::optional<std::string_view>& found) {
+  return malformed_surface(
+      path, expected, found ? "'" + excerpt(*found) + "'" : std::string("the end of the file"));
+}
+
 }  // namespace nav::io::detail

@@ -67,6 +67,9 @@ class MeshBuilder {
 /// "<path>: expected <expected>, found <found>", malformed.
 Error malformed_surface(const std::filesystem::path& path, const std::string& expected,
                         const std::string& found);
+/// The same of a line; nothing: the file ended.
+Error unexpected_line(const std::filesystem::path& path, const std::string& expected,
+                      const std::optional<std::string_view>& found);
 
 /// The polygons and strips of a legacy VTK file (DATASET POLYDATA, of any version), in text or
 /// binary. The readers of VTK crash on files that are cut short.
