@@ -69,7 +69,7 @@ Json skip_summary(const BenchRenderReport& report) {
           {"scenes", std::move(scenes)}};
 }
 
-Json json_of(const bench::CutawayCost& cutaway) {
+Json as_json(const bench::CutawayCost& cutaway) {
   return {{"fraction", json_number(cutaway.own_fraction())},
           {"net_fraction", json_number(cutaway.net_fraction())},
           {"ct_ms", cutaway.ct_ms},
@@ -80,14 +80,14 @@ Json json_of(const bench::CutawayCost& cutaway) {
           {"samples_with_cutaway", cutaway.cutaway_samples}};
 }
 
-Json json_of(const bench::ImageUpdate& update) {
+Json as_json(const bench::ImageUpdate& update) {
   return {{"cpu_ms", update.cpu_ms},
           {"wall_ms", update.wall_ms},
           {"volume_samples", update.samples},
           {"bit_identical", update.identical}};
 }
 
-Json json_of(const bench::SkipBound& bound) {
+Json as_json(const bench::SkipBound& bound) {
   Json bricks = Json::array();
   for (const bench::BrickOracle& one : bound.oracle.bricks) {
     bricks.push_back({{"edge", one.edge}, {"occupied", one.occupied}, {"samples", one.samples}});
@@ -118,8 +118,8 @@ Json ratios_of(const BenchRenderReport& report) {
   json["gl_dense_vs_vtk_gpu"] = summary(comparison, "gl_dense_vs_vtk_gpu", {});
   json["cpu_vs_vtk_fixedpoint"] = fixed_point_summary(comparison);
   json["samples_skip_off_over_on"] = skip_summary(report);
-  json["cutaway_plane_fraction"] = report.cutaway ? json_of(*report.cutaway) : Json();
-  json["image_update_ms"] = report.update ? json_of(*report.update) : Json();
+  json["cutaway_plane_fraction"] = report.cutaway ? as_json(*report.cutaway) : Json();
+  json["image_update_ms"] = report.update ? as_json(*report.update) : Json();
   return json;
 }
 
@@ -151,7 +151,7 @@ Json default_quality(const bench::RenderBenchReport& report) {
   return rows;
 }
 
-Json json_of(const bench::Interaction& one) {
+Json as_json(const bench::Interaction& one) {
   return {{"scene", one.scene},
           {"side", one.side},
           {"step", one.step},
@@ -167,7 +167,7 @@ Json json_of(const bench::Interaction& one) {
           {"refined_ms", one.refined_ms}};
 }
 
-Json json_of(const bench::CostTable& table) {
+Json as_json(const bench::CostTable& table) {
   Json elements = Json::array();
   for (const auto& cost : table.elements) {
     Json row{{"element", cost.element},
@@ -196,7 +196,7 @@ Json json_of(const bench::CostTable& table) {
           {"changes", std::move(changes)}};
 }
 
-Json json_of(const bench::AdaptiveCurve& curve) {
+Json as_json(const bench::AdaptiveCurve& curve) {
   Json points = Json::array();
   for (const auto& p : curve.points) {
     points.push_back({{"step", p.step_voxels},
@@ -251,16 +251,16 @@ Json json_of(const BenchRenderReport& report) {
   json["ratios"] = ratios_of(report);
   json["default_quality"] = default_quality(report.comparison);
   json["interaction"] = Json::array();
-  for (const auto& one : report.interaction) json["interaction"].push_back(json_of(one));
-  for (const auto& one : report.skip_bounds) json["skip_bounds"].push_back(json_of(one));
+  for (const auto& one : report.interaction) json["interaction"].push_back(as_json(one));
+  for (const auto& one : report.skip_bounds) json["skip_bounds"].push_back(as_json(one));
   if (report.edit) {
     json["transfer_function_edit"] = {{"side", report.edit->side},
                                       {"prepare_ms", report.edit->prepare_ms},
                                       {"frame_ms", report.edit->frame_ms}};
   }
   if (report.costs) {
-    json["costs"] = json_of(*report.costs);
-    for (const auto& curve : report.adaptive) json["adaptive"].push_back(json_of(curve));
+    json["costs"] = as_json(*report.costs);
+    for (const auto& curve : report.adaptive) json["adaptive"].push_back(as_json(curve));
   }
   return json;
 }

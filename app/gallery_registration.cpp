@@ -76,7 +76,7 @@ Result<void> draw_checkerboards(const Run& run, OutputFolder& folder) {
 }
 
 /// Blue where little error is expected, over green and yellow to red at kMostMm and beyond.
-Rgba8 colour_of(double mm) {
+Rgba8 error_colour(double mm) {
   const double t = std::clamp(mm / kMostMm, 0.0, 1.0);
   const auto bump = [t](double middle) {
     return static_cast<std::uint8_t>(
@@ -111,7 +111,7 @@ Result<void> draw_map(const Run& run, const render::SlicePlane& plane, int x, in
       if (std::isnan(values->at(column, row))) continue;
       const double mm = expected(column, row);
       const bool contour = crosses(mm, expected(column + 1, row), expected(column, row + 1));
-      canvas.blend(x + column, y + row, contour ? render::rgb8(0xffffff) : colour_of(mm),
+      canvas.blend(x + column, y + row, contour ? render::rgb8(0xffffff) : error_colour(mm),
                    contour ? 0.9 : kOpacity);
     }
   }
@@ -128,7 +128,7 @@ void draw_legend(render::Canvas& canvas, int x, int y) {
   constexpr int kLength = 320;
   const Rgba8 ink = render::rgb8(0xd8dee4);
   for (int i = 0; i <= kLength; ++i) {
-    canvas.fill(x + i, y, 1, 12, colour_of(kMostMm * i / kLength));
+    canvas.fill(x + i, y, 1, 12, error_colour(kMostMm * i / kLength));
   }
   for (const double mm : kContoursMm) {
     const int at = x + static_cast<int>(std::lround(kLength * mm / kMostMm));

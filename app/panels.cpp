@@ -18,7 +18,6 @@ using render::Canvas;
 using render::rgb8;
 
 constexpr Rgba8 kBackground = rgb8(0x101418);
-constexpr Rgba8 kWords = rgb8(0xd8dee4);
 constexpr Rgba8 kFaint = rgb8(0x7a8590);
 constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
 constexpr Rgba8 kTargetColour = rgb8(0xffd94a);

@@ -25,6 +25,9 @@ struct PanelContext {
   bool needle_expected = false;  ///< Its state is shown, as that of a planned one.
 };
 
+/// Of words that warn of nothing.
+inline constexpr Rgba8 kWords = render::rgb8(0xd8dee4);
+
 /// Green, amber, grey, red.
 Rgba8 colour_of(SafetyState state);
 

@@ -51,9 +51,9 @@ Result<LayerFile> read_file(const std::filesystem::path& path) {
       surface.fail("heights_mm", std::to_string(count) + " numbers", Json());
     }
     surface.finish();
-    constexpr double kMostMm = 1e6;
+    constexpr double kMostHeightMm = 1e6;
     for (const double h : heights) {
-      if (!(std::abs(h) <= kMostMm)) surface.fail("heights_mm", "numbers within 1e6 mm", h);
+      if (!(std::abs(h) <= kMostHeightMm)) surface.fail("heights_mm", "numbers within 1e6 mm", h);
     }
     file.heights_mm.push_back(std::move(heights));
   });

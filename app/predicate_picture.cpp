@@ -22,7 +22,7 @@ constexpr int kText = 15;
 constexpr int kLine = 20;  // Of the legend.
 
 /// The colour of a bar: its hue and saturation at half the luminance.
-Rgba8 colour_of(const render::PredicateHistogram::Bar& bar) {
+Rgba8 bar_colour(const render::PredicateHistogram::Bar& bar) {
   const auto rgb = render::spec::hsl(render::spec::hsl_tint(bar.hue_deg, bar.saturation), 0.5);
   const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
   return {byte(rgb.x()), byte(rgb.y()), byte(rgb.z()), 255};
@@ -42,7 +42,7 @@ void draw_bars(const render::PredicateModel& model, double greatest, int left, i
     const int height = std::max(1, static_cast<int>(std::lround(most * share)));
     const int x = left + kMargin + static_cast<int>(j * pitch);
     const int next = left + kMargin + static_cast<int>((j + 1) * pitch);
-    canvas.fill(x, base - height, std::max(next - x - gap, 1), height, colour_of(bar));
+    canvas.fill(x, base - height, std::max(next - x - gap, 1), height, bar_colour(bar));
   }
 }
 
@@ -97,7 +97,7 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
     }
     if (canvas != nullptr) {
       const int from = left + kMargin + x;
-      canvas->fill(from, top + y + 3, kSwatch, kSwatch, colour_of(bar));
+      canvas->fill(from, top + y + 3, kSwatch, kSwatch, bar_colour(bar));
       for (std::size_t n = 0; n < lines.size(); ++n) {
         canvas->text(from + kIndent, top + y + kText + static_cast<int>(n) * kLine, kText, lines[n],
                      render::rgb8(0xd0d0d0));

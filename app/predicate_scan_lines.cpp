@@ -15,7 +15,7 @@ constexpr int kScanLinesVersion = 1;
 
 constexpr double kFurthestMm = 1e6;
 
-struct Sweep {
+struct ScannedPlanes {
   double reach_mm = 1;
   std::vector<SweepPlane> planes;
 };
@@ -69,7 +69,7 @@ CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Er
   return none;
 }
 
-Result<Sweep> read_sweep(const std::filesystem::path& path) {
+Result<ScannedPlanes> read_scanned_planes(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 256 << 20;
   const auto root = read_json(path, kMostBytes);
   if (!root) return root.error();
@@ -77,23 +77,23 @@ Result<Sweep> read_sweep(const std::filesystem::path& path) {
   std::optional<Error> error;
   JsonMember member(*root, name, error);
   member.version("sonde_scan_lines", kScanLinesVersion);
-  Sweep sweep;
-  member.number("reach_mm", sweep.reach_mm);
-  if (!(sweep.reach_mm > 0 && sweep.reach_mm <= 100)) {
-    member.fail("reach_mm", "a number in (0, 100]", sweep.reach_mm);
+  ScannedPlanes scanned;
+  member.number("reach_mm", scanned.reach_mm);
+  if (!(scanned.reach_mm > 0 && scanned.reach_mm <= 100)) {
+    member.fail("reach_mm", "a number in (0, 100]", scanned.reach_mm);
   }
   member.list("planes", [&](const Json& json, const std::string& at) {
     JsonMember plane(json, at, error);
     const CtFromImage pose = read_pose(plane, at, error);
     const Eigen::Vector2d low = read_point(plane, "low_mm");
     const Eigen::Vector2d high = read_point(plane, "high_mm");
-    sweep.planes.push_back({pose, low, high, read_sector(plane, at, error)});
+    scanned.planes.push_back({pose, low, high, read_sector(plane, at, error)});
     plane.finish();
   });
   member.finish();
-  if (!error && sweep.planes.empty()) member.fail("planes", "at least one", Json::array());
+  if (!error && scanned.planes.empty()) member.fail("planes", "at least one", Json::array());
   if (error) return *error;
-  return sweep;
+  return scanned;
 }
 
 bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid) {
@@ -122,7 +122,7 @@ Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& a
 
 Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
                                                    const VoxelGrid& grid, int threads) {
-  const auto sweep = read_sweep(path);
+  const auto sweep = read_scanned_planes(path);
   if (!sweep) return sweep.error();
   const auto named = [&](const Error& error) {
     return Error{error.code, path.string() + ": " + error.message};

@@ -28,10 +28,10 @@ std::string joined(const std::vector<std::string>& reasons) {
   return text;
 }
 
-Json json_of(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
+Json as_json(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
 
 /// What was refined beside the pose; null when nothing was.
-Json json_of(const registration::Stretch& stretch, const std::string& model) {
+Json as_json(const registration::Stretch& stretch, const std::string& model) {
   if (model == "none") return nullptr;
   Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
   for (int i = 0; i < 9; ++i) json["strain"].push_back(stretch.strain(i / 3, i % 3));
@@ -85,7 +85,7 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   json["method"] = "landmarks";
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ground.ct ? Json(ct_digest(*ground.ct)) : Json(nullptr);
-  json["target_ct_mm"] = json_of(target);
+  json["target_ct_mm"] = as_json(target);
   const auto decision = decide(*ground.landmarks, target);
   report_warnings(decision.warnings, console);
   json["reference_frame"] =
@@ -161,11 +161,11 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   json["shape"] =
       (options.shape.surface.empty() ? options.shape.centre_lines : options.shape.surface).string();
   json["start"] = {{"kind", ground.landmarks ? "landmarks" : "declared"},
-                   {"ct_from_reference_mm", app::json_of(start->matrix())}};
-  json["target_ct_mm"] = json_of(target);
+                   {"ct_from_reference_mm", json_of(start->matrix())}};
+  json["target_ct_mm"] = as_json(target);
   json["reference_frame"] =
       config.source.reference_frame.empty() ? Json(nullptr) : Json(config.source.reference_frame);
-  json["registration"] = app::json_of(*result, decision, target);
+  json["registration"] = json_of(*result, decision, target);
   json["registration"]["landmarks"] = opinion;
   if (auto written = deliver(json, config, json_file); !written) return written;
   if (!decision.accepted) {
@@ -228,11 +228,11 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
 /// pictures do not show: a warning where that may be a lot and is not predicted; else empty.
 std::string hidden_from_needle(const SessionConfig& config, const RegisterOptions& options,
                                const registration::ImageRegistrationResult& result) {
-  constexpr double kMostMm = 2;
+  constexpr double kMostUnnoticedMm = 2;
   if (config.source.needle_frame.empty() || options.calibration_sigma_mm > 0) return "";
   for (const registration::Misfit& misfit : result.misfits) {
     const bool calibration = misfit.cause == registration::MisfitCause::kCalibration;
-    if (!calibration || !(misfit.unnoticed > kMostMm)) continue;
+    if (!calibration || !(misfit.unnoticed > kMostUnnoticedMm)) continue;
     return "needle: " + registration::unnoticed_in_words({misfit}) +
            ": turn the probe about another axis too, or say how well it is calibrated "
            "(--calibration-sigma-mm)";
@@ -400,22 +400,22 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   json["sweep"] = config.source.recording.string();
   json["ct"] = config.ct.path.string();
   json["ct_sha256"] = ct_digest(*ground->ct);
-  json["recording"] = app::json_of(surveyed->recording);
+  json["recording"] = json_of(surveyed->recording);
   json["reference"] = session->reference_statement();
   json["reference_frame"] = session->reference_frame();
-  json["start"] = {{"kind", start->kind},
-                   {"ct_from_reference_mm",
-                    start->kind == "skin" ? Json(nullptr) : app::json_of(initial.matrix())}};
-  json["target_ct_mm"] = json_of(target);
+  json["start"] = {
+      {"kind", start->kind},
+      {"ct_from_reference_mm", start->kind == "skin" ? Json(nullptr) : json_of(initial.matrix())}};
+  json["target_ct_mm"] = as_json(target);
   json["effort"] = options.effort;
   json["similarity"] = options.similarity;
   json["loss"] = options.loss;
-  json["registration"] = app::json_of(answer, decision, target);
-  json["stretch"] = json_of(answer.stretch, options.stretch);
+  json["registration"] = json_of(answer, decision, target);
+  json["stretch"] = as_json(answer.stretch, options.stretch);
   json["calibration_sigma_mm"] = options.calibration_sigma_mm;
   json.update(motion->json);
-  json["ledger"] = app::json_of(session->navigator().ledger());
-  json["diagnostics"] = app::json_of(console.entries());
+  json["ledger"] = json_of(session->navigator().ledger());
+  json["diagnostics"] = json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;
   if (!config.output.folder.empty()) {
     auto out = OutputFolder::create(config.output.folder);

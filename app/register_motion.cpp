@@ -27,14 +27,13 @@ Json phases_of(const registration::PhaseMotion& motion) {
   Json phases = Json::array();
   for (int i = 0; i < kReportedPhases; ++i) {
     const double phase = static_cast<double>(i) / kReportedPhases;
-    phases.push_back(
-        {{"phase", phase},
-         {"ct_from_reference_mm", app::json_of(motion.ct_from_reference(phase).matrix())}});
+    phases.push_back({{"phase", phase},
+                      {"ct_from_reference_mm", json_of(motion.ct_from_reference(phase).matrix())}});
   }
   return phases;
 }
 
-Json json_of(const registration::PhaseResult& found, double period_s) {
+Json as_json(const registration::PhaseResult& found, double period_s) {
   return {{"supported", found.supported},
           {"accepted", false},
           {"reason", found.reason},
@@ -48,7 +47,7 @@ Json json_of(const registration::PhaseResult& found, double period_s) {
 }
 
 /// Enough to evaluate it anywhere; null where there is none.
-Json json_of(const registration::SplineField& field, bool supported) {
+Json as_json(const registration::SplineField& field, bool supported) {
   if (!supported) return nullptr;
   const auto& c = field.coefficients();
   const Eigen::Vector3d& origin = field.origin();
@@ -58,7 +57,7 @@ Json json_of(const registration::SplineField& field, bool supported) {
           {"coefficients_mm", std::vector<double>(c.data(), c.data() + c.size())}};
 }
 
-Json json_of(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
+Json as_json(const registration::DeformableResult& found, const Point<frames::Ct>& target) {
   const Eigen::Vector3d moved = found.field.displacement(target.mm);
   return {{"supported", found.supported},
           {"model", found.supported ? "free-form" : "rigid"},
@@ -75,7 +74,7 @@ Json json_of(const registration::DeformableResult& found, const Point<frames::Ct
           {"max_gradient", found.max_gradient},
           {"one_to_one", found.max_gradient < 1},
           {"bending_energy_mm", found.bending_energy_mm},
-          {"field", json_of(found.field, found.supported)},
+          {"field", as_json(found.field, found.supported)},
           {"iterations", found.iterations}};
 }
 
@@ -108,7 +107,7 @@ namespace {
 Json json_of_common(const MotionOutcome& outcome) {
   return {{"accepted", outcome.decision.accepted},
           {"reasons", outcome.decision.reasons},
-          {pose_key(outcome.decision), app::json_of(outcome.result.ct_from_reference.matrix())}};
+          {pose_key(outcome.decision), json_of(outcome.result.ct_from_reference.matrix())}};
 }
 
 /// The motion takes the place of the common pose; what became of that one is said. Nothing is
@@ -151,7 +150,7 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
                                                   console.progress(fraction);
                                                   return true;
                                                 });
-    json = moving ? json_of(moving->phases, period_s) : not_tried(moving.error().message);
+    json = moving ? as_json(moving->phases, period_s) : not_tried(moving.error().message);
     if (moving && moving->at_rest) {
       take(*moving, target, outcome);
       if (outcome.decision.accepted) still = std::move(moving->held_still);
@@ -200,7 +199,7 @@ void refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>
           console.progress(fraction);
           return true;
         });
-    json = deformed ? json_of(deformed->tissue, target) : not_tried(deformed.error().message);
+    json = deformed ? as_json(deformed->tissue, target) : not_tried(deformed.error().message);
     if (deformed && deformed->in_bent_ct) take(*deformed, target, outcome);
     console.end(json.value("accepted", false) ? "accepted" : "not supported");
   }

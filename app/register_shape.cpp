@@ -44,7 +44,7 @@ Result<std::vector<Point<frames::Reference>>> read_points(const ShapeFiles& file
   return points;
 }
 
-Json json_of(const registration::DistanceSummary& distances) {
+Json as_json(const registration::DistanceSummary& distances) {
   return {{"mean_mm", distances.mean_mm},
           {"median_mm", distances.median_mm},
           {"rms_mm", distances.rms_mm},
@@ -78,8 +78,8 @@ Json json_of(const registration::ShapeRegistration& result, const registration::
   Json json = json_of(decision);
   json["points"] = result.points;
   json["trimmed"] = result.trimmed;
-  json["distance_before"] = json_of(result.before);
-  json["distance"] = json_of(result.after);
+  json["distance_before"] = as_json(result.before);
+  json["distance"] = as_json(result.after);
   json["scale_mm"] = result.scale_mm;
   json["discrepancy_mm"] = json_number(result.discrepancy_mm);
   json["iterations"] = result.iterations;
@@ -88,7 +88,7 @@ Json json_of(const registration::ShapeRegistration& result, const registration::
   json["sliding"] = Json::array();
   for (const auto& one : result.sliding) json["sliding"].push_back(one.description);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
-  json[pose_key(decision)] = app::json_of(result.ct_from_reference.matrix());
+  json[pose_key(decision)] = json_of(result.ct_from_reference.matrix());
   return json;
 }
 

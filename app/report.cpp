@@ -86,7 +86,7 @@ Json json_of(const registration::Decision& decision) {
 }
 
 namespace {
-Json json_of(const std::vector<registration::Misfit>& misfits) {
+Json as_json(const std::vector<registration::Misfit>& misfits) {
   Json list = Json::array();
   for (const registration::Misfit& misfit : misfits) {
     Json values = Json::array();
@@ -147,7 +147,7 @@ Json json_of(const registration::ImageRegistrationResult& result,
                                {"pull_mm", json_number(region.pull_mm)},
                                {"centre_ct_mm", {c.x(), c.y(), c.z()}}});
   }
-  json["misfits"] = json_of(result.misfits);
+  json["misfits"] = as_json(result.misfits);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
   json["clustered_target_error_rms_mm"] =
       result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : Json(nullptr);

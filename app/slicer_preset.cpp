@@ -15,11 +15,11 @@ constexpr std::size_t kMostPoints = 4096;
 constexpr double kMostPosition = 1e9;
 
 /// A point of a piecewise-linear curve: x and one value (opacity) or three (colour).
-struct Point {
+struct CurvePoint {
   double x;
   std::vector<double> y;
 };
-using Curve = std::vector<Point>;
+using Curve = std::vector<CurvePoint>;
 
 struct SlicerProperty {
   bool shade = true;
@@ -47,7 +47,7 @@ std::string text_of(double x) {
 /// moves to the next single-precision number.
 Curve sorted(Curve curve) {
   std::stable_sort(curve.begin(), curve.end(),
-                   [](const Point& a, const Point& b) { return a.x < b.x; });
+                   [](const CurvePoint& a, const CurvePoint& b) { return a.x < b.x; });
   constexpr float kFar = std::numeric_limits<float>::infinity();
   for (std::size_t i = 1; i < curve.size(); ++i) {
     const double before = curve[i - 1].x;
@@ -61,7 +61,7 @@ Result<void> check_curve(const std::string& where, const Curve& curve, std::size
     return refusal(where, std::to_string(least) + " to " + std::to_string(kMostPoints) + " points",
                    std::to_string(curve.size()));
   }
-  for (const Point& point : curve) {
+  for (const CurvePoint& point : curve) {
     if (!(std::abs(point.x) <= kMostPosition)) {
       return refusal(where, "positions of at most 1e9", text_of(point.x));
     }
@@ -74,10 +74,10 @@ Result<void> check_curve(const std::string& where, const Curve& curve, std::size
 
 std::vector<double> at(const Curve& curve, double x) {
   const auto above =
-      std::find_if(curve.begin(), curve.end(), [x](const Point& p) { return p.x > x; });
+      std::find_if(curve.begin(), curve.end(), [x](const CurvePoint& p) { return p.x > x; });
   if (above == curve.begin()) return curve.front().y;
   if (above == curve.end()) return curve.back().y;
-  const Point& below = *(above - 1);
+  const CurvePoint& below = *(above - 1);
   const double w = (x - below.x) / (above->x - below.x);
   std::vector<double> y = below.y;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += w * (above->y[i] - y[i]);
@@ -93,13 +93,14 @@ struct GradientShare {
 Result<GradientShare> gradient_share(const std::string& where, const Curve& curve) {
   if (curve.empty()) return GradientShare{};
   double most = 0;
-  for (const Point& p : curve) most = std::max(most, p.y[0]);
+  for (const CurvePoint& p : curve) most = std::max(most, p.y[0]);
   const auto is = [](double a, double b) { return std::abs(a - b) < 1e-9; };
-  if (std::all_of(curve.begin(), curve.end(), [&](const Point& p) { return is(p.y[0], most); })) {
+  if (std::all_of(curve.begin(), curve.end(),
+                  [&](const CurvePoint& p) { return is(p.y[0], most); })) {
     return GradientShare{most, {}};
   }
-  const auto plateau = [&](const Point& p) { return is(p.y[0], most); };
-  const auto zero = [&](const Point& p) { return is(p.y[0], 0); };
+  const auto plateau = [&](const CurvePoint& p) { return is(p.y[0], most); };
+  const auto zero = [&](const CurvePoint& p) { return is(p.y[0], 0); };
   const auto first = std::find_if(curve.begin(), curve.end(), plateau);
   const auto last = std::find_if(curve.rbegin(), curve.rend(), plateau).base();  // One past it.
   const bool simple = std::all_of(first, last, plateau) &&
@@ -111,12 +112,12 @@ Result<GradientShare> gradient_share(const std::string& where, const Curve& curv
                      ": expected a gradient opacity of one value, or from 0 to a plateau and "
                      "back to 0, found another curve"};
   }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNoEnd = std::numeric_limits<double>::infinity();
   const bool rises = first != curve.begin();
   const bool falls = last != curve.end();
   return GradientShare{
       most, render::GradientWindow{rises ? (first - 1)->x : 0, rises ? first->x : 0,
-                                   falls ? (last - 1)->x : kInfinity, falls ? last->x : kInfinity}};
+                                   falls ? (last - 1)->x : kNoEnd, falls ? last->x : kNoEnd}};
 }
 
 Result<LookFile> to_look(const std::string& name, SlicerProperty property) {
@@ -130,8 +131,8 @@ Result<LookFile> to_look(const std::string& name, SlicerProperty property) {
   const auto gradient = gradient_share(name + ": gradient opacity", property.gradient);
   if (!gradient) return gradient.error();
   std::vector<double> values;
-  for (const Point& p : property.opacity) values.push_back(p.x);
-  for (const Point& p : property.colour) values.push_back(p.x);
+  for (const CurvePoint& p : property.opacity) values.push_back(p.x);
+  for (const CurvePoint& p : property.colour) values.push_back(p.x);
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
   render::TransferComponent component{"slicer", {}, gradient->window};
@@ -224,7 +225,7 @@ class JsonReader {
   }
 
  private:
-  Point one_point(const PresetJson& point, const char* key, bool colour) {
+  CurvePoint one_point(const PresetJson& point, const char* key, bool colour) {
     const char* value = colour ? "color" : "y";
     const bool known = point.is_object() && point.contains("x") && point["x"].is_number() &&
                        point.contains(value) &&

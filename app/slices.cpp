@@ -37,8 +37,8 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   canvas.copy(picture, 0, 0);
   const Rgba8 colour = render::rgb8(0xffd24a);
   constexpr int kSize = 16;
-  constexpr int kMargin = 6;
-  constexpr int kLine = kSize + 4;
+  constexpr int kWordsMargin = 6;
+  constexpr int kWordsLine = kSize + 4;
   if (slice.line_ct) {
     const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
       const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
@@ -53,18 +53,19 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   const render::SliceLabels labels = render::labels_of(slice.plane);
   const int middle = picture.height() / 2 + kSize / 3;
   // The name stands beside the top letter, else below it; never over a letter.
-  int base = kMargin + kSize;
-  const int end = 2 * kMargin + canvas.text_width(kSize, slice.name);
-  if (end > centred(labels.top)) base += kLine;
-  if (end <= picture.width() && base + kMargin <= middle - kSize) {
-    canvas.text(kMargin, base, kSize, slice.name, colour);
+  int base = kWordsMargin + kSize;
+  const int end = 2 * kWordsMargin + canvas.text_width(kSize, slice.name);
+  if (end > centred(labels.top)) base += kWordsLine;
+  if (end <= picture.width() && base + kWordsMargin <= middle - kSize) {
+    canvas.text(kWordsMargin, base, kSize, slice.name, colour);
   }
-  if (!warning.empty()) canvas.text(kMargin, base + kLine, kSize, warning, colour);
-  canvas.text(kMargin, middle, kSize, labels.left, colour);
-  canvas.text(picture.width() - kMargin - canvas.text_width(kSize, labels.right), middle, kSize,
-              labels.right, colour);
-  canvas.text(centred(labels.top), kMargin + kSize, kSize, labels.top, colour);
-  canvas.text(centred(labels.bottom), picture.height() - kMargin, kSize, labels.bottom, colour);
+  if (!warning.empty()) canvas.text(kWordsMargin, base + kWordsLine, kSize, warning, colour);
+  canvas.text(kWordsMargin, middle, kSize, labels.left, colour);
+  canvas.text(picture.width() - kWordsMargin - canvas.text_width(kSize, labels.right), middle,
+              kSize, labels.right, colour);
+  canvas.text(centred(labels.top), kWordsMargin + kSize, kSize, labels.top, colour);
+  canvas.text(centred(labels.bottom), picture.height() - kWordsMargin, kSize, labels.bottom,
+              colour);
   return canvas.picture();
 }
 

@@ -9,8 +9,6 @@ using render::rgb8;
 using render::WindowWords;
 using Align = WindowWords::Align;
 
-constexpr Rgba8 kWords = rgb8(0xd8dee4);
-
 class Column {
  public:
   Column(std::vector<WindowWords>& words, double y, WindowWords::Stack stack)

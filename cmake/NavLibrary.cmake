@@ -37,9 +37,10 @@ endif()
 # Precompiled headers hide a missing include, so they are for builds that only test: the daily
 # builds, which have none, are those that have to find every header named. There is one set for the
 # libraries, one for the app and one for the test programs, whatever else each of them links.
-# They also compile a library's files eight at a time, which takes about half the time: names of a
-# file's own are unique in its library. Not the app's: its files share names of functions.
-option(SONDE_PRECOMPILE "Precompile common headers and compile libraries in batches" OFF)
+# They also compile the files of a library, the app or a test program eight at a time, which takes
+# about half the time: names of a file's own are unique there, and differ from those that headers
+# declare.
+option(SONDE_PRECOMPILE "Precompile common headers and compile in batches" OFF)
 # nav_precompiled(<name> HEADERS <h>… USES targets…): a set, in a target of its own.
 function(nav_precompiled name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;USES")
@@ -70,6 +71,16 @@ function(nav_precompile target from)
   target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
 
+# nav_in_batches(<target>): the target's files are compiled several at a time.
+function(nav_in_batches target)
+  if(NOT SONDE_PRECOMPILE)
+    return()
+  endif()
+  # A file's own types are no header's because a batch includes the file.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+endfunction()
+
 set(CMAKE_CXX_EXTENSIONS OFF)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)
@@ -90,12 +101,8 @@ function(nav_add_library name)
     nav_precompile(nav_${name} nav_app_headers)
   else()
     nav_precompile(nav_${name} nav_library_headers)
-    set_target_properties(nav_${name} PROPERTIES UNITY_BUILD ${SONDE_PRECOMPILE})
-    if(SONDE_PRECOMPILE)
-      # A file's own types are no header's because a batch includes the file.
-      target_compile_options(nav_${name} PRIVATE -Wno-subobject-linkage)
-    endif()
   endif()
+  nav_in_batches(nav_${name})
 endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s]
@@ -126,6 +133,7 @@ function(nav_add_test name)
   else()
     nav_precompile(${name} nav_test_headers)
   endif()
+  nav_in_batches(${name})
   if(not_run)
     return()
   endif()

@@ -13,9 +13,9 @@
 namespace nav::app {
 namespace {
 
-constexpr int kWidth = 480;
-constexpr int kHeight = 360;
-constexpr int kSide = kHeight * 2 / 3;
+constexpr int kViewWidth = 480;
+constexpr int kViewHeight = 360;
+constexpr int kSide = kViewHeight * 2 / 3;
 
 std::shared_ptr<const Volume> cube() {
   VoxelGrid grid;
@@ -67,7 +67,7 @@ TEST(MostTellingTest, IsHowFarOffTheTargetMayBeThenTheNeedle) {
 class PresenterTest : public ::testing::Test {
  protected:
   PresenterTest()
-      : presenter_(*Presenter::create({{}, {}, kWidth, kHeight, 2.0, 0.1, 0, {}}, cube(),
+      : presenter_(*Presenter::create({{}, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
                                       render::make_cpu_engine({.threads = 1}))) {}
   Image2d<Rgba8> present(const Epoch& shown) {
     auto picture = presenter_.present(shown);
@@ -77,8 +77,8 @@ class PresenterTest : public ::testing::Test {
   /// Bright grey pixels inside the ultrasound panel, away from its words and scale.
   static int bright_pixels(const Image2d<Rgba8>& picture) {
     int count = 0;
-    for (int y = 40; y < kHeight / 2 - 10; ++y) {
-      for (int x = kWidth + 20; x < kWidth + kSide - 20; ++x) {
+    for (int y = 40; y < kViewHeight / 2 - 10; ++y) {
+      for (int x = kViewWidth + 20; x < kViewWidth + kSide - 20; ++x) {
         const Rgba8& p = picture.at(x, y);
         count += p.r > 240 && p.g > 240 && p.b > 240 ? 1 : 0;
       }
@@ -90,7 +90,7 @@ class PresenterTest : public ::testing::Test {
 
 TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
   const auto picture = present(epoch(SafetyState::kValid, ""));
-  EXPECT_EQ(picture.width(), kWidth + kSide);
+  EXPECT_EQ(picture.width(), kViewWidth + kSide);
   EXPECT_GT(bright_pixels(picture), 1000);
 }
 
@@ -116,7 +116,7 @@ TEST_F(PresenterTest, ByParallelRaysNothingOfTheCtLiesBehindTheEye) {
   for (const double distance_mm : {0.0, 20.0, 500.0}) {
     SessionConfig::View view{.distance_mm = distance_mm};
     view.orthographic = true;
-    auto parallel = Presenter::create({{}, view, kWidth, kHeight, 2.0, 0.1, 0, {}}, cube(),
+    auto parallel = Presenter::create({{}, view, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
                                       render::make_cpu_engine({.threads = 1}));
     ASSERT_TRUE(test::has_value(parallel));
     parallel->set_focus({{5, 5, -7}});
@@ -152,8 +152,8 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   present(shown);
 
   PresenterOptions options;
-  options.width = kWidth;
-  options.height = kHeight;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
   auto both = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
   both->draw_by_predicates(ultrasound, false);
   ASSERT_TRUE(test::has_value(both->choose_step(shown)));
@@ -176,15 +176,15 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   EXPECT_TRUE(scene.plane);
   const auto after = present(shown);
   int green = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kViewHeight; ++y) {
+    for (int x = 0; x < kViewWidth; ++x) {
       const Rgba8& p = after.at(x, y);
       green += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
     }
   }
-  EXPECT_GT(green, kWidth * kHeight / 50) << "the volume, in the predicate's hue";
-  for (int y = kHeight / 2 + 20; y < kHeight - 20; ++y) {
-    for (int x = kWidth + 20; x < kWidth + kSide - 20; ++x) {
+  EXPECT_GT(green, kViewWidth * kViewHeight / 50) << "the volume, in the predicate's hue";
+  for (int y = kViewHeight / 2 + 20; y < kViewHeight - 20; ++y) {
+    for (int x = kViewWidth + 20; x < kViewWidth + kSide - 20; ++x) {
       ASSERT_EQ(after.at(x, y).g, before.at(x, y).g) << "the slice of the CT";
     }
   }
@@ -193,8 +193,8 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
 /// Pixels of the 3D view in which the hue of a predicate can be seen.
 int green_pixels(const Image2d<Rgba8>& picture) {
   int count = 0;
-  for (int y = 80; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 80; y < kViewHeight; ++y) {
+    for (int x = 0; x < kViewWidth; ++x) {
       const Rgba8& p = picture.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
     }
@@ -234,7 +234,7 @@ TEST_F(PresenterTest, DistancesAreFromTheLiveNeedleAndNeverFromItsLastPose) {
     EXPECT_EQ(green_pixels(lost), 0);
     int words = 0;
     for (int y = 26; y < 60; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+      for (int x = 0; x < kViewWidth; ++x) {
         const Rgba8& p = lost.at(x, y);
         words += p.r > 200 && p.b < 60 ? 1 : 0;
       }
@@ -322,8 +322,8 @@ TEST(PresenterOptionsTest, SamplingIsTheScenes) {
 }
 
 TEST(PresenterOptionsTest, QualityIsTheScenes) {
-  const auto made = Presenter::create({{}, {}, kWidth, kHeight, 0.25, 0.1, 0.125, {}}, cube(),
-                                      render::make_cpu_engine());
+  const auto made = Presenter::create({{}, {}, kViewWidth, kViewHeight, 0.25, 0.1, 0.125, {}},
+                                      cube(), render::make_cpu_engine());
   ASSERT_TRUE(test::has_value(made));
   const render::Quality quality = made->scene(Epoch{}).quality;
   EXPECT_EQ(quality.step_voxels, 0.25);
@@ -338,8 +338,8 @@ TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
   std::vector<double> steps;
   for (const double rms : {3e-2, 5e-3}) {
     PresenterOptions options;
-    options.width = kWidth;
-    options.height = kHeight;
+    options.width = kViewWidth;
+    options.height = kViewHeight;
     options.rms_error = rms;
     auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
     ASSERT_TRUE(test::has_value(made));
@@ -356,8 +356,8 @@ TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
 TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
   const Epoch shown = epoch(SafetyState::kValid, "");
   PresenterOptions options;
-  options.width = kWidth;
-  options.height = kHeight;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
   options.pixel_error = 0.5;  // More than any error of 0.002 allows.
   auto spared = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(spared->present(shown)));

@@ -9,7 +9,7 @@
 namespace nav {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kPlanRounding = 1e-9;
 const NeedlePlan kPlan{{{0, 0, 0}}, {{0, 0, 100}}, 10, 5};
 
 Transform<frames::Ct, frames::Needle> needle(const Eigen::Vector3d& tip, double tilt_rad) {
@@ -18,20 +18,20 @@ Transform<frames::Ct, frames::Needle> needle(const Eigen::Vector3d& tip, double 
 
 TEST(GuidanceTest, OnThePathOnlyTheDepthRemains) {
   const auto guidance = guide(kPlan, needle({0, 0, 40}, 0));
-  EXPECT_NEAR(guidance.tip_to_target_mm, 60, kRounding);
-  EXPECT_NEAR(guidance.along_axis_mm, 60, kRounding);
-  EXPECT_NEAR(guidance.lateral_mm, 0, kRounding);
-  EXPECT_NEAR(guidance.angle_to_plan_rad, 0, kRounding);
+  EXPECT_NEAR(guidance.tip_to_target_mm, 60, kPlanRounding);
+  EXPECT_NEAR(guidance.along_axis_mm, 60, kPlanRounding);
+  EXPECT_NEAR(guidance.lateral_mm, 0, kPlanRounding);
+  EXPECT_NEAR(guidance.angle_to_plan_rad, 0, kPlanRounding);
 }
 
 TEST(GuidanceTest, PastTheTargetTheDepthIsNegative) {
-  EXPECT_NEAR(guide(kPlan, needle({0, 0, 107}, 0)).along_axis_mm, -7, kRounding);
+  EXPECT_NEAR(guide(kPlan, needle({0, 0, 107}, 0)).along_axis_mm, -7, kPlanRounding);
 }
 
 TEST(GuidanceTest, ATiltedNeedleMissesByItsSine) {
   const auto guidance = guide(kPlan, needle({0, 0, 40}, 0.1));
-  EXPECT_NEAR(guidance.lateral_mm, 60 * std::sin(0.1), kRounding);
-  EXPECT_NEAR(guidance.angle_to_plan_rad, 0.1, kRounding);
+  EXPECT_NEAR(guidance.lateral_mm, 60 * std::sin(0.1), kPlanRounding);
+  EXPECT_NEAR(guidance.angle_to_plan_rad, 0.1, kPlanRounding);
 }
 
 TEST(NeedlePlanTest, RefusesSenselessPlans) {

@@ -9,14 +9,14 @@
 namespace nav {
 namespace {
 
-constexpr double kRounding = 1e-12;
+constexpr double kGridRounding = 1e-12;
 
 TEST(PixelGridTest, OriginIsMidTransducerFace) {
   const PixelGrid grid = PixelGrid::centred(101, 0.5, 0.25);
-  EXPECT_NEAR(grid.at(50, 0).mm.norm(), 0, kRounding);
-  EXPECT_NEAR(grid.at(0, 0).mm.x(), -25, kRounding);
-  EXPECT_NEAR(grid.at(100, 40).mm.x(), 25, kRounding);
-  EXPECT_NEAR(grid.at(100, 40).mm.y(), 10, kRounding);
+  EXPECT_NEAR(grid.at(50, 0).mm.norm(), 0, kGridRounding);
+  EXPECT_NEAR(grid.at(0, 0).mm.x(), -25, kGridRounding);
+  EXPECT_NEAR(grid.at(100, 40).mm.x(), 25, kGridRounding);
+  EXPECT_NEAR(grid.at(100, 40).mm.y(), 10, kGridRounding);
   EXPECT_EQ(grid.at(3, 7).mm.z(), 0);
 }
 
@@ -66,7 +66,7 @@ TrackedFrame tracked(int ms, int width = 2) {
 TEST(SweepTest, KeepsOrderedFramesAndKnowsItsCentre) {
   const auto sweep = Sweep::create({tracked(10), tracked(20)}, "calibration");
   ASSERT_TRUE(test::has_value(sweep));
-  EXPECT_NEAR(sweep->centroid().mm.z(), 15, kRounding);
+  EXPECT_NEAR(sweep->centroid().mm.z(), 15, kGridRounding);
 }
 
 TEST(SweepTest, RefusesByFrame) {

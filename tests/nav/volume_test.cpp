@@ -11,7 +11,7 @@
 namespace nav {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kIndexRounding = 1e-9;
 
 VoxelGrid oblique_grid() {
   VoxelGrid grid;
@@ -36,7 +36,7 @@ Volume ramp(const VoxelGrid& grid) {
 TEST(VoxelGridTest, IndexUndoesPosition) {
   const VoxelGrid grid = oblique_grid();
   const Eigen::Vector3d index(1.5, -2.25, 7);
-  EXPECT_LT((grid.index_of(grid.at(index)) - index).norm(), kRounding);
+  EXPECT_LT((grid.index_of(grid.at(index)) - index).norm(), kIndexRounding);
 }
 
 TEST(VolumeTest, TrilinearReproducesALinearField) {
@@ -66,7 +66,7 @@ TEST(VolumeTest, OneSliceIsAVolume) {
   grid.size = {2, 2, 1};
   const auto volume = Volume::create(grid, {1, 2, 3, 4}, "slice");
   ASSERT_TRUE(test::has_value(volume));
-  EXPECT_NEAR(*volume->sample({{0.5, 0.5, 0}}), 2.5, kRounding);
+  EXPECT_NEAR(*volume->sample({{0.5, 0.5, 0}}), 2.5, kIndexRounding);
 }
 
 TEST(VolumeTest, RefusesEachBadGridByName) {

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/anisotropic_landmarks.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <random>
 #include <vector>
 
 #include "registration/tre_map.hpp"
 #include "registration/twist.hpp"
+#include "tests/registration/normal.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -38,24 +37,7 @@ std::vector<AnisotropicLandmark> exact(const Eigen::Vector3d& offset = Eigen::Ve
   return out;
 }
 
-class Normal {
- public:
-  explicit Normal(unsigned seed) : random_(seed) {}
-  Eigen::Vector3d vector(const Eigen::Matrix3d& covariance) {
-    const Eigen::Vector3d white(next(), next(), next());
-    return covariance.llt().matrixL() * white;
-  }
-
- private:
-  double uniform() { return (static_cast<double>(random_()) + 0.5) / 4294967296.0; }
-  double next() {
-    const double radius = std::sqrt(-2 * std::log(uniform()));
-    return radius * std::cos(2 * M_PI * uniform());
-  }
-  std::mt19937 random_;
-};
-
-std::vector<AnisotropicLandmark> noisy(Normal& normal) {
+std::vector<AnisotropicLandmark> noisy(test::Normal& normal) {
   auto list = exact();
   for (AnisotropicLandmark& one : list) {
     one.reference.mm += normal.vector(one.reference_covariance_mm2);
@@ -88,7 +70,7 @@ TEST(AnisotropicLandmarksTest, RecoversThePlantedTransformFarFromTheOrigin) {
 }
 
 TEST(AnisotropicLandmarksTest, EqualSpheresGiveTheClosedForm) {
-  Normal normal(4);
+  test::Normal normal(4);
   auto list = noisy(normal);
   std::vector<LandmarkPair> pairs;
   for (AnisotropicLandmark& one : list) {
@@ -108,7 +90,7 @@ TEST(AnisotropicLandmarksTest, EqualSpheresGiveTheClosedForm) {
 }
 
 TEST(AnisotropicLandmarksTest, NoNeighbouringPoseIsMoreLikely) {
-  Normal normal(9);
+  test::Normal normal(9);
   const auto list = noisy(normal);
   const auto found = register_anisotropic_landmarks(list);
   ASSERT_TRUE(test::has_value(found));
@@ -133,7 +115,7 @@ TEST(AnisotropicLandmarksTest, PredictsTheTargetErrorAndBeatsTheClosedForm) {
   constexpr int kTrials = 3000;
   // Standard error of an RMS of 3000 draws is about 1 %.
   constexpr double kRelative = 0.03;
-  Normal normal(3);
+  test::Normal normal(3);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double closed2 = 0;
   double scale2 = 0;

@@ -263,7 +263,7 @@ TEST(CtChannelsTest, GaussiansReachNoFartherThanTheTexels) {
 }
 
 /// A level's patches with the whole CT and with the CT near each of them.
-struct Scene {
+struct ChannelScene {
   Volume ct = test::blob_ct(test::BlobPatient(11), test::oblique_grid());
   CtChannels whole = *make_ct_channels(ct, box_of(ct.grid()), 1.5);
   Sweep sweep = test::blob_sweep(test::BlobPatient(11), {});
@@ -271,7 +271,7 @@ struct Scene {
 };
 
 TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatchesGo) {
-  const Scene scene;
+  const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
   constexpr double kRidge = 0.02;
@@ -291,7 +291,7 @@ TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatches
 }
 
 TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
-  const Scene scene;
+  const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
   const PatchSet odd =
@@ -334,7 +334,7 @@ std::size_t other_texels(const CtChannels& box, const CtChannels& whole,
 }
 
 TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldTheirPatches) {
-  Scene scene;
+  ChannelScene scene;
   // Neither may spoil the box of others.
   scene.patches.patches[3].centre_mm.x() = std::nan("");
   scene.patches.patches[4].centre_mm.y() = 1e300;
@@ -379,7 +379,7 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
 }
 
 TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
-  const Scene scene;
+  const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
   const Lc2Cost dense(scene.whole, scene.patches, 0.02, 1);
@@ -399,7 +399,7 @@ TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
 }
 
 TEST(PatchChannelsTest, OnlyPatchesWithStructureAmongSmootherTexelsAreLookedAtClosely) {
-  Scene scene;
+  ChannelScene scene;
   scene.patches =
       make_patches(scene.sweep, *shadow_masks(scene.sweep, {}), {2.0, 7, 600, 3.0}, 1.5);
   const std::size_t count = scene.patches.patches.size();
@@ -428,7 +428,7 @@ TEST(PatchChannelsTest, OnlyPatchesWithStructureAmongSmootherTexelsAreLookedAtCl
 }
 
 TEST(PatchChannelsTest, APatchThatIsNotFiniteIsNoMatch) {
-  Scene scene;
+  ChannelScene scene;
   scene.patches.patches[3].centre_mm.x() = std::nan("");
   scene.patches.patches[4].centre_mm.y() = 1e300;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());

@@ -18,13 +18,13 @@ namespace {
 
 using test::BlobPatient;
 
-struct Scene {
+struct PatientScene {
   BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::cubic_grid());
   Sweep sweep = test::blob_sweep(patient, {.echo = 0});
 };
-const Scene& scene() {
-  static const Scene instance;
+const PatientScene& scene() {
+  static const PatientScene instance;
   return instance;
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
-#include <random>
 
+#include "tests/registration/normal.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -27,25 +27,6 @@ std::vector<LandmarkPair> exact_pairs(const Eigen::Vector3d& offset_mm = Eigen::
   }
   return pairs;
 }
-
-/// Standard normal, the same on every platform.
-class Normal {
- public:
-  explicit Normal(unsigned seed) : random_(seed) {}
-  Eigen::Vector3d vector() {
-    const double x = next();
-    const double y = next();
-    return {x, y, next()};
-  }
-
- private:
-  double uniform() { return (static_cast<double>(random_()) + 0.5) / 4294967296.0; }
-  double next() {
-    const double radius = std::sqrt(-2 * std::log(uniform()));
-    return radius * std::cos(2 * M_PI * uniform());
-  }
-  std::mt19937 random_;
-};
 
 TEST(LandmarksTest, RecoversThePlantedTransform) {
   const auto result = register_landmarks(exact_pairs());
@@ -87,7 +68,7 @@ TEST(LandmarksTest, PredictsTheTargetErrorOfNoisyPoints) {
   constexpr int kTrials = 20000;
   // Standard error of an RMS of 20000 draws is 0.5 %; second-order terms are far smaller.
   constexpr double kRelative = 0.03;
-  Normal normal(3);
+  test::Normal normal(3);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double predicted_mm = 0;
   double scale2 = 0;
@@ -221,7 +202,7 @@ TEST(LandmarksTest, RefusesAMirroredList) {
 
 TEST(LandmarksTest, NearPlanarNoiseIsNoMirror) {
   // Noise decides the sign of the third axis here; a rotation must come out nevertheless.
-  Normal normal(8);
+  test::Normal normal(8);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<LandmarkPair> pairs;
     for (const auto& p : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(80, 0, 0),

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kRidge = 0.02;
 
-struct Scene {
+struct CostScene {
   test::BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::oblique_grid());
   CtChannels channels =
@@ -34,8 +34,8 @@ struct Scene {
     return spec;
   }
 };
-const Scene& scene() {
-  static const Scene instance;
+const CostScene& cost_scene() {
+  static const CostScene instance;
   return instance;
 }
 /// Off the optimum, where the gradient is large.
@@ -45,7 +45,7 @@ class Lc2CostLossTest : public testing::TestWithParam<PatchLoss> {};
 
 TEST_P(Lc2CostLossTest, GradientMatchesCentralDifferencesInCt) {
   const Lc2Cost cost =
-      Lc2Cost(scene().channels, scene().patches, kRidge, 1).robust({GetParam(), 0.3});
+      Lc2Cost(cost_scene().channels, cost_scene().patches, kRidge, 1).robust({GetParam(), 0.3});
   const Eigen::Vector3d centre(5, -8, 3);
   const Vector6d gradient = cost.terms(off_pose(), centre).gradient;
   // Float sums need a step that moves the cost well; kinks of the interpolant limit it above.
@@ -72,23 +72,24 @@ INSTANTIATE_TEST_SUITE_P(Losses, Lc2CostLossTest,
                          });
 
 TEST(Lc2CostTest, ALossIsOfEveryPatchAndStaysOnOtherPatches) {
-  const Lc2Cost plain(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost plain(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const RobustLoss loss{PatchLoss::kCauchy, 0.2};
-  const GridPose pose = grid_pose(scene().channels, off_pose());
+  const GridPose pose = grid_pose(cost_scene().channels, off_pose());
   double expected = 0;
-  for (std::size_t i = 0; i < scene().patches.patches.size(); ++i) {
-    expected += scene().patches.patches[i].weight *
-                loss.value(patch_cost(scene().channels, place(scene().patches, i, pose), kRidge));
+  for (std::size_t i = 0; i < cost_scene().patches.patches.size(); ++i) {
+    expected +=
+        cost_scene().patches.patches[i].weight *
+        loss.value(patch_cost(cost_scene().channels, place(cost_scene().patches, i, pose), kRidge));
   }
   const Lc2Cost robust = plain.robust(loss);
   EXPECT_NEAR(robust.cost(off_pose()).cost, expected, 1e-12);
   EXPECT_NEAR(robust.terms(off_pose(), {0, 0, 0}).cost, expected, 1e-12);
-  EXPECT_NEAR(robust.on(scene().patches).cost(off_pose()).cost, expected, 1e-12);
+  EXPECT_NEAR(robust.on(cost_scene().patches).cost(off_pose()).cost, expected, 1e-12);
   EXPECT_GT(eigenpairs<6>(robust.terms(off_pose(), {0, 0, 0}).hessian).values[0], 0);
 }
 
 TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
-  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const CostTerms terms = cost.terms(off_pose(), {0, 0, 0}, true);
   EXPECT_GT(eigenpairs<6>(terms.hessian).values[0], 0);
   Vector6d sum = Vector6d::Zero();
@@ -97,23 +98,23 @@ TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
 }
 
 TEST(Lc2CostTest, HessianIsThatOfThePatchesMovedToTheCommonCentre) {
-  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const Eigen::Vector3d centre(5, -8, 3);
-  const GridPose pose = grid_pose(scene().channels, off_pose());
-  const Matrix6d to_grid = grid_from_ct(scene().channels);
+  const GridPose pose = grid_pose(cost_scene().channels, off_pose());
+  const Matrix6d to_grid = grid_from_ct(cost_scene().channels);
   Matrix6d expected = Matrix6d::Zero();
-  for (std::size_t i = 0; i < scene().patches.patches.size(); ++i) {
-    const PlacedPatch placed = place(scene().patches, i, pose);
+  for (std::size_t i = 0; i < cost_scene().patches.patches.size(); ++i) {
+    const PlacedPatch placed = place(cost_scene().patches, i, pose);
     const Matrix6d m =
-        patch_from_common(placed.centre - scene().channels.grid_of(centre)) * to_grid;
-    const PatchTerms terms = patch_terms(scene().channels, placed, kRidge);
-    expected += scene().patches.patches[i].weight * m.transpose() * terms.hessian * m;
+        patch_from_common(placed.centre - cost_scene().channels.grid_of(centre)) * to_grid;
+    const PatchTerms terms = patch_terms(cost_scene().channels, placed, kRidge);
+    expected += cost_scene().patches.patches[i].weight * m.transpose() * terms.hessian * m;
   }
   EXPECT_LT((cost.terms(off_pose(), centre).hessian - expected).norm(), 1e-12 * expected.norm());
 }
 
 TEST(Lc2CostTest, GradientAloneIsThatOfTheTerms) {
-  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const CostTerms terms = cost.terms(off_pose(), {1, 2, 3}, true);
   const CostTerms alone = cost.gradient(off_pose(), {1, 2, 3}, true);
   EXPECT_EQ(alone.cost, terms.cost);
@@ -123,8 +124,8 @@ TEST(Lc2CostTest, GradientAloneIsThatOfTheTerms) {
 }
 
 TEST(Lc2CostTest, ThreadsDoNotChangeABit) {
-  const Lc2Cost one(scene().channels, scene().patches, kRidge, 1);
-  const Lc2Cost two(scene().channels, scene().patches, kRidge, 2);
+  const Lc2Cost one(cost_scene().channels, cost_scene().patches, kRidge, 1);
+  const Lc2Cost two(cost_scene().channels, cost_scene().patches, kRidge, 2);
   const CostTerms a = one.terms(off_pose(), {1, 2, 3});
   const CostTerms b = two.terms(off_pose(), {1, 2, 3});
   EXPECT_EQ(a.cost, b.cost);
@@ -134,20 +135,20 @@ TEST(Lc2CostTest, ThreadsDoNotChangeABit) {
 }
 
 TEST(Lc2CostTest, NonFiniteChannelsCountAsNoMatch) {
-  CtChannels poisoned = scene().channels;
+  CtChannels poisoned = cost_scene().channels;
   for (std::size_t i = 0; i < poisoned.texels.size(); i += 2) {
     poisoned.texels[i][0] = std::numeric_limits<float>::quiet_NaN();
   }
-  const Lc2Cost cost(poisoned, scene().patches, kRidge, 1);
+  const Lc2Cost cost(poisoned, cost_scene().patches, kRidge, 1);
   const CostTerms terms = cost.terms(test::true_pose(), {0, 0, 0});
-  EXPECT_EQ(terms.non_finite, static_cast<int>(scene().patches.patches.size()));
+  EXPECT_EQ(terms.non_finite, static_cast<int>(cost_scene().patches.patches.size()));
   EXPECT_NEAR(terms.cost, 1.0, 1e-12);
   EXPECT_TRUE(terms.gradient.allFinite() && terms.hessian.allFinite());
 }
 
 TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
-  const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
-  const Point<frames::Reference> centroid = scene().sweep.centroid();
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, 0.005, 1);
+  const Point<frames::Reference> centroid = cost_scene().sweep.centroid();
   const PoseSolution solution = solve_pose(cost, off_pose(), centroid, {30}, {});
   EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
   EXPECT_LT(solution.final_cost, 0.5 * solution.initial_cost);
@@ -158,9 +159,9 @@ TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
 }
 
 TEST(Lc2CostTest, TheSolverStopsWhenAsked) {
-  const Lc2Cost cost(scene().channels, scene().patches, kRidge, 1);
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const auto solution =
-      solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, [] { return false; });
+      solve_pose(cost, off_pose(), cost_scene().sweep.centroid(), {30}, [] { return false; });
   EXPECT_TRUE(solution.cancelled);
 }
 
@@ -195,15 +196,15 @@ TEST(CostSolverTest, ARefusedStepThatChangesNothingIsNoEnd) {
 
 TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
   // A CT that does not change along z: sliding along z costs nothing.
-  CtChannels prism = scene().channels;
+  CtChannels prism = cost_scene().channels;
   const auto slice = static_cast<std::size_t>(prism.size[0] * prism.size[1]);
   for (std::size_t i = 0; i < prism.texels.size(); ++i) {
-    prism.texels[i] = scene().channels.texels[40 * slice + i % slice];
+    prism.texels[i] = cost_scene().channels.texels[40 * slice + i % slice];
     prism.texels[i][3] = 0;
   }
-  const Lc2Cost cost(prism, scene().patches, kRidge, 1);
+  const Lc2Cost cost(prism, cost_scene().patches, kRidge, 1);
   const auto shape = local_shape(cost, test::true_pose(), {{0, 0, 0}}, 0.5);
-  const auto result = sandwich_covariance(shape, scene().patches, test::true_pose(), 0.15);
+  const auto result = sandwich_covariance(shape, cost_scene().patches, test::true_pose(), 0.15);
   EXPECT_FALSE(result.valid);
   EXPECT_NE(result.fault.find("does not determine"), std::string::npos) << result.fault;
 }
@@ -265,12 +266,12 @@ TEST(DisagreementTest, SaysWhyHalvesCannotBeCompared) {
 }
 
 TEST(SandwichTest, RespectsTheBiasFloor) {
-  const Lc2Cost cost(scene().channels, scene().patches, 0.005, 1);
-  const auto solution = solve_pose(cost, off_pose(), scene().sweep.centroid(), {30}, {});
-  const Point<frames::Ct> centre = solution.pose * scene().sweep.centroid();
+  const Lc2Cost cost(cost_scene().channels, cost_scene().patches, 0.005, 1);
+  const auto solution = solve_pose(cost, off_pose(), cost_scene().sweep.centroid(), {30}, {});
+  const Point<frames::Ct> centre = solution.pose * cost_scene().sweep.centroid();
   const auto shape = local_shape(cost, solution.pose, centre, 0.5);
-  const auto small = sandwich_covariance(shape, scene().patches, solution.pose, 0.0);
-  const auto large = sandwich_covariance(shape, scene().patches, solution.pose, 2.0);
+  const auto small = sandwich_covariance(shape, cost_scene().patches, solution.pose, 0.0);
+  const auto large = sandwich_covariance(shape, cost_scene().patches, solution.pose, 2.0);
   ASSERT_TRUE(small.valid) << small.fault;
   ASSERT_TRUE(large.valid) << large.fault;
   EXPECT_GT(small.uncertainty.tre_rms_mm(centre), 0.0);

@@ -12,7 +12,7 @@
 namespace nav::registration {
 namespace {
 
-constexpr double kRidge = 0.02;
+constexpr double kKernelRidge = 0.02;
 // Float sums of about 100 centred products against doubles.
 constexpr double kFloatRelative = 2e-5;
 
@@ -130,9 +130,10 @@ TEST(Lc2KernelTest, ValueMatchesTheFormulaInDoubles) {
   const CtChannels ct = channels();
   for (const int side : {5, 7, 9, 11, 13}) {
     const TestPatch patch = oblique_patch(side, static_cast<unsigned>(side));
-    const double expected = oracle(ct, placed(patch), kRidge);
-    EXPECT_NEAR(patch_cost(ct, placed(patch), kRidge), expected, kFloatRelative) << side;
-    EXPECT_EQ(patch_terms(ct, placed(patch), kRidge).s, patch_cost(ct, placed(patch), kRidge));
+    const double expected = oracle(ct, placed(patch), kKernelRidge);
+    EXPECT_NEAR(patch_cost(ct, placed(patch), kKernelRidge), expected, kFloatRelative) << side;
+    EXPECT_EQ(patch_terms(ct, placed(patch), kKernelRidge).s,
+              patch_cost(ct, placed(patch), kKernelRidge));
   }
 }
 
@@ -140,7 +141,7 @@ TEST(Lc2KernelTest, ValueMatchesTheFormulaAcrossTheBorder) {
   const CtChannels ct = channels();
   TestPatch patch = oblique_patch();
   patch.placed.centre = {1.0, 2.0, 18.0};
-  EXPECT_NEAR(patch_cost(ct, placed(patch), kRidge), oracle(ct, placed(patch), kRidge),
+  EXPECT_NEAR(patch_cost(ct, placed(patch), kKernelRidge), oracle(ct, placed(patch), kKernelRidge),
               kFloatRelative);
 }
 
@@ -151,8 +152,8 @@ TEST(Lc2KernelTest, ValueMatchesTheFormulaFarOutside) {
        {Eigen::Vector3d(-40, 5, 6), Eigen::Vector3d(9, 1e5, 6), Eigen::Vector3d(8, 7, -1e8),
         Eigen::Vector3d(1e3, 1e4, 1e8)}) {
     patch.placed.centre = centre;
-    EXPECT_NEAR(patch_cost(ct, placed(patch), kRidge), oracle(ct, placed(patch), kRidge),
-                kFloatRelative)
+    EXPECT_NEAR(patch_cost(ct, placed(patch), kKernelRidge),
+                oracle(ct, placed(patch), kKernelRidge), kFloatRelative)
         << centre.transpose();
   }
 }
@@ -160,15 +161,15 @@ TEST(Lc2KernelTest, ValueMatchesTheFormulaFarOutside) {
 TEST(Lc2KernelTest, GradientMatchesCentralDifferencesOfTheOracle) {
   const CtChannels ct = channels();
   const TestPatch patch = oblique_patch(11, 2);
-  const PatchTerms terms = patch_terms(ct, placed(patch), kRidge);
+  const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
   // Small, because the interpolant has kinks at texel borders; doubles allow it.
   constexpr double kStep = 1e-6;
   constexpr double kRelative = 1e-3;
   for (int i = 0; i < 6; ++i) {
     Vector6d step = Vector6d::Zero();
     step[i] = kStep;
-    const double difference = (oracle(ct, twisted(placed(patch), step), kRidge) -
-                               oracle(ct, twisted(placed(patch), -step), kRidge)) /
+    const double difference = (oracle(ct, twisted(placed(patch), step), kKernelRidge) -
+                               oracle(ct, twisted(placed(patch), -step), kKernelRidge)) /
                               (2 * kStep);
     EXPECT_NEAR(terms.gradient[i], 0.5 * difference, kRelative * terms.gradient.norm()) << i;
   }
@@ -178,14 +179,14 @@ TEST(Lc2KernelTest, GradientMatchesAcrossTheBorder) {
   const CtChannels ct = channels();
   TestPatch patch = oblique_patch();
   patch.placed.centre = {1.013, 2.017, 17.011};
-  const PatchTerms terms = patch_terms(ct, placed(patch), kRidge);
+  const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
   constexpr double kStep = 1e-6;
   constexpr double kRelative = 1e-3;
   for (int i = 0; i < 6; ++i) {
     Vector6d step = Vector6d::Zero();
     step[i] = kStep;
-    const double difference = (oracle(ct, twisted(placed(patch), step), kRidge) -
-                               oracle(ct, twisted(placed(patch), -step), kRidge)) /
+    const double difference = (oracle(ct, twisted(placed(patch), step), kKernelRidge) -
+                               oracle(ct, twisted(placed(patch), -step), kKernelRidge)) /
                               (2 * kStep);
     EXPECT_NEAR(terms.gradient[i], 0.5 * difference, kRelative * terms.gradient.norm()) << i;
   }
@@ -238,13 +239,14 @@ TEST(Lc2KernelTest, SignAndGainOfTheUltrasoundDoNotMatter) {
   const TestPatch plus = oblique_patch();
   TestPatch minus = plus;
   for (float& value : minus.u) value = -value;
-  EXPECT_EQ(patch_cost(ct, placed(plus), kRidge), patch_cost(ct, placed(minus), kRidge));
+  EXPECT_EQ(patch_cost(ct, placed(plus), kKernelRidge),
+            patch_cost(ct, placed(minus), kKernelRidge));
 }
 
 TEST(Lc2KernelTest, ConstantCtExplainsNothing) {
   const CtChannels ct = channels(true);
   const TestPatch patch = oblique_patch();
-  const PatchTerms terms = patch_terms(ct, placed(patch), kRidge);
+  const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
   EXPECT_NEAR(terms.s, 1.0, kFloatRelative);
   EXPECT_EQ(terms.gradient.norm(), 0.0);
   EXPECT_EQ(terms.hessian.norm(), 0.0);
@@ -255,9 +257,9 @@ TEST(Lc2KernelTest, CollinearChannelsStayFinite) {
   for (auto& texel : ct.texels) texel = {texel[0], 0, 5.0f + texel[0], 0};
   TestPatch patch = oblique_patch();
   patch.placed.beam = {0, 1, 0};
-  const PatchTerms terms = patch_terms(ct, placed(patch), kRidge);
+  const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
   EXPECT_TRUE(std::isfinite(terms.s) && terms.gradient.allFinite() && terms.hessian.allFinite());
-  EXPECT_NEAR(terms.s, oracle(ct, placed(patch), kRidge), 1e-4);
+  EXPECT_NEAR(terms.s, oracle(ct, placed(patch), kKernelRidge), 1e-4);
 }
 
 TEST(Lc2KernelTest, NotANumberNeverLooksLikeAMatch) {
@@ -267,21 +269,21 @@ TEST(Lc2KernelTest, NotANumberNeverLooksLikeAMatch) {
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     CtChannels poisoned = ct;
     for (auto& texel : poisoned.texels) texel[0] = bad;
-    EXPECT_TRUE(std::isnan(patch_cost(poisoned, placed(patch), kRidge)));
-    EXPECT_TRUE(std::isnan(patch_terms(poisoned, placed(patch), kRidge).s));
+    EXPECT_TRUE(std::isnan(patch_cost(poisoned, placed(patch), kKernelRidge)));
+    EXPECT_TRUE(std::isnan(patch_terms(poisoned, placed(patch), kKernelRidge).s));
   }
   TestPatch lost = patch;
   lost.placed.centre.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(patch_cost(ct, placed(lost), kRidge)));
+  EXPECT_TRUE(std::isnan(patch_cost(ct, placed(lost), kKernelRidge)));
   lost.placed.centre.x() = 1e300;
-  EXPECT_TRUE(std::isnan(patch_terms(ct, placed(lost), kRidge).s));
+  EXPECT_TRUE(std::isnan(patch_terms(ct, placed(lost), kKernelRidge).s));
 }
 
 TEST(Lc2KernelTest, FarOutsideThereIsNothingToSee) {
   const CtChannels ct = channels();
   TestPatch patch = oblique_patch();
   patch.placed.centre = {-2000, 2000, 2000};
-  const PatchTerms terms = patch_terms(ct, placed(patch), kRidge);
+  const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
   EXPECT_NEAR(terms.s, 1.0, kFloatRelative);
   EXPECT_EQ(terms.gradient.norm(), 0.0);
 }

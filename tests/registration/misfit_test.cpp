@@ -70,8 +70,8 @@ ImageRegistrationOptions options() {
   return solver;
 }
 
-ImageRegistrationResult registered(const Sweep& sweep,
-                                   const ImageRegistrationOptions& solver = options()) {
+ImageRegistrationResult fitted(const Sweep& sweep,
+                               const ImageRegistrationOptions& solver = options()) {
   CollectingDiagnostics diagnostics;
   auto result = register_sweep(ct(), sweep, test::true_pose(), solver, diagnostics);
   EXPECT_TRUE(test::has_value(result));
@@ -94,7 +94,7 @@ void expect_refused(const ImageRegistrationResult& result, const std::string& wo
 }
 
 TEST(MisfitTest, NothingIsFoundWhereNothingIsWrong) {
-  const auto result = registered(right_sweep());
+  const auto result = fitted(right_sweep());
   ASSERT_EQ(result.misfits.size(), static_cast<std::size_t>(kMisfitCauses));
   for (const Misfit& misfit : result.misfits) {
     EXPECT_LT(misfit.excess_mm(), 0.35) << to_string(misfit.cause);
@@ -110,7 +110,7 @@ TEST(MisfitTest, ADelayIsFoundWithItsSignAndSize) {
     const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
       tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
     });
-    const auto result = registered(sweep);
+    const auto result = fitted(sweep);
     const Misfit delay = by_cause(result.misfits).at(MisfitCause::kDelay);
     EXPECT_NEAR(delay.values.at(0), late_s, 0.35 * std::abs(late_s));
     EXPECT_GT(delay.excess_mm(), 0.7);
@@ -121,14 +121,14 @@ TEST(MisfitTest, ADelayIsFoundWithItsSignAndSize) {
 
 TEST(MisfitTest, PixelsOfAnotherSizeAreFoundAlongEachAxis) {
   // The echoes of this scene alone look 1.5 % too deep.
-  const Misfit right = by_cause(registered(right_sweep()).misfits).at(MisfitCause::kPixelSize);
+  const Misfit right = by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kPixelSize);
   for (const int axis : {0, 1}) {
     const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
       auto& grid = tracked.frame.grid;
       grid.mm_per_pixel.col(axis) *= 1.04;
       grid.origin_mm[axis] *= 1.04;
     });
-    const auto result = registered(sweep);
+    const auto result = fitted(sweep);
     const Misfit size = by_cause(result.misfits).at(MisfitCause::kPixelSize);
     ASSERT_EQ(size.values.size(), 2U);
     const auto depth_first = static_cast<std::size_t>(1 - axis);
@@ -146,7 +146,7 @@ TEST(MisfitTest, PicturesThatLieElsewhereOnTheProbeAreFound) {
   const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
     tracked.reference_from_image = tracked.reference_from_image * error;
   });
-  const auto result = registered(sweep);
+  const auto result = fitted(sweep);
   expect_refused(result, "elsewhere on the probe");
 }
 
@@ -154,7 +154,7 @@ TEST(MisfitTest, APatientWhoMovesIsFound) {
   const Sweep sweep = sweep_of([](int f, const Vec& now, const Vec& beam) -> test::AtRest {
     return {now - 2.5 * std::sin(0.3 * f) * Vec(0, 0.6, 0.8), beam};
   });
-  const auto result = registered(sweep);
+  const auto result = fitted(sweep);
   EXPECT_GT(by_cause(result.misfits).at(MisfitCause::kMotion).excess_mm(), 1.0);
   expect_refused(result, "who moved");
 }
@@ -164,7 +164,7 @@ TEST(MisfitTest, TissueThatIsBentIsFound) {
     const double x = now.x() / 40, z = now.z() / 40;
     return {now - 3 * Vec(z * z, x * x, x * z), beam};
   });
-  const auto result = registered(sweep);
+  const auto result = fitted(sweep);
   expect_refused(result, "otherwise than in the CT");
   const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
   EXPECT_GT(bend.excess_mm(), 0.9);
@@ -175,7 +175,7 @@ TEST(MisfitTest, TissueThatIsBentIsFound) {
 }
 
 TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
-  const auto right = by_cause(registered(right_sweep()).misfits);
+  const auto right = by_cause(fitted(right_sweep()).misfits);
   const double delay_s = right.at(MisfitCause::kDelay).unnoticed;
   EXPECT_GT(delay_s, 0.01);
   EXPECT_LT(delay_s, 0.1);
@@ -193,7 +193,7 @@ TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
     const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
       tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
     });
-    return by_cause(registered(sweep).misfits).at(MisfitCause::kDelay).excess_mm();
+    return by_cause(fitted(sweep).misfits).at(MisfitCause::kDelay).excess_mm();
   };
   const double telling_mm = kTellingMm[static_cast<std::size_t>(MisfitCause::kDelay)];
   EXPECT_LT(excess_mm(0.6 * delay_s), telling_mm);
@@ -253,36 +253,35 @@ Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
 }
 
 TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
-  const auto right = registered(fan_off_by({0, 0, 0}));
+  const auto right = fitted(fan_off_by({0, 0, 0}));
   const Misfit known = by_cause(right.misfits).at(MisfitCause::kCalibration);
   ASSERT_EQ(known.unnoticed_along.size(), 3U);
   EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
   EXPECT_GT(known.unnoticed, 20);
   EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
   // It is hidden indeed: the pose takes it up.
-  const auto across = registered(fan_off_by({8, 0, 0}));
+  const auto across = fitted(fan_off_by({8, 0, 0}));
   EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
   EXPECT_NEAR(test::cube_error_mm(across.ct_from_reference, test::true_pose()), 8, 0.5);
   // Others are not.
-  EXPECT_FALSE(decide(registered(fan_off_by({0, 8, 0})), {}, {{0, 0, 0}}).accepted);
+  EXPECT_FALSE(decide(fitted(fan_off_by({0, 8, 0})), {}, {{0, 0, 0}}).accepted);
   // A probe that turns about two axes hides none of that size.
-  EXPECT_LT(by_cause(registered(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed,
-            10);
+  EXPECT_LT(by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed, 10);
 }
 
 TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
   constexpr double kSigmaMm = 1.5;
   constexpr double kTurnRad = kSigmaMm / 60;
-  const auto known = registered(fan_off_by({0, 0, 0}));
+  const auto known = fitted(fan_off_by({0, 0, 0}));
   ImageRegistrationOptions solver = options();
   solver.calibration_sigma_mm = kSigmaMm;
-  const auto unsure = registered(fan_off_by({0, 0, 0}), solver);
+  const auto unsure = fitted(fan_off_by({0, 0, 0}), solver);
   EXPECT_EQ(unsure.ct_from_reference.matrix(), known.ct_from_reference.matrix());
   std::vector<ImageRegistrationResult> shifted;
   std::vector<ImageRegistrationResult> turned;
   for (int axis = 0; axis < 3; ++axis) {
-    shifted.push_back(registered(fan_off_by(kSigmaMm * Vec::Unit(axis))));
-    turned.push_back(registered(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis))));
+    shifted.push_back(fitted(fan_off_by(kSigmaMm * Vec::Unit(axis))));
+    turned.push_back(fitted(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis))));
   }
   // The variance of six independent errors is what each moves a target by, squared. Far
   // from the pictures turns count as much as shifts.
@@ -321,7 +320,7 @@ TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
   for (std::size_t f = 0; f < frames.size(); ++f) {
     frames[f].frame.acquired = Timestamp(from_seconds(2.0 * static_cast<double>(f)));
   }
-  const auto misfits = by_cause(registered(*Sweep::create(std::move(frames), "slow")).misfits);
+  const auto misfits = by_cause(fitted(*Sweep::create(std::move(frames), "slow")).misfits);
   const Misfit& delay = misfits.at(MisfitCause::kDelay);
   EXPECT_EQ(delay.found_mm, 0);
   EXPECT_EQ(delay.noise_mm, 0);
@@ -342,7 +341,7 @@ TEST(MisfitTest, AFarReferenceChangesNothing) {
       truth.rotation(), truth.translation_mm() - truth.rotation() * far);
   const auto away = register_sweep(ct(), sweep, start, options(), diagnostics);
   ASSERT_TRUE(test::has_value(away));
-  const auto here = by_cause(registered(right_sweep()).misfits);
+  const auto here = by_cause(fitted(right_sweep()).misfits);
   for (const Misfit& misfit : away->misfits) {
     EXPECT_NEAR(misfit.found_mm, here.at(misfit.cause).found_mm, 1e-4) << to_string(misfit.cause);
     EXPECT_NEAR(misfit.noise_mm, here.at(misfit.cause).noise_mm, 1e-4) << to_string(misfit.cause);
@@ -352,7 +351,7 @@ TEST(MisfitTest, AFarReferenceChangesNothing) {
 TEST(MisfitTest, ASimilarityWithoutPartsHasNone) {
   ImageRegistrationOptions solver = options();
   solver.similarity = Similarity::kMutualInformation;
-  EXPECT_TRUE(registered(right_sweep(), solver).misfits.empty());
+  EXPECT_TRUE(fitted(right_sweep(), solver).misfits.empty());
 }
 
 TEST(MisfitTest, ExcessIsWhatIsBeyondNoise) {

@@ -13,7 +13,7 @@ namespace {
 
 using Expression = PredicateExpression;
 
-Timestamp at(double seconds) { return Timestamp(from_seconds(seconds)); }
+Timestamp time_at(double seconds) { return Timestamp(from_seconds(seconds)); }
 
 PredicateModel asking(std::vector<Expression> expressions) {
   PredicateModel model;
@@ -43,7 +43,7 @@ class RefinementTest : public ::testing::Test {
     bool refined;
   };
   Drawn draw(double seconds, double took_s) {
-    const auto plan = refinement_.plan(scene_, at(seconds));
+    const auto plan = refinement_.plan(scene_, time_at(seconds));
     refinement_.drawn(took_s, plan.factor);
     return {plan.factor, plan.scene.quality.pixel_error > scene_.quality.pixel_error, plan.refined};
   }
@@ -68,14 +68,14 @@ TEST_F(RefinementTest, CoarseOnlyWhileMovingAndSlow) {
   expect_whole(0.5, 0);  // Nothing moves.
   turn();
   EXPECT_TRUE(draw(1, 0.03).sparse);
-  EXPECT_FALSE(refinement_.wants_refinement(at(1.05)));
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(1.05)));
   turn();
   EXPECT_FALSE(draw(1.06, 0.03).refined);
-  EXPECT_FALSE(refinement_.wants_refinement(at(1.15)));
-  EXPECT_TRUE(refinement_.wants_refinement(at(1.17)));
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(1.15)));
+  EXPECT_TRUE(refinement_.wants_refinement(time_at(1.17)));
   EXPECT_TRUE(refinement_.wants_refinement());
   expect_whole(1.17, 0.2);
-  EXPECT_FALSE(refinement_.wants_refinement(at(2)));
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(2)));
   // With a refresh every 33 ms there are 160 ms left to draw within 300.
   EXPECT_LE(ProgressiveOptions{}.refine_after_s + 0.04, 0.15);
 }
@@ -133,7 +133,7 @@ TEST_F(RefinementTest, WhatWasDrawnWholeAfterAllTellsNothingOfSmallPictures) {
   scene_.quality.pixel_error = 0.5;
   expect_whole(0, 0.2);
   turn();
-  const auto plan = refinement_.plan(scene_, at(0.01));
+  const auto plan = refinement_.plan(scene_, time_at(0.01));
   EXPECT_EQ(plan.factor, 3);
   refinement_.drawn(0.2, 1);  // Other geometry needs every pixel.
   turn();
@@ -173,7 +173,7 @@ TEST_F(RefinementTest, AnotherSetOfPredicatesIsExpectedToBeDearer) {
 TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOnes) {
   expect_whole(0, 0.01);
   const auto draw_provisional = [&](double seconds) {
-    const auto plan = refinement_.plan(scene_, at(seconds));
+    const auto plan = refinement_.plan(scene_, time_at(seconds));
     const bool allowed = plan.scene.quality.provisional;
     refinement_.drawn(0.001, plan.factor, allowed);
     EXPECT_EQ(refinement_.is_refined(), !allowed) << seconds;
@@ -186,14 +186,14 @@ TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOn
   EXPECT_TRUE(draw_provisional(1.02));
   turn();
   EXPECT_TRUE(draw_provisional(1.03));
-  EXPECT_TRUE(refinement_.wants_refinement(at(1.2)));
+  EXPECT_TRUE(refinement_.wants_refinement(time_at(1.2)));
   EXPECT_FALSE(draw_provisional(1.2));
   EXPECT_FALSE(refinement_.wants_refinement());
   // What they took tells nothing of whole ones.
   turn();
   expect_whole(2, 0.01);
   scene_.quality.provisional = true;  // Not for callers to decide.
-  EXPECT_FALSE(refinement_.plan(scene_, at(3)).scene.quality.provisional);
+  EXPECT_FALSE(refinement_.plan(scene_, time_at(3)).scene.quality.provisional);
 }
 
 TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
@@ -202,7 +202,7 @@ TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
   refinement_ = Refinement(never);
   expect_whole(0, 0.1);
   turn();
-  EXPECT_FALSE(refinement_.plan(scene_, at(0.01)).scene.quality.provisional);
+  EXPECT_FALSE(refinement_.plan(scene_, time_at(0.01)).scene.quality.provisional);
 }
 
 TEST(SameSetTest, TellsCombinationsApart) {

@@ -245,7 +245,9 @@ TEST(StepSearchTest, CellsThatAreTakenAsOneErrToo) {
         EXPECT_LE(found, kMost * choice->rms) << where;
         EXPECT_GE(found, kLeast * choice->rms) << where;
         EXPECT_EQ(choice->reached, choice->rms <= asked) << where;
-        if (choice->reached) EXPECT_LE(found, asked) << where;
+        if (choice->reached) {
+          EXPECT_LE(found, asked) << where;
+        }
         out_of_reach += choice->reached ? 0 : 1;
       }
     }

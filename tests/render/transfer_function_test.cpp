@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-constexpr double kRounding = 1e-12;
+constexpr double kTauRounding = 1e-12;
 
 std::vector<TransferNode> ramp() {
   return {{0, {0, 0.5, 1}, 0.0, 0.0}, {100, {1, 0.5, 0}, 0.5, 1.0}};
@@ -22,12 +22,12 @@ TEST(TransferFunctionTest, ExtinctionIsLinearInHuAndOpacityIsOfOneMillimetre) {
   const auto f = TransferFunction::create("ramp", ramp());
   ASSERT_TRUE(test::has_value(f));
   const TransferSample end = f->at(100);
-  EXPECT_NEAR(-std::expm1(-end.tau_per_mm), 0.5, kRounding);
+  EXPECT_NEAR(-std::expm1(-end.tau_per_mm), 0.5, kTauRounding);
   const TransferSample quarter = f->at(25);
-  EXPECT_NEAR(quarter.tau_per_mm, 0.25 * std::log(2.0), kRounding);
-  EXPECT_NEAR(quarter.rgb.x(), 0.25, kRounding);
-  EXPECT_NEAR(quarter.rgb.z(), 0.75, kRounding);
-  EXPECT_NEAR(quarter.importance, 0.25, kRounding);
+  EXPECT_NEAR(quarter.tau_per_mm, 0.25 * std::log(2.0), kTauRounding);
+  EXPECT_NEAR(quarter.rgb.x(), 0.25, kTauRounding);
+  EXPECT_NEAR(quarter.rgb.z(), 0.75, kTauRounding);
+  EXPECT_NEAR(quarter.importance, 0.25, kTauRounding);
 }
 
 TEST(TransferFunctionTest, EndValuesHoldOutside) {
@@ -43,7 +43,7 @@ TEST(TransferFunctionTest, KeepsTinyOpacitiesExact) {
   const auto f =
       TransferFunction::create("thin", {{0, {1, 1, 1}, 1e-15, 0}, {1, {1, 1, 1}, 1e-15, 0}});
   ASSERT_TRUE(test::has_value(f));
-  EXPECT_NEAR(f->at(0).tau_per_mm / 1e-15, 1.0, kRounding);
+  EXPECT_NEAR(f->at(0).tau_per_mm / 1e-15, 1.0, kTauRounding);
 }
 
 TEST(TransferFunctionTest, NamesTheBadNode) {
@@ -65,7 +65,7 @@ TEST(TransferFunctionTest, NamesTheBadNode) {
   EXPECT_TRUE(refused(with([](auto& n) { n.importance = -0.1; }), {"node 1", "importance"}));
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 double opacity_of(const TransferSample& sample) { return -std::expm1(-sample.tau_per_mm); }
 
@@ -86,10 +86,10 @@ TEST(TransferFunctionBlendTest, WeightsColoursByOpacityTimesImportance) {
                           even("c", {0, 0, 1}, 0.4, 0.5)});
   // Weights 0.05, 0.1, 0.2 of 0.35.
   const TransferSample s = f.at(0);
-  EXPECT_NEAR(s.rgb.x(), 1.0 / 7, kRounding);
-  EXPECT_NEAR(s.rgb.y(), 2.0 / 7, kRounding);
-  EXPECT_NEAR(s.rgb.z(), 4.0 / 7, kRounding);
-  EXPECT_NEAR(opacity_of(s), 0.4, kRounding);
+  EXPECT_NEAR(s.rgb.x(), 1.0 / 7, kTauRounding);
+  EXPECT_NEAR(s.rgb.y(), 2.0 / 7, kTauRounding);
+  EXPECT_NEAR(s.rgb.z(), 4.0 / 7, kTauRounding);
+  EXPECT_NEAR(opacity_of(s), 0.4, kTauRounding);
   EXPECT_EQ(s.importance, 1);
 }
 
@@ -98,7 +98,7 @@ TEST(TransferFunctionBlendTest, OrderOfComponentsIsOfNoConsequence) {
   const auto b = even("b", {0, 1, 0.7}, 0.1, 0.9);
   const TransferSample one = blended({a, b}).at(0);
   const TransferSample other = blended({b, a}).at(0);
-  EXPECT_NEAR((one.rgb - other.rgb).norm(), 0, kRounding);
+  EXPECT_NEAR((one.rgb - other.rgb).norm(), 0, kTauRounding);
   EXPECT_EQ(one.tau_per_mm, other.tau_per_mm);
   EXPECT_EQ(one.importance, other.importance);
 }
@@ -109,10 +109,10 @@ TEST(TransferFunctionBlendTest, AllImportancesZeroIsTheLimitOfEqualSmallOnes) {
         .at(0);
   };
   const TransferSample zero = at(0);
-  EXPECT_NEAR(zero.rgb.x(), 0.75, kRounding);
-  EXPECT_NEAR(zero.rgb.y(), 0.25, kRounding);
+  EXPECT_NEAR(zero.rgb.x(), 0.75, kTauRounding);
+  EXPECT_NEAR(zero.rgb.y(), 0.25, kTauRounding);
   EXPECT_EQ(zero.importance, 0);
-  EXPECT_NEAR((at(1e-300).rgb - zero.rgb).norm(), 0, kRounding);
+  EXPECT_NEAR((at(1e-300).rgb - zero.rgb).norm(), 0, kTauRounding);
 }
 
 TEST(TransferFunctionBlendTest, AnInvisibleComponentHasNoSay) {
@@ -145,7 +145,7 @@ TEST(TransferFunctionBlendTest, InvisibleValuesTakeTheColourOfTheNearestVisibleR
 
 TEST(TransferFunctionBlendTest, HiddenByItsWindowItStillLendsItsColour) {
   TransferComponent edge = even("edge", {1, 0, 0}, 0.5, 1);
-  edge.gradient = GradientWindow{50, 50, kInfinity, kInfinity};
+  edge.gradient = GradientWindow{50, 50, kNoEnd, kNoEnd};
   const auto f = blended({peak({0, 0, 1}, 20, 40, 1), edge});
   EXPECT_EQ(f.at(0, 0).rgb, Eigen::Vector3d(1, 0, 0)) << "inside the range of the hidden one";
   EXPECT_EQ(f.at(0, 0).tau_per_mm, 0);
@@ -181,17 +181,17 @@ TEST(TransferFunctionBlendTest, GradientWindowIsATrapezoidOnTheExtinction) {
   const std::vector<std::pair<double, double>> expected{
       {0, 0}, {10, 0}, {15, 0.5}, {20, 1}, {30, 1}, {40, 1}, {60, 0.5}, {80, 0}, {1e9, 0}};
   for (const auto& [gradient, weight] : expected) {
-    EXPECT_NEAR(share(trapezoid, gradient), weight, kRounding) << gradient;
+    EXPECT_NEAR(share(trapezoid, gradient), weight, kTauRounding) << gradient;
   }
-  const GradientWindow open{10, 20, kInfinity, kInfinity};
+  const GradientWindow open{10, 20, kNoEnd, kNoEnd};
   EXPECT_EQ(share(open, 1e30), 1);
-  EXPECT_EQ(share(open, kInfinity), 1);
+  EXPECT_EQ(share(open, kNoEnd), 1);
   const GradientWindow box{10, 10, 20, 20};
   EXPECT_EQ(share(box, 9.999), 0);
   EXPECT_EQ(share(box, 10), 1);
   EXPECT_EQ(share(box, 20), 1);
   EXPECT_EQ(share(box, 20.001), 0);
-  EXPECT_EQ(share({0, 0, kInfinity, kInfinity}, 0), 1) << "a window over everything";
+  EXPECT_EQ(share({0, 0, kNoEnd, kNoEnd}, 0), 1) << "a window over everything";
 }
 
 TEST(TransferFunctionBlendTest, RefusesWhatCannotBe) {
@@ -214,7 +214,7 @@ TEST(TransferFunctionBlendTest, RefusesWhatCannotBe) {
                       {"component bad", "node 1", "more than the 10 HU", "-10"}));
   EXPECT_TRUE(refused(with([](auto& c) { c.nodes[1].hu = -10; }), {"node 1", "more than the -10"}));
   EXPECT_TRUE(refused(with([&](auto& c) { c.nodes[0].hu = nan; }), {"node 0", "finite"}));
-  EXPECT_TRUE(refused(with([&](auto& c) { c.nodes[0].hu = -kInfinity; }), {"node 0", "finite"}));
+  EXPECT_TRUE(refused(with([&](auto& c) { c.nodes[0].hu = -kNoEnd; }), {"node 0", "finite"}));
   EXPECT_TRUE(refused(with([](auto& c) { c.nodes[0].importance = 1.5; }),
                       {"component bad", "node 0", "importance in [0, 1]", "1.5"}));
   EXPECT_TRUE(refused(with([&](auto& c) { c.nodes[0].importance = nan; }), {"importance"}));
@@ -226,8 +226,8 @@ TEST(TransferFunctionBlendTest, RefusesWhatCannotBe) {
   EXPECT_TRUE(refused(window(2, 1, 3, 4), {"gradient window"}));
   EXPECT_TRUE(refused(window(0, 1, 3, 2), {"gradient window"}));
   EXPECT_TRUE(refused(window(0, nan, 3, 4), {"gradient window"}));
-  EXPECT_TRUE(refused(window(0, 1, 2, kInfinity), {"gradient window", "both infinite", "inf"}));
-  EXPECT_TRUE(refused(window(kInfinity, kInfinity, kInfinity, kInfinity), {"gradient window"}));
+  EXPECT_TRUE(refused(window(0, 1, 2, kNoEnd), {"gradient window", "both infinite", "inf"}));
+  EXPECT_TRUE(refused(window(kNoEnd, kNoEnd, kNoEnd, kNoEnd), {"gradient window"}));
 }
 
 TEST(TransferFunctionBlendTest, RandomBlendsStayInRange) {

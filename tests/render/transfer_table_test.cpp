@@ -14,8 +14,8 @@ namespace nav::render {
 namespace {
 
 /// Entries are stored in single precision.
-constexpr double kSingle = 1e-6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTableRounding = 1e-6;
+constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 TransferComponent random_component(std::mt19937& random, bool whole) {
   std::uniform_real_distribution<double> unit(0, 1);
@@ -131,11 +131,12 @@ TEST(TransferTableTest, IsExactForNodesAtWholeHu) {
     EXPECT_EQ(table.first_hu(), function.values().front());
     EXPECT_EQ(table.last_hu(), function.values().back());
     for (double hu = table.first_hu() - 3; hu < table.last_hu() + 3; hu += 0.25) {
-      EXPECT_NEAR(table.at(hu).tau_per_mm, function.at(hu).tau_per_mm, kSingle) << hu;
-      EXPECT_NEAR((table.at(hu).rgb - function.at(hu).rgb).norm(), 0, kSingle) << hu;
+      EXPECT_NEAR(table.at(hu).tau_per_mm, function.at(hu).tau_per_mm, kTableRounding) << hu;
+      EXPECT_NEAR((table.at(hu).rgb - function.at(hu).rgb).norm(), 0, kTableRounding) << hu;
     }
     for (double hu = table.first_hu(); hu <= table.last_hu(); ++hu) {
-      EXPECT_NEAR(table.at(hu).importance, entry_importance(function, table, hu), kSingle) << hu;
+      EXPECT_NEAR(table.at(hu).importance, entry_importance(function, table, hu), kTableRounding)
+          << hu;
     }
   }
 }
@@ -204,7 +205,7 @@ TEST(TransferTableTest, SpikesAndStepsOfOneHuKeepTheirArea) {
       *TransferFunction::create("spike", {{99, red, 0, 1}, {100, red, 0.5, 1}, {101, red, 0, 1}}));
   EXPECT_NEAR(spike.mean(0, 200).tau_per_mm, tau / 200, 1e-9);
   EXPECT_NEAR(spike.mean(90, 100).tau_per_mm, tau / 2 / 10, 1e-8);
-  EXPECT_NEAR((spike.mean(0, 200).rgb - red).norm(), 0, kSingle);
+  EXPECT_NEAR((spike.mean(0, 200).rgb - red).norm(), 0, kTableRounding);
   EXPECT_EQ(spike.mean(0, 99).tau_per_mm, 0);
   EXPECT_EQ(spike.mean(101, 500).tau_per_mm, 0);
   const TransferTable step(
@@ -315,8 +316,8 @@ TEST(TransferTableTest, RowsFollowTheGradientWindows) {
   for (const double gradient : {0.0, 10.0, 21.0, 30.0, 42.0, 62.0, 500.0}) {
     const TransferSample s = table.at(50, gradient);
     const TransferSample expected = function.at(50, std::min(gradient, 63.0));
-    EXPECT_NEAR(s.tau_per_mm, expected.tau_per_mm, kSingle) << gradient;
-    EXPECT_NEAR((s.rgb - expected.rgb).norm(), 0, kSingle) << gradient;
+    EXPECT_NEAR(s.tau_per_mm, expected.tau_per_mm, kTableRounding) << gradient;
+    EXPECT_NEAR((s.rgb - expected.rgb).norm(), 0, kTableRounding) << gradient;
     EXPECT_EQ(s.importance, static_cast<float>(expected.importance)) << gradient;
   }
   EXPECT_EQ(table.at(50, 21.49).importance, 0.25);
@@ -326,8 +327,8 @@ TEST(TransferTableTest, RowsFollowTheGradientWindows) {
 TEST(TransferTableTest, AWindowOverEverythingChangesNothing) {
   const std::vector<TransferNode> nodes{{0, {1, 0, 0}, 0.1, 1}, {50, {0, 1, 0}, 0.6, 0.5}};
   const TransferTable plain(*TransferFunction::create("plain", nodes));
-  const TransferTable windowed(*TransferFunction::blend(
-      "all", {{"all", nodes, GradientWindow{0, 0, kInfinity, kInfinity}}}));
+  const TransferTable windowed(
+      *TransferFunction::blend("all", {{"all", nodes, GradientWindow{0, 0, kEndless, kEndless}}}));
   EXPECT_GT(windowed.rows(), 1);
   for (const double gradient : {0.0, 1e-9, 1.0, 1e6}) {
     EXPECT_EQ(windowed.at(20.3, gradient).tau_per_mm, plain.at(20.3).tau_per_mm);
@@ -343,8 +344,8 @@ TEST(TransferTableTest, KnowsUpToWhereNothingIsVisible) {
         .invisible_up_to_hu();
   };
   EXPECT_EQ(up_to(0, 0.5), 20);
-  EXPECT_EQ(up_to(0.1, 0.5), -kInfinity);
-  EXPECT_EQ(up_to(0, 0), kInfinity);
+  EXPECT_EQ(up_to(0.1, 0.5), -kEndless);
+  EXPECT_EQ(up_to(0, 0), kEndless);
 }
 
 TEST(TransferTableTest, RoundsNodesBetweenWholeHuOutwards) {
@@ -362,11 +363,11 @@ TEST(TransferTableTest, KeepsToInt16) {
   const TransferTable table(wide);
   EXPECT_EQ(table.first_hu(), -32768);
   EXPECT_EQ(table.last_hu(), 32767);
-  EXPECT_NEAR(table.at(1234).tau_per_mm, wide.at(1234).tau_per_mm, kSingle);
+  EXPECT_NEAR(table.at(1234).tau_per_mm, wide.at(1234).tau_per_mm, kTableRounding);
   for (const double hu : {-50000.0, 50000.0}) {
     const auto beyond =
         *TransferFunction::create("beyond", {{hu, {1, 1, 1}, 0.5, 0}, {hu + 10, {1, 1, 1}, 0, 0}});
-    EXPECT_NEAR(TransferTable(beyond).at(0).tau_per_mm, beyond.at(0).tau_per_mm, kSingle);
+    EXPECT_NEAR(TransferTable(beyond).at(0).tau_per_mm, beyond.at(0).tau_per_mm, kTableRounding);
   }
 }
 

@@ -11,8 +11,8 @@
 namespace nav::render {
 namespace {
 
-constexpr int kAir = -1000;
-constexpr int kBone = 900;
+constexpr int kAirHu = -1000;
+constexpr int kBoneHu = 900;
 
 TransferFunction bone() {
   return *TransferFunction::create(
@@ -22,7 +22,7 @@ TransferFunction bone() {
 /// A ball of bone of so many voxels of radius in the middle of 65^3 voxels of 1 mm.
 std::shared_ptr<const Volume> ball(double radius) {
   return test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [&](int i, int j, int k) {
-    return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBone : kAir;
+    return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBoneHu : kAirHu;
   });
 }
 
@@ -43,12 +43,12 @@ TEST(VisibleSpansTest, TheShellIsWhatAFaceOpens) {
   EXPECT_TRUE(shell_of(*ball(-1)).bricks.empty());
   // 65 voxels are 9 bricks an axis; all are occupied, and those at the border are the shell.
   const auto full = test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}),
-                                      [](int, int, int) { return kBone; });
+                                      [](int, int, int) { return kBoneHu; });
   EXPECT_EQ(shell_of(*full).bricks.size(), 9U * 9 * 9 - 7U * 7 * 7);
   // Voxels 20 to 44 lie in bricks 2 to 5.
   const auto box =
       test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [](int i, int j, int k) {
-        return std::min({i, j, k}) >= 20 && std::max({i, j, k}) <= 44 ? kBone : kAir;
+        return std::min({i, j, k}) >= 20 && std::max({i, j, k}) <= 44 ? kBoneHu : kAirHu;
       });
   EXPECT_EQ(shell_of(*box).bricks.size(), 4U * 4 * 4 - 2U * 2 * 2);
 }

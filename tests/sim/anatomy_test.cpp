@@ -15,7 +15,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-constexpr double kRoundingHu = 1e-6;
+constexpr double kSameHu = 1e-6;
 
 /// Each family of the registry.
 class AnatomyTest : public testing::TestWithParam<std::string> {
@@ -47,7 +47,7 @@ TEST_P(AnatomyTest, GradientIsThatOfTheValue) {
   for (int i = 0; i < 60000 && sloped < 800; ++i) {
     const Vec p = random_point(*a, random);
     const ValueAndGradient exact = a->hu_with_gradient({p});
-    ASSERT_NEAR(exact.value, a->hu({p}), kRoundingHu) << p.transpose();
+    ASSERT_NEAR(exact.value, a->hu({p}), kSameHu) << p.transpose();
     const Vec g = exact.gradient_per_mm.v;
     ASSERT_TRUE(g.allFinite()) << p.transpose();
     const Vec fine = central_difference(*a, p, 1e-6);

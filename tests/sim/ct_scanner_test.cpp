@@ -12,7 +12,7 @@
 namespace nav::sim {
 namespace {
 
-const AbdomenPhantom& phantom() {
+const AbdomenPhantom& scanned() {
   static const AbdomenPhantom instance({3, Contrast::kPortal});
   return instance;
 }
@@ -28,7 +28,7 @@ TEST(CtScannerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
   CtOptions options = small_scan();
   options.psf_mm = 0;
   options.noise_hu = 12;
-  const auto ct = scan_ct(phantom(), options);
+  const auto ct = scan_ct(scanned(), options);
   ASSERT_TRUE(test::has_value(ct));
   double sum = 0;
   double squares = 0;
@@ -37,7 +37,7 @@ TEST(CtScannerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
     for (int j = 0; j < size[1]; ++j) {
       for (int i = 0; i < size[0]; ++i) {
         const double error =
-            ct->at(i, j, k) - phantom().hu(ct->grid().at({i * 1., j * 1., k * 1.}));
+            ct->at(i, j, k) - scanned().hu(ct->grid().at({i * 1., j * 1., k * 1.}));
         sum += error;
         squares += error * error;
       }
@@ -54,16 +54,16 @@ TEST(CtScannerTest, WithoutNoiseAndBlurItIsThePhantom) {
   CtOptions options = small_scan();
   options.psf_mm = 0;
   options.noise_hu = 0;
-  const auto ct = scan_ct(phantom(), options);
+  const auto ct = scan_ct(scanned(), options);
   ASSERT_TRUE(test::has_value(ct));
-  for (const auto& p : phantom().targets()) {
+  for (const auto& p : scanned().targets()) {
     const Eigen::Vector3d index = ct->grid().index_of(p).array().round();
     const auto at = index.cast<int>();
     const auto size = ct->grid().size;
     if ((index.array() < 0).any() || at.x() >= size[0] || at.y() >= size[1] || at.z() >= size[2]) {
       continue;
     }
-    EXPECT_EQ(ct->at(at.x(), at.y(), at.z()), std::lround(phantom().hu(ct->grid().at(index))));
+    EXPECT_EQ(ct->at(at.x(), at.y(), at.z()), std::lround(scanned().hu(ct->grid().at(index))));
   }
 }
 
@@ -73,8 +73,8 @@ TEST(CtScannerTest, BlurKeepsTheMeanAndSoftensEdges) {
   sharp.psf_mm = 0;
   CtOptions soft = sharp;
   soft.psf_mm = 2;
-  const auto a = scan_ct(phantom(), sharp);
-  const auto b = scan_ct(phantom(), soft);
+  const auto a = scan_ct(scanned(), sharp);
+  const auto b = scan_ct(scanned(), soft);
   ASSERT_TRUE(test::has_value(a) && test::has_value(b));
   const auto roughness = [](const Volume& v) {
     double sum = 0;
@@ -93,7 +93,7 @@ TEST(CtScannerTest, BlurKeepsTheMeanAndSoftensEdges) {
 TEST(CtScannerTest, SameBytesForOneAndTwoThreads) {
   const auto scan = [](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    return scan_ct(phantom(), small_scan());
+    return scan_ct(scanned(), small_scan());
   };
   const auto one = scan(1);
   const auto two = scan(2);
@@ -104,13 +104,13 @@ TEST(CtScannerTest, SameBytesForOneAndTwoThreads) {
 TEST(CtScannerTest, RefusesWhatCannotBe) {
   CtOptions options = small_scan();
   options.spacing_mm.y() = 0;
-  EXPECT_TRUE(test::refuses(scan_ct(phantom(), options), ErrorCode::kUsage, {"spacing > 0", "0"}));
+  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"spacing > 0", "0"}));
   options = small_scan();
   options.noise_hu = -1;
-  EXPECT_TRUE(test::refuses(scan_ct(phantom(), options), ErrorCode::kUsage, {"noise", "-1"}));
+  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"noise", "-1"}));
   options = small_scan();
   options.region.max_mm.x() = options.region.min_mm.x() - 1;
-  EXPECT_TRUE(test::refuses(scan_ct(phantom(), options), ErrorCode::kUsage, {"region"}));
+  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"region"}));
 }
 
 }  // namespace

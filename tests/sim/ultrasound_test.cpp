@@ -25,7 +25,7 @@ const Procedure& procedure() {
   }());
   return instance;
 }
-const AbdomenPhantom& phantom() { return procedure().phantom(); }
+const AbdomenPhantom& imaged() { return procedure().phantom(); }
 
 /// Sees without errors of depth gain or electronics.
 ProbeModel ideal_probe() {
@@ -48,9 +48,9 @@ Point<Ct> on_line(const Transform<Ct, Image>& pose, const ProbeModel& probe, int
 
 /// Only this tissue within a distance, along six directions.
 bool is_pure(const Point<Ct>& p, Tissue tissue, double mm) {
-  if (phantom().tissue(p) != tissue) return false;
+  if (imaged().tissue(p) != tissue) return false;
   for (int i = 0; i < 6; ++i) {
-    if (phantom().tissue({p.mm + (i % 2 == 0 ? mm : -mm) * Vec::Unit(i / 2)}) != tissue) {
+    if (imaged().tissue({p.mm + (i % 2 == 0 ? mm : -mm) * Vec::Unit(i / 2)}) != tissue) {
       return false;
     }
   }
@@ -95,7 +95,7 @@ std::vector<Patch> liver_patches(const ScanLineImage& image, const Transform<Ct,
 
 TEST(UltrasoundTest, SpeckleInLiverIsFullyDeveloped) {
   const ProbeModel probe = ideal_probe();
-  const UltrasoundSimulator simulator(phantom(), probe, 3);
+  const UltrasoundSimulator simulator(imaged(), probe, 3);
   double ratio = 0;
   int count = 0;
   for (const int frame : {5, 20, 35, 50}) {
@@ -114,7 +114,7 @@ TEST(UltrasoundTest, SpeckleInLiverIsFullyDeveloped) {
 TEST(UltrasoundTest, LiverFadesByItsAttenuation) {
   ProbeModel probe = ideal_probe();
   probe.tgc_db_per_cm_mhz = 0;
-  const UltrasoundSimulator simulator(phantom(), probe, 3);
+  const UltrasoundSimulator simulator(imaged(), probe, 3);
   // Least squares of mean level against depth over patches of one frame each.
   double sx = 0, sy = 0, sxx = 0, sxy = 0;
   int n = 0;
@@ -147,7 +147,7 @@ TEST(UltrasoundTest, LiverFadesByItsAttenuation) {
 
 TEST(UltrasoundTest, SpeckleSticksToTheTissue) {
   ProbeModel probe = linear_l14();
-  const UltrasoundSimulator simulator(phantom(), probe, 3);
+  const UltrasoundSimulator simulator(imaged(), probe, 3);
   // A face inside the liver, away from walls: only speckle is seen.
   const Transform<Ct, Image> pose = frame_pose(20);
   const Vec origin = pose.translation_mm() + pose.rotation() * Vec(0, 35, 0);
@@ -175,7 +175,7 @@ TEST(UltrasoundTest, SpeckleSticksToTheTissue) {
 }
 
 TEST(UltrasoundTest, VesselsAreDarkerThanMidGreyLiver) {
-  const UltrasoundSimulator simulator(phantom(), convex_abdominal(), 3);
+  const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   double vessel = 0, liver = 0;
   int vessels = 0, livers = 0;
   for (const int frame : {5, 15, 25, 35, 45, 55}) {
@@ -203,8 +203,8 @@ TEST(UltrasoundTest, VesselsAreDarkerThanMidGreyLiver) {
 TEST(UltrasoundTest, ARibThrowsAShadow) {
   // Across the right chest wall: lines that meet bone early must be black behind it.
   const ProbeModel probe = convex_abdominal();
-  const UltrasoundSimulator simulator(phantom(), probe, 3);
-  const Vec skin = phantom().skin_point(3.3, 30).mm;
+  const UltrasoundSimulator simulator(imaged(), probe, 3);
+  const Vec skin = imaged().skin_point(3.3, 30).mm;
   const Vec into = Vec(-skin.x(), -skin.y(), 0).normalized();
   Eigen::Matrix3d axes;
   axes.col(0) = Vec::UnitZ();
@@ -218,7 +218,7 @@ TEST(UltrasoundTest, ARibThrowsAShadow) {
     bool bone = false;
     bool free = true;
     for (int s = 0; s * image.sample_mm < 60; s += 2) {
-      const Tissue t = phantom().tissue(on_line(pose, probe, line, s * image.sample_mm));
+      const Tissue t = imaged().tissue(on_line(pose, probe, line, s * image.sample_mm));
       // A line through the middle of the rib; the beam is wider than its edge.
       if (s * image.sample_mm < 25) bone = bone || t == Tissue::kMarrow;
       free = free && !blocks_ultrasound(t);
@@ -234,7 +234,7 @@ TEST(UltrasoundTest, ARibThrowsAShadow) {
 }
 
 TEST(UltrasoundTest, NothingIsDrawnOutsideTheSector) {
-  const UltrasoundSimulator simulator(phantom(), convex_abdominal(), 3);
+  const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   const UltrasoundFrame picture = simulator.simulate(frame_pose(10), Timestamp{}, 0);
   ASSERT_TRUE(picture.outline.has_value());
   int inside = 0;
@@ -251,7 +251,7 @@ TEST(UltrasoundTest, NothingIsDrawnOutsideTheSector) {
 }
 
 TEST(UltrasoundTest, TheNeedleIsSeenInItsPlaneOnly) {
-  const UltrasoundSimulator simulator(phantom(), convex_abdominal(), 3);
+  const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   const int last = procedure().frame_count() - 1;
   const auto pose = frame_pose(last);
   const auto needle = procedure().ct_from_needle(procedure().frame_time(last));
@@ -279,7 +279,7 @@ TEST(UltrasoundTest, TheNeedleIsSeenInItsPlaneOnly) {
 TEST(UltrasoundTest, SameBytesForOneAndTwoThreads) {
   const auto draw = [](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    const UltrasoundSimulator simulator(phantom(), convex_abdominal(), 3);
+    const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
     return simulator.simulate(frame_pose(12), Timestamp{}, 4);
   };
   EXPECT_TRUE(std::ranges::equal(draw(1).pixels.pixels(), draw(2).pixels.pixels()));
@@ -289,7 +289,7 @@ TEST(UltrasoundTest, RefusesProbesThatCannotBe) {
   ProbeModel probe = convex_abdominal();
   probe.depth_mm = -1;
   EXPECT_TRUE(test::refuses(validate(probe), ErrorCode::kUsage, {"depth_mm", "-1"}));
-  EXPECT_THROW(UltrasoundSimulator(phantom(), probe, 1), Bug);
+  EXPECT_THROW(UltrasoundSimulator(imaged(), probe, 1), Bug);
   EXPECT_TRUE(test::has_value(validate(linear_l14())));
 }
 

@@ -11,7 +11,7 @@ using frames::Probe;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr double kRoundingMm = 1e-12;
+constexpr double kBufferRoundingMm = 1e-12;
 
 TrackedPose<Probe> pose_at(int ms, double x_mm, TrackingStatus status = TrackingStatus::kOk) {
   return {Timestamp(milliseconds(ms)), status,
@@ -31,7 +31,7 @@ TEST(PoseBufferTest, InterpolatesBetweenNeighbours) {
   buffer.push(pose_at(0, 0));
   buffer.push(pose_at(20, 10));
   const auto at = std::get<PoseAt<Probe>>(buffer.at(ms(5)));
-  EXPECT_NEAR(at.tracker_from_body.translation_mm().x(), 2.5, kRoundingMm);
+  EXPECT_NEAR(at.tracker_from_body.translation_mm().x(), 2.5, kBufferRoundingMm);
   EXPECT_EQ(at.gap, milliseconds(5));
   EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(18))).gap, milliseconds(2));
   EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(20))).gap, milliseconds(0));

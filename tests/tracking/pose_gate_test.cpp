@@ -11,7 +11,7 @@ namespace {
 using std::chrono::milliseconds;
 using ::testing::HasSubstr;
 
-RawPose pose_at(int ms, double x_mm = 0) {
+RawPose seen_at(int ms, double x_mm = 0) {
   RawPose raw;
   raw.acquired = Timestamp(milliseconds(ms));
   raw.received = raw.acquired;
@@ -23,7 +23,7 @@ RawPose pose_at(int ms, double x_mm = 0) {
 
 TEST(PoseGateTest, AdmitsARigidPose) {
   PoseGate<frames::Probe> gate;
-  const auto admission = gate.admit(pose_at(10, 5));
+  const auto admission = gate.admit(seen_at(10, 5));
   EXPECT_FALSE(admission.rejection);
   ASSERT_TRUE(admission.pose.tracker_from_body);
   EXPECT_EQ(admission.pose.tracker_from_body->translation_mm().x(), 5);
@@ -31,7 +31,7 @@ TEST(PoseGateTest, AdmitsARigidPose) {
 
 TEST(PoseGateTest, NeverTurnsAnAbsentPoseIntoIdentity) {
   PoseGate<frames::Probe> gate;
-  RawPose raw = pose_at(10);
+  RawPose raw = seen_at(10);
   raw.status = TrackingStatus::kOccluded;  // Drivers send identity or the last pose with it.
   const auto admission = gate.admit(raw);
   EXPECT_EQ(admission.rejection, PoseRejection::kStatus);
@@ -41,17 +41,17 @@ TEST(PoseGateTest, NeverTurnsAnAbsentPoseIntoIdentity) {
 
 TEST(PoseGateTest, RejectsNanReflectionAndScale) {
   PoseGate<frames::Probe> gate;
-  RawPose raw = pose_at(1);
+  RawPose raw = seen_at(1);
   raw.tracker_from_body(2, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(gate.admit(raw).rejection, PoseRejection::kNotRigid);
-  raw = pose_at(2);
+  raw = seen_at(2);
   raw.tracker_from_body(2, 2) = -1;
   auto admission = gate.admit(raw);
   EXPECT_EQ(admission.rejection, PoseRejection::kNotRigid);
   EXPECT_THAT(admission.message, HasSubstr("reflection"));
   EXPECT_THAT(admission.message, HasSubstr("ProbeToTracker"));
   EXPECT_EQ(admission.pose.status, TrackingStatus::kInvalid);
-  raw = pose_at(3);
+  raw = seen_at(3);
   raw.tracker_from_body.topLeftCorner<3, 3>() *= 1.01;
   EXPECT_EQ(gate.admit(raw).rejection, PoseRejection::kNotRigid);
 }
@@ -60,34 +60,34 @@ TEST(PoseGateTest, RejectsOutsideTheWorkingVolumeAndJumps) {
   PoseGateOptions options;
   options.working_radius_mm = 3000;
   PoseGate<frames::Probe> gate(options);
-  EXPECT_EQ(gate.admit(pose_at(1, 3001)).rejection, PoseRejection::kOutsideVolume);
-  EXPECT_FALSE(gate.admit(pose_at(10, 0)).rejection);
-  EXPECT_EQ(gate.admit(pose_at(20, 100)).rejection, PoseRejection::kTooFast);  // 10 m/s.
-  EXPECT_FALSE(gate.admit(pose_at(30, 20)).rejection);                         // 1 m/s.
-  EXPECT_FALSE(gate.admit(pose_at(2000, 2000)).rejection);  // After silence it opens again.
+  EXPECT_EQ(gate.admit(seen_at(1, 3001)).rejection, PoseRejection::kOutsideVolume);
+  EXPECT_FALSE(gate.admit(seen_at(10, 0)).rejection);
+  EXPECT_EQ(gate.admit(seen_at(20, 100)).rejection, PoseRejection::kTooFast);  // 10 m/s.
+  EXPECT_FALSE(gate.admit(seen_at(30, 20)).rejection);                         // 1 m/s.
+  EXPECT_FALSE(gate.admit(seen_at(2000, 2000)).rejection);  // After silence it opens again.
 }
 
 TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
   PoseGate<frames::Probe> gate;
-  EXPECT_FALSE(gate.admit(pose_at(10)).rejection);
-  EXPECT_EQ(gate.admit(pose_at(10)).rejection, PoseRejection::kTime);
-  EXPECT_EQ(gate.admit(pose_at(9)).rejection, PoseRejection::kTime);
-  RawPose future = pose_at(1000000);
+  EXPECT_FALSE(gate.admit(seen_at(10)).rejection);
+  EXPECT_EQ(gate.admit(seen_at(10)).rejection, PoseRejection::kTime);
+  EXPECT_EQ(gate.admit(seen_at(9)).rejection, PoseRejection::kTime);
+  RawPose future = seen_at(1000000);
   future.received = Timestamp(milliseconds(20));
   EXPECT_EQ(gate.admit(future).rejection, PoseRejection::kTime);
-  EXPECT_FALSE(gate.admit(pose_at(20)).rejection) << "one absurd stamp must not shut the gate";
+  EXPECT_FALSE(gate.admit(seen_at(20)).rejection) << "one absurd stamp must not shut the gate";
 }
 
 TEST(PoseGateTest, NoticesAClockThatWasSet) {
   for (const int step_ms : {-500, -70, 70, 90}) {
     PoseGate<frames::Probe> gate;
     for (int t = 0; t < 1000; t += 20) {
-      RawPose raw = pose_at(t);
+      RawPose raw = seen_at(t);
       raw.received += milliseconds(15);
       EXPECT_FALSE(gate.admit(raw).rejection);
     }
     for (int t = 1000; t < 3000; t += 20) {
-      RawPose raw = pose_at(t + step_ms);
+      RawPose raw = seen_at(t + step_ms);
       raw.received = Timestamp(milliseconds(t + 15));
       const auto rejection = gate.admit(raw).rejection;
       ASSERT_TRUE(rejection) << step_ms << " ms at " << t;
@@ -95,7 +95,7 @@ TEST(PoseGateTest, NoticesAClockThatWasSet) {
     }
     int refused = 0;
     for (int t = 3000; t < 3500; t += 20) {
-      RawPose again = pose_at(t);
+      RawPose again = seen_at(t);
       again.received += milliseconds(15);
       refused += gate.admit(again).rejection ? 1 : 0;
     }
@@ -107,12 +107,12 @@ TEST(PoseGateTest, NoticesAClockThatWasSet) {
 TEST(PoseGateTest, OneLateFirstSampleDoesNotDecideWhatIsUsual) {
   for (const int first_ms : {315, -90}) {
     PoseGate<frames::Probe> gate;
-    RawPose raw = pose_at(0);
+    RawPose raw = seen_at(0);
     raw.received = Timestamp(milliseconds(first_ms));
     gate.admit(raw);
     int refused = 0;
     for (int t = 20; t < 1000; t += 20) {
-      raw = pose_at(t);
+      raw = seen_at(t);
       raw.received += milliseconds(15);
       refused += gate.admit(raw).rejection ? 1 : 0;
     }
@@ -123,7 +123,7 @@ TEST(PoseGateTest, OneLateFirstSampleDoesNotDecideWhatIsUsual) {
 TEST(PoseGateTest, WhatWasHeldUpAndStampedFalselyAtOnceIsNotBelieved) {
   PoseGate<frames::Probe> gate;
   const auto send = [&gate](int acquired_ms, int received_ms) {
-    RawPose raw = pose_at(acquired_ms);
+    RawPose raw = seen_at(acquired_ms);
     raw.received = Timestamp(milliseconds(received_ms));
     return !gate.admit(raw).rejection;
   };
@@ -137,13 +137,13 @@ TEST(PoseGateTest, WhatWasHeldUpAndStampedFalselyAtOnceIsNotBelieved) {
 
 TEST(PoseGateTest, RefusesAHalfTurnThatNoHandMakes) {
   PoseGate<frames::Probe> gate;
-  EXPECT_FALSE(gate.admit(pose_at(0)).rejection);
+  EXPECT_FALSE(gate.admit(seen_at(0)).rejection);
   for (int t = 20; t < 1000; t += 20) {
-    RawPose flipped = pose_at(t);
+    RawPose flipped = seen_at(t);
     flipped.tracker_from_body(0, 0) = flipped.tracker_from_body(1, 1) = -1;
     EXPECT_EQ(gate.admit(flipped).rejection, PoseRejection::kTooFast);
   }
-  EXPECT_FALSE(gate.admit(pose_at(1000)).rejection);
+  EXPECT_FALSE(gate.admit(seen_at(1000)).rejection);
 }
 
 TEST(PoseGateTest, RefusesSenselessLimits) {

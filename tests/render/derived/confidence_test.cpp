@@ -16,17 +16,6 @@ ConfidenceOptions exact() {
   return options;
 }
 
-double largest_difference(const FeatureVolume& found, const std::vector<double>& truth) {
-  double worst = 0;
-  for (std::size_t n = 0; n < truth.size(); ++n) {
-    EXPECT_EQ(std::isnan(truth[n]), std::isnan((*found.values)[n])) << n;
-    if (!std::isnan(truth[n])) {
-      worst = std::max(worst, std::abs(truth[n] - static_cast<double>((*found.values)[n])));
-    }
-  }
-  return worst;
-}
-
 TEST(ConfidenceTest, OfAHomogeneousBlockFallsLinearlyWithDepth) {
   auto options = exact();
   options.alpha = 0;
@@ -83,7 +72,7 @@ TEST(ConfidenceTest, IsTheDirectSolutionForEveryGeometry) {
     const auto found = confidence(volume, lines, exact());
     ASSERT_TRUE(test::has_value(found));
     EXPECT_TRUE(found->report.converged);
-    EXPECT_LT(largest_difference(found->volume, *truth), 1e-4);
+    EXPECT_LT(test::largest_difference(found->volume, *truth), 1e-4);
     EXPECT_LT(found->report.iterations, 400);
     EXPECT_LT(found->report.relative_residual, 1e-3);
   }
@@ -133,8 +122,9 @@ TEST(ConfidenceTest, UnknownVoxelsAreHolesNotTransducers) {
   EXPECT_EQ(found->volume.at(5, 19, 4), 0);
   EXPECT_LT(found->volume.at(5, 12, 4), 0.6F);  // Just behind the hole.
   EXPECT_GT(found->volume.at(5, 8, 4), 0.4F);   // Just in front.
-  EXPECT_LT(largest_difference(found->volume, *definition::confidence(volume, down(), options)),
-            1e-5);
+  EXPECT_LT(
+      test::largest_difference(found->volume, *definition::confidence(volume, down(), options)),
+      1e-5);
 }
 
 TEST(ConfidenceTest, SaturatedConstantAndSingleVoxelVolumesAreSolved) {
@@ -192,8 +182,9 @@ TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
       EXPECT_GT(found->volume.at(7, y, 5), found->volume.at(7, y + 1, 5)) << apex.transpose();
     }
     EXPECT_EQ(found->volume.at(7, 12, 5), 0) << apex.transpose();
-    EXPECT_LT(largest_difference(found->volume, *definition::confidence(volume, *fan, options)),
-              1e-5);
+    EXPECT_LT(
+        test::largest_difference(found->volume, *definition::confidence(volume, *fan, options)),
+        1e-5);
   }
 }
 

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <gtest/gtest.h>
 #include <random>
+#include <vector>
 
 #include "render/derived/volume.hpp"
 #include "tests/render/scene_support.hpp"
@@ -48,6 +50,19 @@ inline render::derived::ScalarVolume speckled(const VoxelGrid& grid, unsigned se
 /// NaN is equal to NaN.
 inline bool same_bytes(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+/// Of the same voxels known; those of unknown ones are looked at too.
+inline double largest_difference(const render::derived::FeatureVolume& found,
+                                 const std::vector<double>& truth) {
+  double worst = 0;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    EXPECT_EQ(std::isnan(truth[n]), std::isnan((*found.values)[n])) << n;
+    if (!std::isnan(truth[n])) {
+      worst = std::max(worst, std::abs(truth[n] - static_cast<double>((*found.values)[n])));
+    }
+  }
+  return worst;
 }
 
 }  // namespace nav::test

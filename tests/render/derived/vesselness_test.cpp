@@ -38,17 +38,6 @@ float middle_of(const FeatureVolume& v) {
   return v.at(v.grid.size[0] / 2, v.grid.size[1] / 2, v.grid.size[2] / 2);
 }
 
-double largest_difference(const FeatureVolume& found, const std::vector<double>& truth) {
-  double worst = 0;
-  for (std::size_t n = 0; n < truth.size(); ++n) {
-    EXPECT_EQ(std::isnan(truth[n]), std::isnan((*found.values)[n]));
-    if (!std::isnan(truth[n])) {
-      worst = std::max(worst, std::abs(truth[n] - static_cast<double>((*found.values)[n])));
-    }
-  }
-  return worst;
-}
-
 TEST(VesselnessTest, EigenvaluesInATubeAreThoseOfTheClosedForm) {
   // A disc of radius r smoothed with sigma: cross eigenvalues -C (r^2 / 2 s^2) exp(-r^2 / 2 s^2).
   const auto grid = test::centred_grid({41, 41, 33}, {0.5, 0.5, 0.5});
@@ -124,7 +113,7 @@ TEST(VesselnessTest, IsItsDefinition) {
     const auto found = vesselness(volume, options);
     ASSERT_TRUE(test::has_value(found));
     // Float eigenvalues near a change of sign move the response steeply, but nowhere further.
-    EXPECT_LT(largest_difference(*found, definition::vesselness(volume, options)), 2e-4);
+    EXPECT_LT(test::largest_difference(*found, definition::vesselness(volume, options)), 2e-4);
   }
 }
 
@@ -148,9 +137,9 @@ TEST(VesselnessTest, UnknownVoxelsAreExtendedIntoAsDefined) {
   });
   auto options = bright(0.7, 1.4, 2, 60);
   options.truncate = 6;
-  EXPECT_LT(
-      largest_difference(*vesselness(volume, options), definition::vesselness(volume, options)),
-      2e-4);
+  EXPECT_LT(test::largest_difference(*vesselness(volume, options),
+                                     definition::vesselness(volume, options)),
+            2e-4);
 }
 
 TEST(VesselnessTest, ConstantSaturatedAndUnknownVolumesAreSilent) {

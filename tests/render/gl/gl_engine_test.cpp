@@ -13,9 +13,6 @@
 namespace nav::render {
 namespace {
 
-// Requirement of the renderer: no visible difference from the double-precision reference.
-constexpr double kAgreement255 = 2.0;
-
 struct AgreementCase {
   std::string name;
   std::function<Scene()> scene;
@@ -76,7 +73,7 @@ TEST_P(GlAgreementTest, WithReferenceAtTheSameStep) {
   test::keep_picture(GetParam().name + "_gl", to_8bit(actual->pixels));
   test::keep_picture(GetParam().name + "_reference", to_8bit(expected->pixels));
   EXPECT_GT(drawn_part(scene, *expected), 0.05);
-  EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, kAgreement255));
+  EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, test::kAgreement255));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -239,9 +236,10 @@ TEST(GlEngineTest, CutsAroundALargeMeshAsTheReference) {
     const auto expected = make_reference_engine()->render(scene);
     ASSERT_TRUE(test::has_value(actual));
     ASSERT_TRUE(test::has_value(expected));
-    EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, kAgreement255));
+    EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, test::kAgreement255));
     scene.cutaway.reset();
-    EXPECT_FALSE(test::agree(*&(*gl)->render(scene)->pixels, expected->pixels, kAgreement255));
+    EXPECT_FALSE(
+        test::agree(*&(*gl)->render(scene)->pixels, expected->pixels, test::kAgreement255));
   }
 }
 

@@ -12,6 +12,9 @@ namespace nav::test {
 /// Writes a PNG into the folder named by SONDE_PICTURES, if it is set: to be looked at.
 void keep_picture(const std::string& name, const Image2d<Rgba8>& pixels);
 
+/// What the renderer has to keep to: beyond this a difference from the reference can be seen.
+inline constexpr double kAgreement255 = 2.0;
+
 /// How two pictures of equal size differ, in 1/255 of a channel.
 struct PictureDifference {
   int max = 0;

@@ -15,6 +15,9 @@ namespace nav::test {
 /// A view whose predicates are drawn by their own programs at once, beside the reference.
 class GlPredicateViewTest : public GlViewTest {
  protected:
+  /// Of pixels whose values lie on an end of a range but for rounding.
+  static constexpr double kShare = 0.002;
+
   void SetUp() override {
     GlViewTest::SetUp();
     caster().set_settled_after(0);  // Each set by its own program.
@@ -31,7 +34,8 @@ class GlPredicateViewTest : public GlViewTest {
     }
     return {{scene.width, scene.height, std::move(pixels)}, caster().statistics()};
   }
-  double share_beyond(const render::Scene& scene, double limit_255) {
+  /// Of pixels that differ by more from the reference.
+  double share_beyond(const render::Scene& scene, double limit_255 = kAgreement255) {
     const render::RenderedImage expected = test::draw(*reference_, scene);
     return difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;
   }

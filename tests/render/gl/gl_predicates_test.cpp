@@ -10,9 +10,6 @@ namespace {
 
 using E = PredicateExpression;
 
-constexpr double kAgreement255 = 2.0;
-constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
-
 VoxelGrid grid_of(int i) {
   const Eigen::Vector3d spacing =
       i % 3 == 0 ? Eigen::Vector3d(0.4, 0.4, 2) : Eigen::Vector3d(1, 0.8, 0.9);
@@ -71,7 +68,7 @@ TEST_F(GlPredicatesTest, AgreesWithTheReferenceOnEverythingAtOnce) {
   const std::vector<Scene> scenes = random_scenes(11, {0, 1, 3, 6});
   for (Scene scene : scenes) {
     scene.predicates->termination_error = 0;
-    const double share = share_beyond(scene, kAgreement255);
+    const double share = share_beyond(scene);
     EXPECT_LT(share, 0.02);
     beyond += share;
   }
@@ -126,16 +123,16 @@ PredicateModel many(std::size_t count, const std::function<double(std::size_t)>&
 TEST_F(GlPredicatesTest, AsManyPredicatesAsThereMayBe) {
   Scene scene =
       scene_with(many(32, [](std::size_t j) { return 1.0 + 0.3 * static_cast<double>(j % 5); }));
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   scene.predicates->hue_mean = spec::HueMean::kLinear;
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().compiled(), 1);
 }
 
 TEST_F(GlPredicatesTest, OneHasAllImportance) {
   for (const std::size_t n : {3U, 9U, 32U}) {
     Scene scene = scene_with(many(n, [](std::size_t j) { return j == 1 ? 1.0 : 0.0; }));
-    EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << n;
+    EXPECT_LE(share_beyond(scene), kShare) << n;
   }
 }
 
@@ -153,17 +150,17 @@ TEST_F(GlPredicatesTest, EqualImportancesCompositeAsPlainOver) {
   Scene scene = scene_with(test::model_of({{E::kind("snr", {0.1, 0.7}), 1},
                                            {E::kind("vesselness", {0.3, 1}), 1},
                                            {E::kind("intensity", {0.1, 1}), 1}}));
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   const int compiled = caster().compiled();
   scene.predicates->model.histogram.drag(0, 0.5);
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().compiled(), compiled);
 }
 
 TEST_F(GlPredicatesTest, ASaturatedVolumeIsWithinClosedRanges) {
   Scene scene = scene_with(test::model_of({{E::kind("intensity", {1, 1}), 1}}));
   scene.ct = test::make_volume(scene.ct->grid(), [](int, int, int) { return 255.0; });
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_GT(caster().statistics().bricks_occupied, 0U);
 }
 
@@ -198,7 +195,7 @@ TEST_F(GlPredicatesTest, ParameterEditsNeverCompile) {
   draw(scene);
   EXPECT_EQ(caster().compiled(), 1);
   p.termination_error = 0;
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
 }
 
 TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
@@ -210,7 +207,7 @@ TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
   const int both = caster().predicates().features().uploads();
   EXPECT_GT(both, first);
   scene.predicates->model = test::model_of({{E::kind("snr", {0.2, 0.7}), 1}});
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().predicates().features().uploads(), both);
   EXPECT_EQ(caster().uploads().volumes, 1);
   EXPECT_EQ(caster().uploads().transfers, 0) << "nothing reads the transfer function";
@@ -222,7 +219,7 @@ TEST_F(GlPredicatesTest, FeaturesThatAreSentInSeveralSlabsAgreeWithTheReference)
   Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 3));
   // Seen along the slices' normal and from the side.
   for (int view = 0; view < 2; ++view) {
-    EXPECT_LT(share_beyond(scene, kAgreement255), 0.02) << view;
+    EXPECT_LT(share_beyond(scene), 0.02) << view;
     const Eigen::Vector3d from = scene.camera.eye_ct.mm - scene.camera.look_at_ct.mm;
     scene.camera.eye_ct.mm =
         scene.camera.look_at_ct.mm + Eigen::Vector3d(from.y(), from.z(), from.x());
@@ -232,9 +229,7 @@ TEST_F(GlPredicatesTest, FeaturesThatAreSentInSeveralSlabsAgreeWithTheReference)
 TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
   std::mt19937 random(6);
   Scene scene = scene_with(test::random_model(random));
-  const auto check = [&](const char* what) {
-    EXPECT_LE(share_beyond(scene, kAgreement255), 4 * kShare) << what;
-  };
+  const auto check = [&](const char* what) { EXPECT_LE(share_beyond(scene), 4 * kShare) << what; };
   check("first");
   scene.predicates->model.histogram.drag(0, 0.3);
   check("an importance");
@@ -260,9 +255,9 @@ TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
   scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
   scene.plane->opacity = 0.5;
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
 }
 
@@ -313,7 +308,7 @@ TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
         {{E::kind(low < 0.25 ? "snr" : "confidence", {low, 0.9}), 2},
          {E::negation(E::kind(low < 0.15 ? "needle_distance" : "depth", {-1, 5})), 1}});
     EXPECT_EQ(draw_moved(), 2) << low;
-    EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+    EXPECT_LE(share_beyond(scene), kShare);
   }
   scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.9}), 1}});
   for (int i = 0; i < GlRaycaster::kSettledAfter; ++i) EXPECT_EQ(draw_moved(), 2) << i;
@@ -335,7 +330,7 @@ TEST_F(GlPredicatesTest, LabelsOfAnyBitsAreOfOneKind) {
   for (const std::vector<std::uint32_t>& used :
        {std::vector<std::uint32_t>{1, 2, 3}, {1, 2, 1U << 9}, {4, top, 2 + top}, {4, 1U << 20}}) {
     scene.predicates->features.labels = labels_of(*scene.ct, used);
-    EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+    EXPECT_LE(share_beyond(scene), kShare);
     formats.push_back(caster().predicates().label_format());
   }
   EXPECT_EQ(formats, std::vector<int>(4, formats[0]));
@@ -343,10 +338,10 @@ TEST_F(GlPredicatesTest, LabelsOfAnyBitsAreOfOneKind) {
   caster().set_settled_after(1000);
   scene.predicates->model =
       test::model_of({{E::kind("label", {2 + mask}), 1}, {E::kind("depth", {-9, 1e4}), 0}});
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << "the generic program";
+  EXPECT_LE(share_beyond(scene), kShare) << "the generic program";
   scene.predicates->features.labels =
       labels_of(*scene.ct, {1, 2, 4, 8, 16, 32, 64, 128, 1U << 30, 0x3FF00U, top});
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << "more bits than a texel has";
+  EXPECT_LE(share_beyond(scene), kShare) << "more bits than a texel has";
   EXPECT_NE(caster().predicates().label_format(), formats[0]);
 }
 
@@ -355,7 +350,7 @@ TEST_F(GlPredicatesTest, ADeviceOfFewTexturesIsToldBeforeCompiling) {
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
   caster().set_settled_after(1000);
   caster().set_most_samplers(8);  // Its own program fits, the generic one does not.
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   const int compiled = caster().compiled();
   scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.9}), 1}});
   caster().set_most_samplers(5);

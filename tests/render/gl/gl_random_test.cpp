@@ -12,9 +12,6 @@
 namespace nav::render {
 namespace {
 
-// Requirement of the renderer: no visible difference from the double-precision reference.
-constexpr double kAgreement255 = 2.0;
-
 /// A scene of every seed, each with other features.
 class GlRandomTest : public testing::TestWithParam<unsigned> {
  protected:
@@ -42,7 +39,7 @@ TEST_P(GlRandomTest, AgreesWithReferenceAndSkippingChangesNoBit) {
   const std::string name = "random" + std::to_string(GetParam());
   test::keep_picture(name + "_gl", to_8bit(skipped->pixels));
   test::keep_picture(name + "_reference", to_8bit(expected->pixels));
-  EXPECT_TRUE(test::agree(skipped->pixels, expected->pixels, kAgreement255));
+  EXPECT_TRUE(test::agree(skipped->pixels, expected->pixels, test::kAgreement255));
   scene.quality.skip_empty_bricks = false;
   const auto all = gl_->render(scene);
   ASSERT_TRUE(test::has_value(all));

@@ -273,7 +273,7 @@ TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
   scene_.ct = expected_ct.volume;
   const auto expected = make_reference_engine()->render(scene_);
   ASSERT_TRUE(test::has_value(expected));
-  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+  EXPECT_TRUE(test::agree(found, expected->pixels, test::kAgreement255));
 }
 
 TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
@@ -290,7 +290,7 @@ TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
   scene_.ct = reduced(*whole, {2, 2, 2}).volume;
   const auto expected = make_reference_engine()->render(scene_);
   ASSERT_TRUE(test::has_value(expected));
-  EXPECT_TRUE(test::agree(found, expected->pixels, 2));
+  EXPECT_TRUE(test::agree(found, expected->pixels, test::kAgreement255));
   // What fits is drawn whole again, without a note.
   scene_.ct = test::ball_phantom(test::cube_grid(24, 1.0));
   draw();

@@ -8,16 +8,13 @@
 namespace nav::render {
 namespace {
 
-constexpr double kAgreement255 = 2.0;
-constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
-
 class GlTwoVolumesTest : public test::GlPredicateViewTest {};
 
 constexpr int kViews = 4;
 
 /// Everything at once: few sets, as each is compiled, and of each several views, from either side,
 /// with the ultrasound partly and wholly outside of the CT; every other set is cut.
-std::vector<Scene> random_scenes(unsigned seed, const std::vector<int>& volumes) {
+std::vector<Scene> random_pairs(unsigned seed, const std::vector<int>& volumes) {
   std::mt19937 random(seed);
   std::vector<Scene> all;
   for (const int i : volumes) {
@@ -48,13 +45,13 @@ TEST_F(GlTwoVolumesTest, AgreesWithTheReferenceAndSkipsBitIdentically) {
   double beyond = 0;
   std::uint64_t with = 0;
   std::uint64_t without = 0;
-  const std::vector<Scene> scenes = random_scenes(21, {0, 1});
+  const std::vector<Scene> scenes = random_pairs(21, {0, 1});
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     Scene scene = scenes[i];
     const RenderedImage skipped = draw(scene);
     const RenderedImage expected = test::draw(*reference_, scene);
     const double share =
-        test::difference(skipped.pixels, expected.pixels, kAgreement255).fraction_above;
+        test::difference(skipped.pixels, expected.pixels, test::kAgreement255).fraction_above;
     EXPECT_LT(share, 0.02) << i;
     beyond += share;
     if (i < kViews) continue;
@@ -73,7 +70,7 @@ TEST_F(GlTwoVolumesTest, EarlyTerminationStaysWithinItsError) {
   float worst = 0;
   std::uint64_t with = 0;
   std::uint64_t without = 0;
-  for (Scene scene : random_scenes(8, {1})) {
+  for (Scene scene : random_pairs(8, {1})) {
     scene.ultrasound->predicates.opacity_length_mm = 0.15;
     scene.ultrasound->predicates.model =
         test::model_of({{PredicateExpression::kind("intensity", {0.1, 1}), 2},
@@ -161,7 +158,7 @@ TEST_F(GlTwoVolumesTest, FromOnePredicateToAsManyAsThereMayBe) {
     scene.ultrasound->predicates.model = many(count);
     for (const double importance : {0.0, 1.0, 1024.0}) {
       scene.ultrasound->ct_importance = importance;
-      EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << count << ' ' << importance;
+      EXPECT_LE(share_beyond(scene), kShare) << count << ' ' << importance;
     }
   }
 }
@@ -174,7 +171,7 @@ TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileNorSendVolumes) {
   ASSERT_EQ(caster().compiled(), 1);
   UltrasoundVolume& ultrasound = *scene.ultrasound;
   const auto check = [&](const char* what) {
-    EXPECT_LE(share_beyond(scene, kAgreement255), 4 * kShare) << what;
+    EXPECT_LE(share_beyond(scene), 4 * kShare) << what;
     EXPECT_EQ(caster().compiled(), 1) << what;
   };
   ultrasound.ct_importance = 0.1;
@@ -202,7 +199,7 @@ TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompiler) {
   EXPECT_EQ(caster().compiled(), 2) << "with solids";
   scene.ultrasound->predicates.model = test::model_of(
       {{PredicateExpression::negation(PredicateExpression::kind("target_distance", {0, 6})), 3}});
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().compiled(), 2);
 }
 
@@ -211,9 +208,9 @@ TEST_F(GlTwoVolumesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   scene.width = 48;
   scene.height = 36;
   scene.plane = test::upright_plane(test::grey_picture(8, 8, 120), 0.5, {0, 0, 0});
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   scene.plane->frame.pixels = test::grey_picture(8, 8, 33);
-  EXPECT_LE(share_beyond(scene, kAgreement255), kShare);
+  EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U) << "a new picture needs no sample";
   scene.plane->ct_from_image = {
       scene.plane->ct_from_image.rotation(),

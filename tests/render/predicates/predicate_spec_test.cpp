@@ -18,7 +18,7 @@ struct Sample {
   double alpha;
   double importance;
 };
-using Ray = std::vector<Sample>;
+using Samples = std::vector<Sample>;
 
 /// Eqs. 10 to 12 as De Moura Pinto and Freitas wrote them, with premultiplied colours: the oracle.
 struct Published {
@@ -46,8 +46,8 @@ class RayMaker {
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(random_()) % n; }
 
   /// Of a few importances, opaque ones and faint ones.
-  Ray ray(std::size_t most, double most_importance) {
-    Ray out(1 + below(most));
+  Samples ray(std::size_t most, double most_importance) {
+    Samples out(1 + below(most));
     const double faint = std::pow(10, -4 * unit());
     for (Sample& s : out) {
       s = {{unit(), unit(), unit()},
@@ -64,7 +64,7 @@ class RayMaker {
 };
 
 template <class S>
-ImportanceState<S> logs(const Ray& ray) {
+ImportanceState<S> logs(const Samples& ray) {
   ImportanceState<S> state;
   for (const Sample& s : ray) {
     composite_log<S>(state, s.rgb.cast<S>(), static_cast<S>(s.alpha), static_cast<S>(s.importance));
@@ -73,7 +73,7 @@ ImportanceState<S> logs(const Ray& ray) {
 }
 
 template <class S>
-ImportanceState<S> weights(const Ray& ray, double greatest) {
+ImportanceState<S> weights(const Samples& ray, double greatest) {
   ImportanceState<S> state;
   state.importance = static_cast<S>(std::exp(-greatest));
   for (const Sample& s : ray) {
@@ -105,7 +105,7 @@ std::vector<PredicateWeight> weights_of(const std::vector<double>& kappas) {
 TEST(PredicateCompositingTest, StableFormsEqualThePublishedRecurrence) {
   RayMaker make(1);
   for (int i = 0; i < 3000; ++i) {
-    const Ray ray = make.ray(60, 9);
+    const Samples ray = make.ray(60, 9);
     Published published;
     for (const Sample& s : ray) published.add(s);
     const auto state = logs<double>(ray);
@@ -124,7 +124,7 @@ TEST(PredicateCompositingTest, EqualImportancesAreOverWhateverTheirSize) {
   RayMaker make(2);
   for (const double kappa : {1e-30, 1e-6, 0.5, 1.0, 9.0, 64.0, 1024.0}) {
     for (int i = 0; i < 100; ++i) {
-      Ray ray = make.ray(200, 0);
+      Samples ray = make.ray(200, 0);
       ImportanceState<double> over;
       Rgb<double> classic = Rgb<double>::Zero();
       double alpha = 0;
@@ -146,10 +146,10 @@ TEST(PredicateCompositingTest, EqualImportancesAreOverWhateverTheirSize) {
 TEST(PredicateCompositingTest, SplittingSamplesChangesNothing) {
   RayMaker make(3);
   for (int i = 0; i < 300; ++i) {
-    const Ray ray = make.ray(20, 6);
+    const Samples ray = make.ray(20, 6);
     const auto whole = logs<double>(ray);
     for (const int parts : {2, 7, 64}) {
-      Ray split;
+      Samples split;
       for (Sample s : ray) {
         s.alpha = -std::expm1(std::log1p(-s.alpha) / parts);
         split.insert(split.end(), static_cast<std::size_t>(parts), s);
@@ -165,7 +165,7 @@ TEST(PredicateCompositingTest, LogAndWeightFormsAgreeForManyPredicatesWithoutOve
   for (const int n : {2, 8, 10, 16, 32}) {
     const double greatest = n * n;  // kappa = (1, 0, ..).
     for (int i = 0; i < 200; ++i) {
-      const Ray ray = make.ray(80, greatest);
+      const Samples ray = make.ray(80, greatest);
       const auto exact = logs<double>(ray);
       const auto single = logs<float>(ray);
       ASSERT_TRUE(single.rgb.allFinite() && std::isfinite(single.importance));
@@ -198,7 +198,7 @@ TEST(PredicateCompositingTest, OpacitiesAtTheirEnds) {
 TEST(PredicateCompositingTest, SinglePrecisionDoesNotDriftAlongLongRays) {
   RayMaker make(5);
   for (const std::size_t count : {2000UL, 100'000UL}) {
-    Ray ray(count);
+    Samples ray(count);
     for (std::size_t i = 0; i < count; ++i) {
       ray[i] = {{make.unit(), make.unit(), make.unit()},
                 5.0 / static_cast<double>(count) * make.unit(),
@@ -212,8 +212,8 @@ TEST(PredicateCompositingTest, SinglePrecisionDoesNotDriftAlongLongRays) {
 }
 
 /// Black and opaque in front, white and more important by a little behind: the worst for stopping.
-Ray adversarial(RayMaker& make, double more) {
-  Ray ray(5, {Rgb<double>::Zero(), 0.9, 2});
+Samples adversarial(RayMaker& make, double more) {
+  Samples ray(5, {Rgb<double>::Zero(), 0.9, 2});
   const std::size_t behind = 1 + make.below(400);
   const double alpha = make.below(2) == 0 ? 1e-5 : make.unit();
   ray.insert(ray.end(), behind, {Rgb<double>::Ones(), alpha, 2 + more});
@@ -221,7 +221,7 @@ Ray adversarial(RayMaker& make, double more) {
 }
 
 /// Greatest importance of the samples from i on.
-std::vector<double> suffix_maxima(const Ray& ray) {
+std::vector<double> suffix_maxima(const Samples& ray) {
   std::vector<double> out(ray.size() + 1, 0);
   for (std::size_t i = ray.size(); i-- > 0;) out[i] = std::max(out[i + 1], ray[i].importance);
   return out;
@@ -234,7 +234,7 @@ TEST(EarlyTerminationTest, BoundHoldsOnAHundredThousandRays) {
   double naive_worst = 0;
   for (int i = 0; i < 100'000; ++i) {
     const double kinds[] = {0, 1e-6, 1e-3, 0.1, 1, 5};
-    const Ray ray = i % 4 == 0 ? adversarial(make, kinds[make.below(6)]) : make.ray(40, 6);
+    const Samples ray = i % 4 == 0 ? adversarial(make, kinds[make.below(6)]) : make.ray(40, 6);
     const auto maxima = suffix_maxima(ray);
     const std::size_t stop = make.below(ray.size());
     ImportanceState<double> state;
@@ -265,7 +265,7 @@ TEST(EarlyTerminationTest, BoundHoldsOnAHundredThousandRays) {
 }
 
 /// The two rules of EarlyEnds on one ray, with the exact suffix maxima.
-ImportanceState<double> terminated(const Ray& ray, double error) {
+ImportanceState<double> terminated(const Samples& ray, double error) {
   const auto budget = early_ends<double>(error, false);
   const auto maxima = suffix_maxima(ray);
   ImportanceState<double> state;
@@ -289,7 +289,7 @@ TEST(EarlyTerminationTest, BothRulesTogetherStayWithinTheirError) {
   RayMaker make(7);
   double worst = 0;
   for (int i = 0; i < 50'000; ++i) {
-    Ray ray = i % 3 == 0 ? adversarial(make, make.unit()) : make.ray(80, 4);
+    Samples ray = i % 3 == 0 ? adversarial(make, make.unit()) : make.ray(80, 4);
     // Often opaque, and then again something that matters more, and something that does not.
     for (std::size_t s = 0; s + 1 < ray.size() && i % 2 == 0; s += 2) ray[s].alpha = make.unit();
     const auto full = logs<double>(ray);
@@ -307,7 +307,7 @@ TEST(EarlyTerminationTest, BothRulesTogetherStayWithinTheirError) {
 TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
   constexpr double kRounding = 1e-9;  // Of 10^5 steps.
   for (const double more : {0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0}) {
-    Ray ray(5, {Rgb<double>::Zero(), 0.9, 2});
+    Samples ray(5, {Rgb<double>::Zero(), 0.9, 2});
     ray.insert(ray.end(), 100'000, {Rgb<double>::Ones(), 1e-5, 2 + more});
     ImportanceState<double> state;
     for (std::size_t s = 0; s < 5; ++s) {
@@ -334,8 +334,8 @@ TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
 /// Opaque at once, then pairs of a white sample a little more important than all before and a black
 /// one that is so by a little more: whoever leaves out the white ones and takes the black ones
 /// adds up errors.
-Ray staircase(RayMaker& make, double rise) {
-  Ray ray(8, {Rgb<double>::Zero(), 0.9, 1});
+Samples staircase(RayMaker& make, double rise) {
+  Samples ray(8, {Rgb<double>::Zero(), 0.9, 1});
   double importance = 1;
   for (int i = 0; i < 300; ++i) {
     const double alpha = make.below(2) == 0 ? 1 : make.unit();
@@ -350,7 +350,7 @@ TEST(EarlyTerminationTest, ARayThatLeftSomethingOutDoesNotEndByTheTheoremToo) {
   constexpr double kError = 1.0 / 255;
   const Rgb<double> black = Rgb<double>::Zero();
   const Rgb<double> white = Rgb<double>::Ones();
-  Ray ray{{black, 1, 1}};
+  Samples ray{{black, 1, 1}};
   ray.push_back({white, 1, 1 + 0.3 * kError});  // Left out and paid for.
   ray.push_back({black, 1, 1 + 2 * kError});    // Too much for either rule.
   ray.push_back({white, 1, 1 + 2.9 * kError});  // The theorem alone would allow to end here.
@@ -367,7 +367,7 @@ TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
   double worst = 0;
   double naive = 0;
   for (int i = 0; i < 2'000; ++i) {
-    const Ray ray = staircase(make, kError / 8 * std::pow(10.0, 2 * make.unit() - 1));
+    const Samples ray = staircase(make, kError / 8 * std::pow(10.0, 2 * make.unit() - 1));
     const auto full = logs<double>(ray);
     const auto fast = terminated(ray, kError);
     worst = std::max(worst, (premultiplied(full) - premultiplied(fast)).cwiseAbs().maxCoeff());

@@ -16,7 +16,7 @@ using frames::Image;
 const Transform<Ct, Image> kMiddle(Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec::UnitY())),
                                    {-80, -60, 20});
 
-Timestamp at(double seconds) { return Timestamp(from_seconds(seconds)); }
+Timestamp time_at(double seconds) { return Timestamp(from_seconds(seconds)); }
 
 HandPath make(HandPathKind kind) {
   HandPathOptions options;
@@ -25,7 +25,7 @@ HandPath make(HandPathKind kind) {
 }
 
 Transform<Image, Image> from_middle(const HandPath& path, double seconds) {
-  return kMiddle.inverse() * path.steady(at(seconds));
+  return kMiddle.inverse() * path.steady(time_at(seconds));
 }
 
 TEST(HandPathTest, PassesItsMiddleHalfWay) {
@@ -73,11 +73,12 @@ TEST(HandPathTest, WobbleHasItsStandardDeviationAndIsSmooth) {
   double sum = 0, square = 0, jerk = 0;
   int count = 0;
   for (double s = 0.002; s < 400; s += 0.02) {
-    const auto w = wobble_at(tremor, at(s));
+    const auto w = wobble_at(tremor, time_at(s));
     sum += w.shift_mm.sum() / 3;
     square += w.shift_mm.squaredNorm() / 3;
     ++count;
-    jerk = std::max(jerk, std::abs(wobble_at(tremor, at(s + 1e-3)).shift_mm.x() - w.shift_mm.x()));
+    jerk = std::max(jerk,
+                    std::abs(wobble_at(tremor, time_at(s + 1e-3)).shift_mm.x() - w.shift_mm.x()));
   }
   EXPECT_NEAR(sum / count, 0, 0.02);
   EXPECT_NEAR(std::sqrt(square / count), std::hypot(0.8, 0.08), 0.02);
@@ -88,8 +89,8 @@ TEST(HandPathTest, WobbleHasItsStandardDeviationAndIsSmooth) {
 TEST(HandPathTest, SameSeedSameHand) {
   HandTremor a, b;
   b.seed = 2;
-  EXPECT_EQ(wobble_at(a, at(3)).turn_rad, wobble_at(a, at(3)).turn_rad);
-  EXPECT_NE(wobble_at(a, at(3)).turn_rad, wobble_at(b, at(3)).turn_rad);
+  EXPECT_EQ(wobble_at(a, time_at(3)).turn_rad, wobble_at(a, time_at(3)).turn_rad);
+  EXPECT_NE(wobble_at(a, time_at(3)).turn_rad, wobble_at(b, time_at(3)).turn_rad);
 }
 
 TEST(HandPathTest, RefusesWhatCannotBe) {
@@ -142,9 +143,9 @@ TEST(HandPathTest, ASlideFollowsTheSkinAtItsDepthAndAngle) {
   options.length_mm = kLength;
   const HandPath path(patient, middle, options);
   // Between poses a millimetre apart a chord lies 0.002 mm below the skin.
-  EXPECT_LE((path.steady(at(2)).translation_mm() - middle.translation_mm()).norm(), 1e-9);
+  EXPECT_LE((path.steady(time_at(2)).translation_mm() - middle.translation_mm()).norm(), 1e-9);
   for (const double s : {0.0, 1.0, 1.7, 3.1, 4.0}) {
-    const auto pose = path.steady(at(s));
+    const auto pose = path.steady(time_at(s));
     const Vec face = pose.translation_mm();
     EXPECT_NEAR(patient.skin_distance_mm({face}), -kPress, 5e-3) << s;
     const Vec inward = Vec(-face.x(), -face.y(), 0).normalized();
@@ -152,7 +153,7 @@ TEST(HandPathTest, ASlideFollowsTheSkinAtItsDepthAndAngle) {
     EXPECT_NEAR(face.z(), 10, 1e-6) << s;
   }
   const double angle = kLength / 2 / (kRadius - kPress);
-  const Vec end = path.steady(at(4)).translation_mm();
+  const Vec end = path.steady(time_at(4)).translation_mm();
   EXPECT_LE(
       (end - (kRadius - kPress) * Vec(std::sin(angle), -std::cos(angle), 0) - Vec(0, 0, 10)).norm(),
       0.1);

@@ -27,14 +27,14 @@ SimulatedSessionOptions small(const std::string& family) {
   return options;
 }
 
-SimulatedSession make(const SimulatedSessionOptions& options) {
+SimulatedSession session_of(const SimulatedSessionOptions& options) {
   auto session = SimulatedSession::create(options);
   EXPECT_TRUE(session.has_value()) << session.error().message;
   return std::move(*session);
 }
 
 TEST(SessionNeedleTest, TheChainOfAnIdealTrackerIsTheTruth) {
-  const auto session = make(small("abdomen"));
+  const auto session = session_of(small("abdomen"));
   auto source = session.needle_poses();
   int count = 0;
   while (const auto raw = source->next(Timestamp::max())) {
@@ -61,7 +61,7 @@ TEST(SessionNeedleTest, EveryTrackerSeesTheHub) {
     options.tracker = kind;
     for (const std::uint64_t seed : {1u, 2u}) {
       options.seed = seed;
-      const auto session = make(options);
+      const auto session = session_of(options);
       auto source = session.needle_poses();
       double worst = 0;
       while (const auto pose = source->next(Timestamp::max())) {
