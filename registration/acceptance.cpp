@@ -191,6 +191,9 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   const auto ok = validate(limits);
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
+  if (result.termination == Termination::kIterationLimit) {
+    judge.warn("solver: expected it to converge, found the iteration limit before");
+  }
   if (result.termination == Termination::kTimeLimit) {
     judge.refuse("solver: expected it to converge, found the time limit before");
   }

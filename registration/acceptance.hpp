@@ -75,7 +75,8 @@ const char* in_words(Verdict verdict);
 struct Decision {
   bool accepted;
   std::vector<std::string> reasons;
-  /// One sentence for each value between its warning and its limit, of accepted results only.
+  /// One sentence for each value between its warning and its limit, and for a solve that ended at
+  /// its iteration limit; of accepted results only.
   std::vector<std::string> warnings = {};
 
   /// One more reason.

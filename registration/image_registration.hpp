@@ -128,8 +128,8 @@ Result<void> validate(const ImageRegistrationOptions& options);
 /// Why the last solve stopped.
 enum class Termination {
   kConverged,
-  kIterationLimit,
-  kTimeLimit,  ///< What was found until then, and refused.
+  kIterationLimit,  ///< Judged as any other, and warned of.
+  kTimeLimit,       ///< What was found until then, and refused.
   kFailed,
 };
 

@@ -146,6 +146,8 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
       {"predicted error", [](auto& r) { r.uncertainty.covariance *= 9; }},
       {"odd and even pictures: 0.7 mm", [](auto& r) { r.split_disagreement_mm = 0.7; }},
       {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
+      {"solver: expected it to converge, found the iteration limit before",
+       [](auto& r) { r.termination = Termination::kIterationLimit; }},
       {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
       {"not by pictures: expected at least 6 pictures",

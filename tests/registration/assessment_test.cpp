@@ -206,6 +206,36 @@ TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
   EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"time_limit_s"}));
 }
 
+TEST(IterationLimitTest, ARegistrationThatEndsAtItSaysSo) {
+  const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
+  CollectingDiagnostics diagnostics;
+  auto options = test::small_options();
+  options.max_iterations = 1;
+  const auto result =
+      register_sweep(assessed_scene().ct, assessed_scene().sweep, start, options, diagnostics);
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_EQ(result->termination, Termination::kIterationLimit);
+  EXPECT_STREQ(to_string(result->termination), "iteration_limit");
+  // Judged by nothing else.
+  constexpr double kAny = 1e9;
+  const AcceptanceLimits any{.min_overlap = 0,
+                             .min_z_score = -kAny,
+                             .min_places = 0,
+                             .max_cost = 1,
+                             .min_margin = -kAny,
+                             .max_tre_rms_mm = kAny,
+                             .max_split_disagreement_mm = kAny,
+                             .max_halves_disagreement_mm = kAny,
+                             .max_basin_shift_mm = kAny,
+                             .max_stretch = kAny,
+                             .max_misfit_mm = {kAny, kAny, kAny, kAny, kAny}};
+  const Decision decision = decide(*result, any, {{0, 0, 0}}, any);
+  EXPECT_EQ(decision.verdict(), Verdict::kWarn);
+  EXPECT_EQ(decision.warnings,
+            std::vector<std::string>{
+                "solver: expected it to converge, found the iteration limit before"});
+}
+
 TEST(TimeLimitTest, ASolveThatIsCutShortKeepsItsSteps) {
   int asked = 0;
   const SolveLimits limits{30, 3e-6, [&] { return ++asked > 2; }};
