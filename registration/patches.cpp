@@ -538,12 +538,16 @@ PatchSet coarsened(const PatchSet& patches, int stride) {
         values.push_back(u[static_cast<std::size_t>(sample)]);
       }
     }
-    const double norm = centre_values(values) * std::sqrt(static_cast<double>(values.size()));
+    double mean = 0;
+    const double norm =
+        centre_values(values, &mean) * std::sqrt(static_cast<double>(values.size()));
     if (!(norm > kFlat)) continue;
     for (const float value : values) out.samples.push_back(value / static_cast<float>(norm));
     Patch patch = patches.patches[i];
     patch.step_a *= stride;
     patch.step_b *= stride;
+    patch.mean_grey += patch.norm_grey * mean;
+    patch.norm_grey *= norm;
     total += patch.weight;
     out.patches.push_back(patch);
   }

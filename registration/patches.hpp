@@ -56,8 +56,9 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm);
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm);
 
-/// The same patches by every so many-th sample from their middle on, centred and of norm 1 again;
-/// those that are flat then are left out. Precondition: 1 <= stride <= (side − 1)/2.
+/// The same patches by every so many-th sample from their middle on, centred and of norm 1 again,
+/// of the same greys; those that are flat then are left out. Precondition: 1 <= stride <= (side −
+/// 1)/2.
 PatchSet coarsened(const PatchSet& patches, int stride);
 
 /// The patches for which keep(patch) holds, weights again summing to 1.

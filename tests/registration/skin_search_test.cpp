@@ -147,6 +147,27 @@ TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
   }
 }
 
+TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreys) {
+  PatchSet all;
+  all.side = 7;
+  all.patches.push_back({});
+  all.patches[0].mean_grey = 100;
+  all.patches[0].norm_grey = 40;
+  all.patches[0].weight = 1;
+  for (int k = 0; k < 49; ++k) all.samples.push_back(0.02F * static_cast<float>(k * k % 17 - 6));
+  const PatchSet few = coarsened(all, 3);
+  ASSERT_EQ(few.patches.size(), 1U);
+  const auto grey = [](const PatchSet& set, std::size_t k) {
+    return set.patches[0].mean_grey + set.patches[0].norm_grey * static_cast<double>(set.u(0)[k]);
+  };
+  constexpr double kRounding = 1e-4;  // Of 256 greys, float.
+  for (std::size_t b = 0; b < 3; ++b) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      EXPECT_NEAR(grey(few, 3 * b + a), grey(all, 21 * b + 3 * a), kRounding);
+    }
+  }
+}
+
 TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
   EXPECT_TRUE(validate(SkinSearchOptions()));
   SkinSearchOptions options;
