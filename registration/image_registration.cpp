@@ -313,9 +313,11 @@ void Registrar::stretch(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
   const PatchSet patches = structured(level, best.solution.pose, level.patches());
+  const SolveLimits until{.max_iterations = options_.max_iterations,
+                          .late = [this] { return late(); }};
   StretchSolution found =
       solve_stretch(solved_cost(level, patches), best.solution.pose, points_.centroid,
-                    options_.stretch, options_.max_iterations, [this] { return keep_going(); });
+                    options_.stretch, until, [this] { return keep_going(); });
   non_finite_ = std::max(non_finite_, found.pose.non_finite);
   found.pose.iterations += iterations;
   found.pose.final_cost =

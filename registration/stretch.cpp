@@ -158,13 +158,13 @@ PatchSet stretched(const PatchSet& patches, const Stretch& stretch) {
 
 StretchSolution solve_stretch(const Lc2Cost& cost, const Pose& start,
                               const Point<frames::Reference>& centroid, StretchModel model,
-                              int max_iterations, const std::function<bool()>& keep_going) {
+                              const SolveLimits& limits, const std::function<bool()>& keep_going) {
   NAV_CHECK(model != StretchModel::kNone);
   NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
   int non_finite = 0;
   Parameters delta(kPose + count_of(model));
   auto* residuals = new StretchCost(cost, start, centroid, model, non_finite);  // Ceres takes it.
-  const CostSolution found = minimise(residuals, delta, {max_iterations}, keep_going);
+  const CostSolution found = minimise(residuals, delta, limits, keep_going);
   return {{moved(start, (start * centroid).mm, StretchCost::twist_of(delta)), found.initial_cost,
            found.final_cost, found.iterations, non_finite, found.termination, found.message,
            found.cancelled},

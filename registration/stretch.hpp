@@ -23,6 +23,6 @@ struct StretchSolution {
 /// strain. Preconditions: model is not kNone; the similarity is kLc2 or kNcc.
 StretchSolution solve_stretch(const Lc2Cost& cost, const Pose& start,
                               const Point<frames::Reference>& centroid, StretchModel model,
-                              int max_iterations, const std::function<bool()>& keep_going);
+                              const SolveLimits& limits, const std::function<bool()>& keep_going);
 
 }  // namespace nav::registration

@@ -204,6 +204,23 @@ TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
   EXPECT_NEAR(beam.dot(found->stretch.strain * beam), 0.03, 0.008);
 }
 
+TEST(StretchTest, KeepsTheTimeLimit) {
+  auto options = test::small_options();
+  options.stretch = StretchModel::kAffine;
+  CollectingDiagnostics diagnostics;
+  int asked = 0;
+  const auto result =
+      register_sweep(scene().ct, misread(1.03), test::off_by(test::true_pose(), 5, 0.05, 1),
+                     options, diagnostics, [&](double fraction) {
+                       // All levels are solved: before the stretch, and at each of its steps.
+                       if (fraction > 0.8 && ++asked == 3) options.time_limit_s = 1e-9;
+                       return true;
+                     });
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_EQ(result->termination, Termination::kTimeLimit) << result->message;
+  EXPECT_GT(result->stretch.strain.norm(), 0) << "the step before is kept";
+}
+
 TEST(StretchTest, RefusesMutualInformation) {
   auto options = test::small_options();
   options.stretch = StretchModel::kAffine;
