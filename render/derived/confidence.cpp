@@ -7,8 +7,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "render/parallel.hpp"
-
 namespace nav::render::derived {
 namespace {
 
@@ -88,7 +86,8 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   auto system = confidence_system(volume, lines, options, run);
   if (!system) return system.error();
   const auto unknown = without_unknown(*system);
-  Multigrid multigrid(std::move(system->graph), run.threads);
+  Multigrid multigrid(std::move(system->graph), run);
+  if (run.stop.stop_requested()) return cancelled(name);
   const SolveReport report = solve(multigrid, system->b, system->x, options.solve, run);
   if (run.stop.stop_requested()) return cancelled(name);
   if (!report.converged) return not_converged(name, options, report);

@@ -7,7 +7,7 @@
 
 #include "nav/index.hpp"
 #include "render/derived/confidence.hpp"
-#include "render/parallel.hpp"
+#include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
 namespace {
@@ -29,7 +29,7 @@ class Assembly {
         grid_(volume.grid()),
         lines_(lines),
         options_(options),
-        threads_(run.threads),
+        run_(run),
         graph_(grid_.size),
         attenuated_(graph_.cells(), kUnknown),
         kind_(graph_.cells(), kNothing) {
@@ -43,9 +43,10 @@ class Assembly {
     }
   }
 
-  /// False: no voxel is known.
+  /// False: no voxel is known, or a stop is asked for.
   bool attenuate() {
-    const ValueRange range = value_range(volume_, 0, 1, threads_);
+    if (run_.stop.stop_requested()) return false;
+    const ValueRange range = value_range(volume_, 0, 1, run_.threads);
     depth_ = depth_range();
     if (range.known == 0 || !(depth_.least <= depth_.greatest)) return false;
     const double width = range.greatest - range.least;
@@ -72,7 +73,7 @@ class Assembly {
     const auto common = lines_.common();
     const Eigen::Vector3d common_step = common ? step_along(*common) : Eigen::Vector3d::Zero();
     const std::ptrdiff_t neighbour = common ? neighbour_along(common_step) : 0;
-    for_each_index(grid_.size[2], threads_, [&](int k) {
+    for_each_plane(grid_.size[2], run_, [&](int k) {
       for (int j = 0; j < grid_.size[1]; ++j) {
         for (int i = 0; i < grid_.size[0]; ++i) {
           const std::size_t node = graph_.at(i, j, k);
@@ -97,7 +98,7 @@ class Assembly {
 
   void weigh() {
     const EdgeConstants constants{static_cast<float>(options_.beta), 1e-5F};
-    for_each_index(grid_.size[2], threads_, [&](int k) {
+    for_each_plane(grid_.size[2], run_, [&](int k) {
       std::vector<float> penalty(as_size(graph_.row_length()));
       for (int j = 0; j < grid_.size[1]; ++j) {
         const std::size_t first = graph_.at(0, j, k);
@@ -140,7 +141,7 @@ class Assembly {
       reached[node] = true;
       queue.push_back(node);
     }
-    while (!queue.empty()) {
+    while (!queue.empty() && !run_.stop.stop_requested()) {
       const std::size_t node = queue.back();
       queue.pop_back();
       for (int e = 0; e < kGraphEdges; ++e) {
@@ -188,7 +189,7 @@ class Assembly {
     const auto common = lines_.common();
     const double per_voxel =
         common ? common->dot(grid_.directions.col(0)) * grid_.spacing_mm.x() : 0;
-    for_each_index(grid_.size[2], threads_, [&](int k) {
+    for_each_plane(grid_.size[2], run_, [&](int k) {
       Row row{std::vector<float>(count), std::vector<double>(count)};
       for (int j = 0; j < grid_.size[1]; ++j) {
         volume_.read_row(j, k, row.value.data());
@@ -281,7 +282,7 @@ class Assembly {
   const VoxelGrid& grid_;
   const ScanLines& lines_;
   const ConfidenceOptions& options_;
-  int threads_;
+  const RunOptions& run_;
   GridGraph graph_;
   std::vector<float> attenuated_;  ///< c; NaN where unknown, border included.
   std::vector<Kind> kind_;
@@ -300,16 +301,21 @@ Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const Sca
   const std::string name = volume.name() + ": confidence";
   if (auto ok = lines.check(volume.grid(), name); !ok) return ok.error();
   Assembly assembly(volume, lines, options, run);
-  if (!assembly.attenuate()) {
+  const bool any = assembly.attenuate();
+  if (run.stop.stop_requested()) return cancelled(name);
+  if (!any) {
     return Error{ErrorCode::kMalformedData,
                  name + ": expected known voxels with a scan line, found none"};
   }
   assembly.fix_ends();
   assembly.weigh();
+  if (run.stop.stop_requested()) return cancelled(name);
   std::vector<float> b;
   assembly.eliminate(b);
   assembly.drop_islands();
-  return assembly.finish(std::move(b));
+  auto system = assembly.finish(std::move(b));
+  if (run.stop.stop_requested()) return cancelled(name);
+  return system;
 }
 
 }  // namespace nav::render::derived

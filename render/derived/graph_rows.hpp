@@ -3,14 +3,24 @@
 #pragma once
 
 #include "render/derived/grid_graph.hpp"
+#include "render/derived/run.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render::derived {
 
+/// Calls work(i) for i in [0, count) in parallel, until a stop is asked for: then what comes out is
+/// not to be used. Private to the solver.
+template <class Work>
+void for_each_plane(int count, const RunOptions& run, const Work& work) {
+  for_each_index(count, run.threads, [&](int i) {
+    if (!run.stop.stop_requested()) work(i);
+  });
+}
+
 /// Calls work(j, k, first node) for every row, planes in parallel. Private to the solver.
 template <class Work>
-void for_each_row(const GridGraph& graph, int threads, const Work& work) {
-  for_each_index(graph.size()[2], threads, [&](int k) {
+void for_each_row(const GridGraph& graph, const RunOptions& run, const Work& work) {
+  for_each_plane(graph.size()[2], run, [&](int k) {
     for (int j = 0; j < graph.size()[1]; ++j) work(j, k, graph.at(0, j, k));
   });
 }

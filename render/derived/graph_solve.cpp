@@ -31,6 +31,7 @@ class Inner {
     constexpr double kReduction = 1e-4;  // Beyond it, the rounding of the weights counts.
     while (iteration < most && !run_.stop.stop_requested()) {
       const auto [zz, rz_new] = system_.apply(r_, z_);
+      if (run_.stop.stop_requested()) break;
       estimate_ = std::sqrt(zz);
       if (first_estimate_ == 0) first_estimate_ = estimate_;
       report_progress(goal);
@@ -50,7 +51,7 @@ class Inner {
  private:
   template <class Work>
   double sum(const Work& work) {
-    for_each_index(graph_.size()[2], run_.threads, [&](int k) {
+    for_each_plane(graph_.size()[2], run_, [&](int k) {
       double plane = 0;
       for (int j = 0; j < graph_.size()[1]; ++j) plane += work(j, k, graph_.at(0, j, k));
       planes_[as_size(k)] = plane;
@@ -72,7 +73,7 @@ class Inner {
   }
   void advance_direction(double beta) {
     const auto factor = static_cast<float>(beta);
-    for_each_row(graph_, run_.threads, [&](int, int, std::size_t first) {
+    for_each_row(graph_, run_, [&](int, int, std::size_t first) {
       float* p = &p_[first];
       const float* z = &z_[first];
       for (std::size_t i = 0; i < as_size(graph_.row_length()); ++i) p[i] = z[i] + factor * p[i];
@@ -103,9 +104,9 @@ class Inner {
 
 /// r = b - A x in double; returns |r|. Nodes without edges have no residual.
 double true_residual(const GridGraph& graph, const std::vector<float>& b,
-                     const std::vector<double>& x, std::vector<float>& r, int threads) {
+                     const std::vector<double>& x, std::vector<float>& r, const RunOptions& run) {
   std::vector<double> planes(as_size(graph.size()[2]));
-  for_each_index(graph.size()[2], threads, [&](int k) {
+  for_each_plane(graph.size()[2], run, [&](int k) {
     std::vector<double> ax(as_size(graph.row_length()));
     double plane = 0;
     for (int j = 0; j < graph.size()[1]; ++j) {
@@ -136,7 +137,7 @@ SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<do
   scale = scale > 0 ? std::sqrt(scale) : 1;
   const double root = std::sqrt(static_cast<double>(std::max<std::size_t>(system.open(), 1)));
   while (true) {
-    report.relative_residual = true_residual(graph, b, x, inner.residual(), run.threads) / scale;
+    report.relative_residual = true_residual(graph, b, x, inner.residual(), run) / scale;
     report.converged = report.relative_residual <= 1e-12;  // Nothing open, or solved by the start.
     if (report.converged || report.iterations >= options.max_iterations) break;
     // A little below, so that the true residual is rarely found to lie a little above.
@@ -148,7 +149,7 @@ SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<do
     report.iterations += used;
     if (used == 0 || run.stop.stop_requested()) break;
     ++report.refinements;
-    for_each_row(graph, run.threads, [&](int, int, std::size_t first) {
+    for_each_row(graph, run, [&](int, int, std::size_t first) {
       for (std::size_t i = first; i < first + as_size(graph.size()[0]); ++i) {
         x[i] += static_cast<double>(inner.correction()[i]);
       }

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "nav/index.hpp"
-#include "render/parallel.hpp"
+#include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
 namespace {
@@ -74,7 +74,7 @@ double GridGraph::degree(std::size_t node) const {
   return sum;
 }
 
-GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const {
+GridGraph GridGraph::coarse(const std::array<int, 3>& factor, const RunOptions& run) const {
   std::array<int, 3> boxes{};
   for (std::size_t a = 0; a < 3; ++a) boxes[a] = (size_[a] - 1) / factor[a] + 1;
   GridGraph out(boxes);
@@ -92,7 +92,7 @@ GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const
       out.weights[l.slot][box] += weights[l.edge][at_node];
     }
   };
-  for_each_index(boxes[2], threads, [&](int bk) {
+  for_each_plane(boxes[2], run, [&](int bk) {
     for (int k = bk * factor[2]; k < std::min((bk + 1) * factor[2], size_[2]); ++k) {
       for (int j = 0; j < size_[1]; ++j) {
         for (int i = 0; i < size_[0]; ++i) add_node(i, j, k);
@@ -102,9 +102,9 @@ GridGraph GridGraph::coarse(const std::array<int, 3>& factor, int threads) const
   return out;
 }
 
-std::array<double, 3> GridGraph::coupling(int threads) const {
+std::array<double, 3> GridGraph::coupling(const RunOptions& run) const {
   std::vector<std::array<double, 3>> planes(as_size(size_[2]));
-  for_each_index(size_[2], threads, [&](int k) {
+  for_each_plane(size_[2], run, [&](int k) {
     std::array<double, 3> sum{};
     for (int j = 0; j < size_[1]; ++j) {
       const std::size_t first = at(0, j, k);

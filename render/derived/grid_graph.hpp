@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/derived/kernels.hpp"
+#include "render/derived/run.hpp"
 
 namespace nav::render::derived {
 
@@ -54,9 +55,9 @@ class GridGraph {
   [[nodiscard]] double degree(std::size_t node) const;
   /// Galerkin: nodes joined in boxes of factor nodes (1 or 2 along each axis), edges between boxes
   /// summed. Every edge leads to one of the 18 neighbours again.
-  [[nodiscard]] GridGraph coarse(const std::array<int, 3>& factor, int threads) const;
+  [[nodiscard]] GridGraph coarse(const std::array<int, 3>& factor, const RunOptions& run) const;
   /// Mean weight of the edges along each axis, [0] to [2].
-  [[nodiscard]] std::array<double, 3> coupling(int threads) const;
+  [[nodiscard]] std::array<double, 3> coupling(const RunOptions& run) const;
 
  private:
   std::array<int, 3> size_;

@@ -8,14 +8,14 @@
 #include <optional>
 
 #include "nav/index.hpp"
-#include "render/parallel.hpp"
+#include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
 namespace {
 
 /// The axis along which neighbours hold together most: that of the scan lines, mostly.
-int line_axis(const GridGraph& graph, int threads) {
-  const auto coupling = graph.coupling(threads);
+int line_axis(const GridGraph& graph, const RunOptions& run) {
+  const auto coupling = graph.coupling(run);
   int axis = 0;
   double strongest = -1;
   for (int a = 0; a < 3; ++a) {
@@ -50,26 +50,26 @@ struct Multigrid::Level {
   std::vector<float> x, b, smoothed;
   std::array<int, 3> factor;  ///< To the next level.
 
-  Level(const GridGraph& g, int threads)
-      : graph(g, threads),
-        axis(line_axis(g, threads)),
+  Level(const GridGraph& g, const RunOptions& run)
+      : graph(g, run),
+        axis(line_axis(g, run)),
         pivot(graph.cells()),
         x(graph.cells()),
         b(graph.cells()),
         smoothed(graph.cells()),
         factor(factors_of(g, axis)) {
-    for_each_index(graph.size()[2], threads, [&](int k) {
+    for_each_plane(graph.size()[2], run, [&](int k) {
       for (int j = 0; j < graph.size()[1]; ++j) graph.degrees(j, k, &pivot[graph.at(0, j, k)]);
     });
-    factorise(threads);
+    factorise(run);
   }
 
   /// Block Jacobi with whole lines has eigenvalues in (0, 2].
   static constexpr float kDamping = 0.9F;
 
   /// One step from x = 0.
-  void smooth_from_zero(int threads) {
-    for_each_slab(threads, [&](const Slab& slab) {
+  void smooth_from_zero(const RunOptions& run) {
+    for_each_slab(run, [&](const Slab& slab) {
       LineScratch& t = scratch(slab);
       for (int n = 0; n < slab.rows; ++n) std::copy_n(&b[slab.at(n)], length(), t.row(n));
       solve_lines(slab, t);
@@ -81,9 +81,9 @@ struct Multigrid::Level {
     });
   }
   /// One step from x. Returns x · x and x · b.
-  Products smooth(int threads) {
+  Products smooth(const RunOptions& run) {
     std::vector<Products> slabs(as_size(graph.size()[axis == 2 ? 1 : 2]));
-    for_each_slab(threads, [&](const Slab& slab) {
+    for_each_slab(run, [&](const Slab& slab) {
       LineScratch& t = scratch(slab);
       for (int n = 0; n < slab.rows; ++n) {
         residual(axis == 2 ? slab.number : n, axis == 2 ? n : slab.number, t.row(n));
@@ -98,8 +98,8 @@ struct Multigrid::Level {
     return sum;
   }
   /// Sums the residual over the boxes of the next level.
-  void restrict_to(Level& next, int threads) {
-    for_each_index(next.graph.size()[2], threads, [&](int bk) {
+  void restrict_to(Level& next, const RunOptions& run) {
+    for_each_plane(next.graph.size()[2], run, [&](int bk) {
       std::vector<float> left(length() + kLanes);
       for (int bj = 0; bj < next.graph.size()[1]; ++bj) {
         float* box = &next.b[next.graph.at(0, bj, bk)];
@@ -113,8 +113,8 @@ struct Multigrid::Level {
       }
     });
   }
-  void add_from(const Level& next, float scale, int threads) {
-    for_each_index(next.graph.size()[2], threads, [&](int bk) {
+  void add_from(const Level& next, float scale, const RunOptions& run) {
+    for_each_plane(next.graph.size()[2], run, [&](int bk) {
       std::vector<float> there(length() + kLanes);
       for (int bj = 0; bj < next.graph.size()[1]; ++bj) {
         spread_boxes(&next.x[next.graph.at(0, bj, bk)], next.graph.size()[0], scale, there.data());
@@ -146,9 +146,9 @@ struct Multigrid::Level {
   };
 
   template <class Work>
-  void for_each_slab(int threads, const Work& work) const {
+  void for_each_slab(const RunOptions& run, const Work& work) const {
     const bool deep = axis == 2;
-    for_each_index(graph.size()[deep ? 1 : 2], threads, [&](int number) {
+    for_each_plane(graph.size()[deep ? 1 : 2], run, [&](int number) {
       work(Slab{number, graph.size()[deep ? 2 : 1],
                 deep ? graph.at(0, number, 0) : graph.at(0, 0, number),
                 static_cast<std::size_t>(graph.offset(deep ? 2 : 1))});
@@ -200,9 +200,9 @@ struct Multigrid::Level {
     }
   }
   /// pivot: from degrees to 1 / (degree - w^2 pivot of the one before).
-  void factorise(int threads) {
+  void factorise(const RunOptions& run) {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
-    for_each_slab(threads, [&](const Slab& slab) {
+    for_each_slab(run, [&](const Slab& slab) {
       for (int n = 0; n < slab.rows; ++n) {
         const std::uint16_t* edge = graph.along(axis, slab.at(n) - back);
         float* p = &pivot[slab.at(n)];
@@ -288,15 +288,16 @@ struct Multigrid::Coarsest {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;
 };
 
-Multigrid::Multigrid(GridGraph fine, int threads) : fine_(std::move(fine)), threads_(threads) {
+Multigrid::Multigrid(GridGraph fine, const RunOptions& run) : fine_(std::move(fine)), run_(run) {
   constexpr double kDirectNodes = 1500;
   const GridGraph* last = &fine_;
   std::optional<GridGraph> coarse;
   while (true) {
-    levels_.emplace_back(*last, threads);
+    levels_.emplace_back(*last, run_);
+    if (run_.stop.stop_requested()) return;
     const auto& size = last->size();
     if (static_cast<double>(size[0]) * size[1] * size[2] <= kDirectNodes) break;
-    GridGraph next = last->coarse(levels_.back().factor, threads);
+    GridGraph next = last->coarse(levels_.back().factor, run_);
     last = &coarse.emplace(std::move(next));
   }
   coarsest_ = std::make_unique<Coarsest>(*last);
@@ -320,13 +321,13 @@ Products Multigrid::cycle(std::size_t number) {
     return {};
   }
   Level& next = levels_[number + 1];
-  level.smooth_from_zero(threads_);
-  level.restrict_to(next, threads_);
+  level.smooth_from_zero(run_);
+  level.restrict_to(next, run_);
   cycle(number + 1);
   // Boxes are stiffer than what they stand for: their correction is too small (Braess 1995).
   constexpr float kOverCorrection = 1.25F;
-  level.add_from(next, kOverCorrection, threads_);
-  return level.smooth(threads_);
+  level.add_from(next, kOverCorrection, run_);
+  return level.smooth(run_);
 }
 
 Products Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "render/derived/packed_graph.hpp"
-#include "render/derived/run.hpp"
 
 namespace nav::render::derived {
 
@@ -32,10 +31,10 @@ struct Products {
 /// scan lines as coarse nodes, smoothing that solves whole lines along the axis of the strongest
 /// coupling exactly, and a direct solve on the last level; weights of 16 bits, since memory is what
 /// it waits for. Symmetric and positive, so that conjugate gradients can use it. The same bytes for
-/// any number of threads.
+/// any number of threads. Where a stop is asked for, nothing of it is to be used any more.
 class Multigrid {
  public:
-  Multigrid(GridGraph fine, int threads);
+  Multigrid(GridGraph fine, const RunOptions& run);
   ~Multigrid();
   Multigrid(Multigrid&&) noexcept;
   Multigrid& operator=(Multigrid&&) noexcept;
@@ -56,7 +55,7 @@ class Multigrid {
   GridGraph fine_;
   std::vector<Level> levels_;
   std::unique_ptr<Coarsest> coarsest_;
-  int threads_;
+  RunOptions run_;
 };
 
 /// Solves A x = b from a start x: conjugate gradients in float on packed() within iterative

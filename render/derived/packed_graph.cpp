@@ -4,17 +4,17 @@
 
 #include <algorithm>
 
-#include "render/parallel.hpp"
+#include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
 
-PackedGraph::PackedGraph(const GridGraph& graph, int threads)
+PackedGraph::PackedGraph(const GridGraph& graph, const RunOptions& run)
     : size_(graph.size()),
       first_(graph.at(0, 0, 0)),
       stride_(static_cast<std::size_t>(graph.offset(1))),
       plane_(static_cast<std::size_t>(graph.offset(2))),
       leak_(graph.leak) {
-  for_each_index(kGraphEdges, threads, [&](int edge) {
+  for_each_plane(kGraphEdges, run, [&](int edge) {
     const auto e = static_cast<std::size_t>(edge);
     offsets_[e] = graph.offset(edge);
     weights_[e].resize(graph.cells());

@@ -23,7 +23,7 @@ inline float unpacked_weight(std::uint16_t packed) {
 /// 0.004 of what it was; residuals in full precision and another solve do the rest.
 class PackedGraph {
  public:
-  PackedGraph(const GridGraph& graph, int threads);
+  PackedGraph(const GridGraph& graph, const RunOptions& run);
 
   [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
   [[nodiscard]] int row_length() const { return padded(size_[0]); }

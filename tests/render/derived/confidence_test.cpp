@@ -159,6 +159,10 @@ TEST(ConfidenceTest, RefusesByNameAndStops) {
   RunOptions stopped;
   stopped.stop = stop.get_token();
   EXPECT_EQ(confidence(volume, down(), {}, stopped).error().code, ErrorCode::kCancelled);
+  // Before there is anything to solve.
+  const auto system = confidence_system(volume, down(), {}, stopped);
+  ASSERT_FALSE(system.has_value());
+  EXPECT_EQ(system.error().code, ErrorCode::kCancelled);
 }
 
 TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {

@@ -54,7 +54,7 @@ TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfItsWeights) {
   for (auto& edges : rounded.weights) {
     for (float& w : edges) w = unpacked_weight(packed_weight(w));
   }
-  const PackedGraph packed(graph, 1);
+  const PackedGraph packed(graph, {});
   std::vector<float> x(graph.cells());
   std::mt19937 random(4);
   std::uniform_real_distribution<float> value(-1, 1);
@@ -80,7 +80,7 @@ TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfItsWeights) {
 TEST(MultigridTest, IsSymmetricPositiveAndSaysItsProducts) {
   for (const std::array<int, 3> size :
        {std::array{21, 18, 17}, {40, 9, 20}, {11, 12, 40}, {3, 4, 5}}) {
-    Multigrid multigrid(random_graph(size, 5), 1);
+    Multigrid multigrid(random_graph(size, 5), {});
     std::mt19937 random(6);
     std::normal_distribution<float> value;
     std::vector<float> r[2], z[2];
