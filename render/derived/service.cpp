@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <list>
 #include <map>
 #include <mutex>
@@ -23,6 +24,7 @@ struct DerivedVolumes::Job {
   std::mutex mutex;
   std::condition_variable finished;
   std::optional<Result<DerivedVolume>> result;
+  std::exception_ptr thrown;  ///< Stands for the result that there is then too.
   int interested = 0;
 
   void finish(Result<DerivedVolume> value) {
@@ -30,6 +32,11 @@ struct DerivedVolumes::Job {
     result = std::move(value);
     progress = 1;
     finished.notify_all();
+  }
+  /// What the computation gave, or throws what it threw. Locked, once there is a result.
+  [[nodiscard]] const Result<DerivedVolume>& outcome() const {
+    if (thrown) std::rethrow_exception(thrown);
+    return *result;
   }
   /// False: too late, nobody was interested any more and it is being stopped.
   bool join() {
@@ -61,13 +68,14 @@ double DerivedVolumes::Ticket::progress() const { return job_->progress; }
 
 std::optional<Result<DerivedVolume>> DerivedVolumes::Ticket::poll() const {
   const std::lock_guard lock(job_->mutex);
-  return job_->result;
+  if (!job_->result) return {};
+  return job_->outcome();
 }
 
 Result<DerivedVolume> DerivedVolumes::Ticket::wait() const {
   std::unique_lock lock(job_->mutex);
   job_->finished.wait(lock, [&] { return job_->result.has_value(); });
-  return *job_->result;
+  return job_->outcome();
 }
 
 bool DerivedVolumes::Ticket::wait_for(std::chrono::milliseconds most) const {
@@ -82,9 +90,10 @@ void DerivedVolumes::Ticket::cancel() {
 
 /// Queue and cache. Locks are taken in the order: this one, then a job's.
 struct DerivedVolumes::State {
-  explicit State(const DerivedLimits& l) : limits(l) {}
+  State(const DerivedLimits& l, Compute c) : limits(l), compute(std::move(c)) {}
 
   const DerivedLimits limits;
+  const Compute compute;
   mutable std::mutex mutex;
   std::condition_variable_any wake;
   std::deque<std::shared_ptr<Job>> queue;
@@ -163,12 +172,16 @@ struct DerivedVolumes::State {
       return Error{ErrorCode::kUnavailable,
                    job->request->volume.name() +
                        ": expected enough memory for a derived volume, found too little"};
+    } catch (...) {
+      job->thrown = std::current_exception();
+      return Error{ErrorCode::kUnavailable,
+                   job->request->volume.name() + ": expected a derived volume, found an exception"};
     }
   }
 };
 
-DerivedVolumes::DerivedVolumes(const DerivedLimits& limits)
-    : state_(std::make_unique<State>(limits)) {
+DerivedVolumes::DerivedVolumes(const DerivedLimits& limits, Compute compute)
+    : state_(std::make_unique<State>(limits, std::move(compute))) {
   state_->worker =
       std::jthread([state = state_.get()](const std::stop_token& quit) { state->run(quit); });
 }

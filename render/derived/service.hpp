@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,7 +60,8 @@ struct DerivedLimits {
 /// anew; beyond the bound the least recently used go. Thread-safe.
 class DerivedVolumes {
  public:
-  explicit DerivedVolumes(const DerivedLimits& limits = {});
+  using Compute = std::function<Result<DerivedVolume>(const DerivedRequest&, const RunOptions&)>;
+  explicit DerivedVolumes(const DerivedLimits& limits = {}, Compute compute = derived::compute);
   /// Stops what runs and waits for it.
   ~DerivedVolumes();
   DerivedVolumes(const DerivedVolumes&) = delete;
@@ -75,9 +77,9 @@ class DerivedVolumes {
     ~Ticket();
     /// [0, 1]; 1 when finished, however it ended.
     [[nodiscard]] double progress() const;
-    /// Absent until finished.
+    /// Absent until finished. What the computation threw is thrown here.
     [[nodiscard]] std::optional<Result<DerivedVolume>> poll() const;
-    /// Blocks.
+    /// Blocks. Throws as poll().
     [[nodiscard]] Result<DerivedVolume> wait() const;
     /// Blocks no longer than that; true when finished.
     [[nodiscard]] bool wait_for(std::chrono::milliseconds most) const;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/service.hpp"
 
+#include "nav/check.hpp"
 #include "tests/render/derived/derived_support.hpp"
 
 namespace nav::render::derived {
@@ -133,6 +134,25 @@ TEST(DerivedVolumesTest, EndsWithWorkLeft) {
     left.emplace(std::move(*ticket));
   }
   EXPECT_EQ(left->wait().error().code, ErrorCode::kCancelled);
+}
+
+TEST(DerivedVolumesTest, WhatAComputationThrowsReachesWhoeverAsks) {
+  DerivedVolumes service({}, [](const DerivedRequest& request, const RunOptions& run) {
+    if (std::holds_alternative<ScanDepthOptions>(request.options)) throw Bug("a broken check");
+    return compute(request, run);
+  });
+  const auto lines = ScanLines::fan({{0, -20, 0}}, 10);
+  ASSERT_TRUE(test::has_value(lines));
+  auto ticket = service.request({small(1), ScanDepthOptions{}, *lines});
+  ASSERT_TRUE(test::has_value(ticket));
+  EXPECT_THROW(static_cast<void>(ticket->wait()), Bug);
+  EXPECT_THROW(static_cast<void>(ticket->poll()), Bug);
+  EXPECT_EQ(ticket->progress(), 1);
+  EXPECT_EQ(service.counts().cached_bytes, 0U);
+  // The next one is served.
+  auto next = service.request({small(1), SnrOptions{}, {}});
+  ASSERT_TRUE(test::has_value(next));
+  EXPECT_TRUE(test::has_value(next->wait()));
 }
 
 TEST(DerivedVolumesTest, RefusesAtOnceWhatCannotBe) {
