@@ -41,7 +41,10 @@ class PlaneDistance {
 
 void smooth(std::vector<float>& values, const std::array<int, 3>& size,
             const Eigen::Vector3d& cell_mm) {
-  const auto kernel = [&](int axis) {
+  const auto kernel = [&](int axis) -> cv::Mat {
+    // One cell is its own neighbour. It may be thin, and a kernel of its cells long; where there
+    // are more they are kCellMm long or nearly.
+    if (size[static_cast<std::size_t>(axis)] == 1) return cv::Mat::ones(1, 1, CV_32F);
     const double sigma = std::max(kSmoothMm / cell_mm[axis], 1e-3);
     return cv::getGaussianKernel(2 * static_cast<int>(std::ceil(3 * sigma)) + 1, sigma, CV_32F);
   };

@@ -168,6 +168,27 @@ TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreys) {
   }
 }
 
+/// One slice of fat between air to its left and right.
+Volume slab_ct(double slice_mm) {
+  VoxelGrid grid;
+  grid.size = {60, 20, 1};
+  grid.spacing_mm = {2, 2, slice_mm};
+  std::vector<std::int16_t> hu;
+  for (int k = 0; k < 20 * 60; ++k) {
+    hu.push_back(static_cast<std::int16_t>(k % 60 < 15 || k % 60 >= 45 ? -1000 : -100));
+  }
+  return *Volume::create(grid, std::move(hu), "slab");
+}
+
+TEST(BodySurfaceTest, OfOneSliceDoesNotDependOnItsThickness) {
+  const BodySurface thick(slab_ct(5));
+  const BodySurface thin(slab_ct(1e-4));
+  constexpr double kRoundingMm = 1e-4;
+  for (double x = 0; x < 120; x += 3) {
+    EXPECT_NEAR(thin.depth_mm({{x, 20, 0}}), thick.depth_mm({{x, 20, 0}}), kRoundingMm) << x;
+  }
+}
+
 TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
   EXPECT_TRUE(validate(SkinSearchOptions()));
   SkinSearchOptions options;
