@@ -152,8 +152,8 @@ TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
   const PoseSolution solution = solve_pose(cost, off_pose(), centroid, {30}, {});
   EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
   EXPECT_LT(solution.final_cost, 0.5 * solution.initial_cost);
-  constexpr double kToleranceMm = 0.6;  // 3 mm samples, 200 patches of 10 pictures.
-  EXPECT_LT(test::cube_error_mm(solution.pose, test::true_pose()), kToleranceMm);
+  constexpr double kDescentMm = 0.6;  // 3 mm samples, 200 patches of 10 pictures.
+  EXPECT_LT(test::cube_error_mm(solution.pose, test::true_pose()), kDescentMm);
   // Ceres squares and adds roots.
   EXPECT_NEAR(solution.final_cost, cost.cost(solution.pose).cost, 1e-9);
 }
