@@ -3,8 +3,10 @@
 #include "io/surface_file.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <vtkCellArray.h>
@@ -64,18 +66,30 @@ std::string_view vtk_title(std::string_view head) {
 }
 
 /// "SPACE=RAS", as 3D Slicer and Mimics write it: x and y point the other way. Without a word of
-/// it: LPS, as 3D Slicer takes it.
+/// it: LPS, as 3D Slicer takes it. The end of a longer word (COLORSPACE=) says something else.
 Result<void> turn_to_lps(std::string_view comments, TriangleMesh& mesh) {
   constexpr std::string_view kSpace = "SPACE=";
-  const std::size_t at = comments.find(kSpace);
-  if (at == std::string_view::npos) return {};
-  const std::string_view value = comments.substr(at + kSpace.size());
-  if (value.starts_with("LPS")) return {};
-  if (!value.starts_with("RAS")) {
-    return Error{ErrorCode::kUnsupportedData,
-                 mesh.name + ": expected SPACE=LPS or SPACE=RAS, found '" +
-                     detail::excerpt(value.substr(0, value.find_first_of(" \t\r\n;"))) + "'"};
+  const auto in_word = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+  };
+  std::optional<std::string_view> said;
+  for (auto at = comments.find(kSpace); at != comments.npos; at = comments.find(kSpace, at + 1)) {
+    if (at > 0 && in_word(comments[at - 1])) continue;
+    const std::string_view rest = comments.substr(at + kSpace.size());
+    const auto end = std::ranges::find_if_not(rest, in_word);
+    const std::string_view value(rest.begin(), end);
+    if (value != "LPS" && value != "RAS") {
+      return Error{ErrorCode::kUnsupportedData,
+                   mesh.name + ": expected SPACE=LPS or SPACE=RAS, found '" +
+                       detail::excerpt(rest.substr(0, rest.find_first_of(" \t\r\n;"))) + "'"};
+    }
+    if (said && *said != value) {
+      return Error{ErrorCode::kUnsupportedData,
+                   mesh.name + ": expected one SPACE, found 'LPS' and 'RAS'"};
+    }
+    said = value;
   }
+  if (said != "RAS") return {};
   for (Eigen::Vector3d& point : mesh.points_mm) point.head<2>() *= -1;
   return {};
 }

@@ -81,13 +81,20 @@ TEST_F(SurfaceFileTest, TurnsSurfacesInRasToLps) {
   const auto expect = [&](const std::string& name, const auto& make) {
     for (const auto& [title, sign] : {std::pair("made by hand", 1),
                                       {"3D Slicer output. SPACE=LPS", 1},
-                                      {"3D Slicer output. SPACE=RAS", -1}}) {
+                                      {"3D Slicer output. SPACE=RAS", -1},
+                                      {"COLORSPACE=RGB of COLOR_SPACE=LAB", 1},
+                                      {"COLORSPACE=LPS;SPACE=RAS;", -1},
+                                      {"(SPACE=RAS) SPACE=RAS.", -1}}) {
       const auto mesh = read(name, make(title));
       ASSERT_TRUE(test::has_value(mesh)) << name;
       EXPECT_EQ(mesh->points_mm[1], Eigen::Vector3d(sign * 1.5, 0, 0)) << name << ' ' << title;
       EXPECT_EQ(mesh->points_mm[2], Eigen::Vector3d(0, sign * 2, 0)) << name << ' ' << title;
     }
-    EXPECT_TRUE(refuses(read(name, make("SPACE=LAS")), Code::kUnsupportedData, {name, "'LAS'"}));
+    for (const auto& [title, found] : {std::pair("SPACE=LAS", "'LAS'"),
+                                       {"SPACE=RASTER", "'RASTER'"},
+                                       {"SPACE=LPS SPACE=RAS", "'LPS' and 'RAS'"}}) {
+      EXPECT_TRUE(refuses(read(name, make(title)), Code::kUnsupportedData, {name, found})) << title;
+    }
   };
   expect("a.vtk", vtk);
   expect("a.ply", ply);
