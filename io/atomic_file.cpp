@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/atomic_file.hpp"
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "io/detail/input_file.hpp"
+#include "io/detail/scratch_file.hpp"
 
 namespace nav::io {
 
@@ -56,16 +56,10 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
   auto target = behind_links(path);
   if (!target) return target.error();
   file.path_ = std::move(*target);
-  // The process and a counter keep two writers of one name apart.
-  static std::atomic<unsigned> counter{0};
-  file.temporary_ = file.path_;
-  file.temporary_ +=
-      "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".partial";
-  file.descriptor_ = ::open(file.temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (file.descriptor_ < 0) {
-    file.temporary_.clear();
-    return failed(path, "create");
-  }
+  auto created = detail::create_beside(file.path_, 0644);
+  if (!created) return created.error();
+  file.temporary_ = std::move(created->name);
+  file.descriptor_ = created->descriptor;
   return file;
 }
 

@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <limits>
 #include <string>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -26,15 +27,28 @@ constexpr std::size_t kPieceBytes = 1 << 20;
 
 }  // namespace
 
-Result<ScratchFile> ScratchFile::create(const std::filesystem::path& path) {
+Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 && errno == ENAMETOOLONG) return failed(path, "create");
   static std::atomic<unsigned> counter{0};
+  for (;;) {
+    // The process and a counter keep two writers apart. Without the file's own name, which may
+    // leave no room for more.
+    NewFile file{path.parent_path() / ("sonde-" + std::to_string(::getpid()) + "-" +
+                                       std::to_string(counter++) + ".partial")};
+    file.descriptor = ::open(file.name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    if (file.descriptor >= 0) return file;
+    if (errno != EEXIST) return failed(path, "create");
+  }
+}
+
+Result<ScratchFile> ScratchFile::create(const std::filesystem::path& path) {
+  const auto created = create_beside(path, 0600);
+  if (!created) return created.error();
+  ::unlink(created->name.c_str());
   ScratchFile file;
   file.path_ = path;
-  std::filesystem::path name = path;
-  name += "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".scratch";
-  file.descriptor_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (file.descriptor_ < 0) return failed(path, "create");
-  ::unlink(name.c_str());
+  file.descriptor_ = created->descriptor;
   return file;
 }
 

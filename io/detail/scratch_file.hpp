@@ -12,6 +12,13 @@
 
 namespace nav::io::detail {
 
+struct NewFile {
+  std::filesystem::path name;
+  int descriptor = -1;
+};
+/// A new file of another name in the folder of path. Refuses a path whose name is too long for it.
+Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode);
+
 /// Bytes kept on disk under no name: they vanish with the object, or with the process.
 class ScratchFile {
  public:

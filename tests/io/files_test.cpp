@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <climits>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -81,10 +82,32 @@ TEST(AtomicFileTest, FollowsLinksAndLeavesThem) {
   EXPECT_EQ(files_in(folder.path()), 4U);
 }
 
-TEST(AtomicFileTest, RefusesNamesThatTheSystemRefuses) {
+TEST(AtomicFileTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
   const test::TemporaryFolder folder;
-  const std::string long_name(300, 'x');
-  EXPECT_TRUE(refuses(write_file(folder / long_name, "x"), Code::kIo, {"xxx", "too long"}));
+  const std::string longest(NAME_MAX, 'x');
+  ASSERT_TRUE(test::has_value(write_file(folder / longest, "x")));
+  EXPECT_EQ(test::get(folder / longest), "x");
+  const std::string too_long = longest + "x";
+  EXPECT_TRUE(
+      refuses(AtomicFile::create(folder / too_long), Code::kIo, {too_long, "create", "too long"}));
+  EXPECT_EQ(files_in(folder.path()), 1U);
+}
+
+/// In a container a process may have the number of one that was killed there before.
+TEST(AtomicFileTest, IsNotStoppedByWhatAKilledProcessLeft) {
+  const test::TemporaryFolder folder;
+  constexpr int kMore = 1000;  // Than this process has written files before.
+  for (int i = 0; i < kMore; ++i) {
+    test::put(
+        folder / ("sonde-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".partial"),
+        "left");
+  }
+  ASSERT_TRUE(test::has_value(write_file(folder / "a", "x")));
+  EXPECT_EQ(test::get(folder / "a"), "x");
+}
+
+TEST(AtomicFileTest, RefusesLinksThatLeadNowhere) {
+  const test::TemporaryFolder folder;
   std::filesystem::create_symlink("b", folder / "a");
   std::filesystem::create_symlink("a", folder / "b");
   EXPECT_TRUE(refuses(write_file(folder / "a", "x"), Code::kIo, {"symbolic links"}));

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/sequence_writer.hpp"
 
+#include <climits>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -195,6 +196,19 @@ TEST_F(SequenceWriterTest, LeavesNothingWithoutFinish) {
     EXPECT_TRUE(refuses(writer->finish(), Code::kRefused, {"old.mha", "at least 1 frame"}));
   }
   EXPECT_EQ(test::get(folder_ / "old.mha"), "old");
+}
+
+TEST_F(SequenceWriterTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
+  const std::string longest = std::string(NAME_MAX - 4, 'x') + ".mha";
+  const auto shape = header(5, 3, PixelType::kUint8, false);
+  auto writer = SequenceWriter::create(folder_ / longest, shape);
+  ASSERT_TRUE(test::has_value(writer));
+  ASSERT_TRUE(test::has_value(writer->append(frame(0, 15))));
+  ASSERT_TRUE(test::has_value(writer->finish()));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / longest));
+  // Said before anything is recorded.
+  EXPECT_TRUE(refuses(SequenceWriter::create(folder_ / ("x" + longest), shape), Code::kIo,
+                      {longest, "create", "too long"}));
 }
 
 TEST_F(SequenceWriterTest, RefusesWhatWouldBreakTheFile) {
