@@ -100,16 +100,16 @@ Result<std::size_t> PixelStream::inflate(std::span<std::byte> out) {
     z.stream.next_out = reinterpret_cast<Bytef*>(out.data() + done);
     z.stream.avail_out = static_cast<uInt>(room);
     const int code = ::inflate(&z.stream, Z_NO_FLUSH);
-    done += room - z.stream.avail_out;
+    const std::size_t made = room - z.stream.avail_out;
+    done += made;
+    z.decoded_offset += static_cast<std::int64_t>(made);  // Here: a later read may fail.
     z.ended = code == Z_STREAM_END;
     if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR) {
       return Error{ErrorCode::kMalformedData,
-                   "compressed data are damaged after " +
-                       std::to_string(z.decoded_offset + static_cast<std::int64_t>(done)) +
+                   "compressed data are damaged after " + std::to_string(z.decoded_offset) +
                        " bytes: " + (z.stream.msg != nullptr ? z.stream.msg : "zlib error")};
     }
   }
-  z.decoded_offset += static_cast<std::int64_t>(done);
   return done;
 }
 

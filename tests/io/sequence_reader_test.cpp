@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <random>
+#include <unistd.h>
 
 #include "io/sequence.hpp"
 #include "tests/io/support.hpp"
@@ -83,6 +85,30 @@ TEST_F(SequenceReaderTest, ReadsOneCompressedStreamForwardAndAgain) {
     const auto frame = reader->read(index);
     ASSERT_TRUE(test::has_value(frame));
     EXPECT_EQ(text_of(frame->pixels), kPixels.substr(static_cast<std::size_t>(index) * 6, 6));
+  }
+}
+
+/// As of a folder on the network that is gone for a while.
+TEST_F(SequenceReaderTest, ReadsTheSameAfterAReadThatFailed) {
+  constexpr std::size_t kFrameBytes = 40000;  // The reader takes in 65536 bytes at a time.
+  std::mt19937 random(5);
+  std::string pixels(3 * kFrameBytes, '\0');
+  for (char& c : pixels) c = static_cast<char>(random());  // Nothing that deflate could shorten.
+  const int descriptor = ::dup(0);  // The lowest one that is free, which the reader is to have.
+  ::close(descriptor);
+  auto reader = open(meta("CompressedData = True\n", "200 200 3") + test::deflated(pixels));
+  ASSERT_TRUE(test::has_value(reader));
+  ASSERT_TRUE(test::has_value(reader->read(0)));
+  const int kept = ::dup(descriptor);
+  ASSERT_GE(kept, 0);
+  ASSERT_EQ(::close(descriptor), 0);
+  EXPECT_TRUE(refuses(reader->read(1), Code::kIo, {"frame 1", "cannot read"}));
+  ASSERT_EQ(::dup2(kept, descriptor), descriptor);
+  ::close(kept);
+  for (const std::size_t i : {1U, 2U, 0U}) {
+    const auto frame = reader->read(static_cast<std::int64_t>(i));
+    ASSERT_TRUE(test::has_value(frame)) << i;
+    EXPECT_TRUE(test::text_of(frame->pixels) == pixels.substr(i * kFrameBytes, kFrameBytes)) << i;
   }
 }
 
