@@ -237,10 +237,10 @@ Result<void> check_length(const Nifti& n, const VoxelGrid& grid, std::size_t sam
                                                 "found " +
                                                 to_text(n.data_offset)};
   }
-  constexpr double kMaxExpansion = 1100;  // Deflate cannot expand by more than 1032 : 1.
   const double expected =
       n.data_offset + static_cast<double>(grid.voxel_count()) * static_cast<double>(sample);
-  const double possible = static_cast<double>(file_size) * (compressed ? kMaxExpansion : 1);
+  const double possible =
+      static_cast<double>(file_size) * static_cast<double>(compressed ? kMostExpansion : 1);
   if (expected <= possible) return {};
   return Error{ErrorCode::kMalformedData, path.string() + ": pixel data cut short: expected " +
                                               to_text(expected) + " bytes, found a file of " +

@@ -40,8 +40,6 @@ namespace detail {
 namespace {
 
 constexpr std::int64_t kMaxHeaderBytes = 512LL << 20;
-/// Deflate cannot expand by more than 1032 : 1.
-constexpr std::int64_t kMaxExpansion = 1100;
 
 struct Span {
   std::size_t begin, size;
@@ -217,12 +215,13 @@ Result<void> check_claims(ImageFile& file) {
   if (const auto ok = take_shares(file); !ok) return ok;
   for (const DataPart& part : file.data) file.available_bytes += part.size;
   // Room for the few bytes of an empty stream.
-  const bool possible = bytes / kMaxExpansion <= file.available_bytes;
+  const bool possible = bytes / kMostExpansion <= file.available_bytes;
   if (file.encoding == Encoding::kDeflate && !possible) {
     return Error{ErrorCode::kMalformedData,
                  file.path.string() + ": sizes claim " + std::to_string(bytes) +
-                     " bytes, expected at most 1100 times the compressed data, found " +
-                     std::to_string(file.available_bytes) + " bytes of it"};
+                     " bytes, expected at most " + std::to_string(kMostExpansion) +
+                     " times the compressed data, found " + std::to_string(file.available_bytes) +
+                     " bytes of it"};
   }
   return {};
 }

@@ -18,6 +18,9 @@ namespace nav::io::detail {
 
 enum class Encoding { kRaw, kDeflate };  ///< kDeflate: one zlib or gzip stream over everything.
 
+/// Deflate cannot expand by more than 1032 : 1.
+constexpr std::int64_t kMostExpansion = 1100;
+
 /// Where a part of the samples lies.
 struct DataPart {
   std::filesystem::path path;
