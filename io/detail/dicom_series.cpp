@@ -51,13 +51,17 @@ std::string text(vtkDICOMMetaData& meta, DC::EnumType tag) {
   return value.IsValid() ? std::string(trim(value.AsString())) : std::string();
 }
 
-/// Stored values that mean "nothing here", as numbers of the pixel's own signedness.
+/// Stored values that mean "nothing here", as numbers of the pixel's own signedness: writers give
+/// the same 16 bits in the other one.
 std::optional<std::pair<double, double>> padding(vtkDICOMMetaData& meta) {
   const auto first = numbers(meta, 0, DC::PixelPaddingValue, 1);
   if (first.empty()) return {};
   const auto limit = numbers(meta, 0, DC::PixelPaddingRangeLimit, 1);
   const bool is_signed = meta.Get(0, vtkDICOMTag(DC::PixelRepresentation)).AsInt() == 1;
-  const auto as_stored = [&](double v) { return is_signed && v > 32767 ? v - 65536 : v; };
+  const auto as_stored = [&](double v) {
+    if (is_signed) return v > 32767 ? v - 65536 : v;
+    return v < 0 ? v + 65536 : v;
+  };
   const double a = as_stored(first[0]);
   const double b = limit.empty() ? a : as_stored(limit[0]);
   return std::pair(std::min(a, b), std::max(a, b));

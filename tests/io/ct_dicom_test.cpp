@@ -126,6 +126,21 @@ TEST_F(CtDicomTest, TakesSignedPaddingWrittenAsUnsigned) {
   EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"2 voxels", "padding"}));
 }
 
+TEST_F(CtDicomTest, TakesUnsignedPaddingWrittenAsSigned) {
+  put_stack(2, [](int, DicomFile& d) {
+    std::vector<std::uint16_t> pixels(20, 1500);
+    pixels[7] = 63536;  // -2000 as unsigned.
+    const auto as_signed = test::bytes_of(std::vector<std::int16_t>{-2000});
+    d.us(0x00280103, 0).raw(0x00280120, "SS", as_signed);
+    d.raw(0x7fe00010, "OW", test::bytes_of(pixels));
+  });
+  const auto volume = read();
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(2, 1, 0), -1024);
+  EXPECT_EQ(volume->at(0, 0, 0), 500);
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"2 voxels", "padding"}));
+}
+
 TEST_F(CtDicomTest, DecodesRunLengthCode) {
   put_stack(3, [](int k, DicomFile& d) {
     std::vector<std::int16_t> pixels;
