@@ -31,6 +31,37 @@ TrackingStatus worse(TrackingStatus a, TrackingStatus b) {
 
 std::string edge_name(const std::string& from, const std::string& to) { return from + "To" + to; }
 
+/// Whether two matrices are each other's inverse, as far as four decimals of a rotation tell.
+bool are_inverse(const Eigen::Matrix4d& a, const Eigen::Matrix4d& b) {
+  constexpr double kRounding = 1e-4;
+  const auto largest = [](const auto& block) { return block.cwiseAbs().maxCoeff(); };
+  const double turn_a = largest(a.topLeftCorner<3, 3>());
+  const double turn_b = largest(b.topLeftCorner<3, 3>());
+  const double shift_a = largest(a.topRightCorner<3, 1>());
+  const double shift_b = largest(b.topRightCorner<3, 1>());
+  const Eigen::Matrix4d left = a * b - Eigen::Matrix4d::Identity();
+  return largest(left.topLeftCorner<3, 3>()) <= kRounding * 3 * turn_a * turn_b &&
+         largest(left.topRightCorner<3, 1>()) <= kRounding * (3 * turn_a * shift_b + shift_a);
+}
+
+bool is_claimed(const NamedTransform& transform) {
+  return transform.status == TrackingStatus::kOk || transform.status == TrackingStatus::kUnknown;
+}
+
+/// Refuses a pose that the frame contradicts by one of the other direction. What its own status
+/// disowns contradicts nothing.
+Result<void> check_reverse(const SequenceFrame& frame, const NamedTransform& pose) {
+  const auto ends = split_transform_name(pose.name);
+  if (!ends || !is_claimed(pose)) return {};
+  const auto reverse = transform(frame, edge_name(ends->second, ends->first));
+  if (!reverse || !is_claimed(*reverse)) return {};
+  if (are_inverse(pose.to_from_from, reverse->to_from_from)) return {};
+  return Error{ErrorCode::kMalformedData,
+               "frame " + std::to_string(frame.index) + ": " + pose.name + "Transform and " +
+                   reverse->name +
+                   "Transform: expected each other's inverse, found two that differ"};
+}
+
 }  // namespace
 
 std::optional<std::pair<std::string, std::string>> split_transform_name(std::string_view name) {
@@ -60,6 +91,14 @@ Result<TransformTree> TransformTree::create(const std::vector<std::string>& fram
       return Error{ErrorCode::kMalformedData,
                    "configuration transform " + edge_name(definition.from, definition.to) +
                        ": expected a finite matrix that can be inverted, found " + found.str()};
+    }
+    for (const Edge& edge : tree.edges_) {
+      if (edge.from_frame || edge.from != definition.to || edge.to != definition.from) continue;
+      if (are_inverse(edge.to_from_from, definition.to_from_from)) continue;
+      return Error{ErrorCode::kMalformedData,
+                   "configuration transforms " + edge_name(edge.from, edge.to) + " and " +
+                       edge_name(edge.to, edge.from) +
+                       ": expected each other's inverse, found two that differ"};
     }
     tree.edges_.push_back({definition.from, definition.to, false, definition.to_from_from});
   }
@@ -117,13 +156,12 @@ Result<NamedTransform> Chain::evaluate(const SequenceFrame& frame) const {
     if (link.from_frame) {
       const auto found = transform(frame, link.name);
       if (!found) return found.error();
+      if (const auto ok = check_reverse(frame, *found); !ok) return ok.error();
       out.status = worse(out.status, found->status);
       step = found->to_from_from;
       if (link.inverted && step.allFinite()) {
         const auto inverse = inverse_of(step);
-        const bool claimed =
-            found->status == TrackingStatus::kOk || found->status == TrackingStatus::kUnknown;
-        if (!inverse && claimed) {
+        if (!inverse && is_claimed(*found)) {
           return Error{ErrorCode::kMalformedData,
                        "frame " + std::to_string(frame.index) + ": " + link.name +
                            "Transform: expected a matrix that can be inverted"};

@@ -33,7 +33,8 @@ struct Chain {
   std::vector<ChainLink> links;  ///< In order of travel, starting at from.
 
   /// The product for one frame, with the worst status of the frame's links (configuration links are
-  /// ok). Errors name the transform that the frame lacks or that cannot be inverted.
+  /// ok). Errors name the transform that the frame lacks, that cannot be inverted, or that
+  /// contradicts the one of the other direction where the frame has both.
   [[nodiscard]] Result<NamedTransform> evaluate(const SequenceFrame& frame) const;
 };
 
@@ -42,7 +43,8 @@ struct Chain {
 class TransformTree {
  public:
   /// Names of frame transforms are split at their "To"; those that cannot be split link nothing and
-  /// are left out. Refuses definitions that are not finite and invertible.
+  /// are left out. Refuses definitions that are not finite and invertible, and two of opposite
+  /// directions that are not each other's inverse.
   static Result<TransformTree> create(const std::vector<std::string>& frame_transforms,
                                       const std::vector<CoordinateDefinition>& definitions);
 

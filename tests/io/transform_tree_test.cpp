@@ -120,6 +120,46 @@ TEST(TransformTreeTest, NamesTheMissingLinkAndTheTreeThatExists) {
                       Code::kMalformedData, {"AToB", "inverted"}));
 }
 
+/// A matrix as a program that prints four decimals hands it on.
+Eigen::Matrix4d in_four_decimals(const Eigen::Matrix4d& m) {
+  return (m * 1e4).array().round().matrix() * 1e-4;
+}
+
+TEST(TransformTreeTest, RefusesAPoseThatItsOwnReverseContradicts) {
+  const auto t =
+      TransformTree::create({"ProbeToTracker", "ReferenceToTracker", "TrackerToProbe"}, {});
+  const auto chain = t->find("Probe", "Reference");
+  ASSERT_TRUE(test::has_value(chain));
+  const Eigen::Matrix4d expected = kTrackerFromReference.inverse() * kTrackerFromProbe;
+  const auto with = [](const Eigen::Matrix4d& probe_from_tracker,
+                       TrackingStatus status = TrackingStatus::kOk) {
+    SequenceFrame f = frame();
+    set_transform(f, {"TrackerToProbe", probe_from_tracker, status});
+    return f;
+  };
+  const Eigen::Matrix4d probe_from_tracker = kTrackerFromProbe.inverse();
+  for (const Eigen::Matrix4d& same : {probe_from_tracker, in_four_decimals(probe_from_tracker)}) {
+    const auto there = chain->evaluate(with(same));
+    ASSERT_TRUE(test::has_value(there));
+    EXPECT_LT((there->to_from_from - expected).norm(), kRounding * 100);
+  }
+  Eigen::Matrix4d moved = probe_from_tracker;
+  moved(0, 3) += 0.1;  // mm
+  // The same numbers for both directions are the mistake that is made most.
+  for (const Eigen::Matrix4d& other : {moved, kTrackerFromProbe}) {
+    EXPECT_TRUE(refuses(chain->evaluate(with(other)), Code::kMalformedData,
+                        {"frame 3", "ProbeToTracker", "TrackerToProbe", "inverse"}));
+  }
+  // What its own status disowns contradicts nothing.
+  EXPECT_TRUE(test::has_value(chain->evaluate(with(moved, TrackingStatus::kOccluded))));
+  EXPECT_TRUE(refuses(
+      TransformTree::create({}, {{"A", "B", kTrackerFromProbe, {}, ""}, {"B", "A", moved, {}, ""}}),
+      Code::kMalformedData, {"configuration", "AToB", "BToA", "inverse"}));
+  EXPECT_TRUE(test::has_value(TransformTree::create(
+      {},
+      {{"A", "B", probe_from_image(), {}, ""}, {"B", "A", probe_from_image().inverse(), {}, ""}})));
+}
+
 TEST(TransformTreeTest, FramesWinOverTheConfiguration) {
   const auto t = TransformTree::create(
       {"ProbeToTracker"}, {{"Probe", "Tracker", rigid(1, {1, 0, 0}, {0, 0, 0}), {}, ""}});
