@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "render/scene_compare.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
@@ -191,40 +190,6 @@ TEST_F(ProgressiveTest, EnlargingKeepsEveryPlaceOfTheView) {
       }
     }
   }
-}
-
-TEST(SceneChangeTest, TellsWhatHasToBeDrawnAnew) {
-  const Scene before = scene();
-  EXPECT_EQ(change_between(before, before), SceneChange::kNothing);
-  const auto expect = [&](SceneChange change, const auto& edit) {
-    Scene after = before;
-    edit(after);
-    EXPECT_EQ(change_between(before, after), change);
-    EXPECT_EQ(change_between(after, before), change);
-  };
-  expect(SceneChange::kNothing, [](Scene& s) { s.plane->frame.sequence = 7; });
-  expect(SceneChange::kPixels,
-         [](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 9); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->safety = {SafetyState::kStale, "old"}; });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.plane.reset(); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->opacity = 0.5; });
-  expect(SceneChange::kGeometry, [](Scene& s) {
-    s.plane->frame.outline = SectorOutline{{0, -1}, 1, 2, 0.3};
-  });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.plane->frame.grid.origin_mm.x() += 1; });
-  expect(SceneChange::kGeometry,
-         [](Scene& s) { s.plane->frame.pixels = test::grey_picture(5, 4, 100); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.needle = test::needle({0, 0, 0}, {0, 9, 0}); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.spheres.push_back({{{0, 0, 0}}}); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.lines.push_back({{{0, 0, 0}}, {{1, 0, 0}}}); });
-  expect(SceneChange::kGeometry, [](Scene& s) { s.cutaway.emplace(); });
-  expect(SceneChange::kView, [](Scene& s) { s.camera.eye_ct.mm.x() += 1e-9; });
-  expect(SceneChange::kView, [](Scene& s) { s.transfer = test::fog(0.2); });
-  expect(SceneChange::kView, [](Scene& s) { s.quality.step_voxels = 2; });
-  expect(SceneChange::kView, [](Scene& s) { s.quality.pixel_error = 0.1; });
-  expect(SceneChange::kView, [](Scene& s) { s.shading.emphasis = 1; });
-  expect(SceneChange::kView, [](Scene& s) { s.projection = Projection::kMaximum; });
-  expect(SceneChange::kView, [](Scene& s) { s.ct = std::make_shared<Volume>(*s.ct); });
 }
 
 }  // namespace
