@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene.hpp"
 
+#include <functional>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "render/engine.hpp"
 #include "tests/render/scene_support.hpp"
@@ -75,13 +78,17 @@ TEST(ValidateSceneTest, NamesTheField) {
   expect_refused([](Scene& s) { s.plane->opacity = 1.01; }, "plane.opacity");
   expect_refused([](Scene& s) { s.plane->frame.outline->radius_max_mm = 5; }, "radius_max_mm");
   expect_refused([](Scene& s) { s.plane->frame.outline->half_angle_rad = kNan; }, "half_angle_rad");
+  expect_refused([](Scene& s) { s.plane->frame.outline->half_angle_rad = 1.6; }, "half_angle_rad");
   expect_refused([](Scene& s) { s.needle->tip_ct.mm.z() = kNan; }, "needle.tip_ct");
   expect_refused([](Scene& s) { s.needle->hub_ct = s.needle->tip_ct; }, "needle.hub_ct");
   expect_refused([](Scene& s) { s.needle->radius_mm = 0; }, "needle.radius_mm");
   expect_refused([](Scene& s) { s.spheres[0].radius_mm = kNan; }, "spheres[0].radius_mm");
   expect_refused([](Scene& s) { s.spheres[0].rgb.x() = -1; }, "spheres[0].rgb");
   expect_refused([](Scene& s) { s.lines[0].to_ct.mm.x() = kNan; }, "lines[0].to_ct");
+  expect_refused([](Scene& s) { s.spheres[0].opacity = 1.01; }, "spheres[0].opacity");
   expect_refused([](Scene& s) { s.lines[0].opacity = 0; }, "lines[0].opacity");
+  expect_refused([](Scene& s) { s.quality.adaptive_error = -0.1; }, "quality.adaptive_error");
+  expect_refused([](Scene& s) { s.quality.pixel_error = 1.01; }, "quality.pixel_error");
   expect_refused([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
   expect_refused([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
   expect_refused([](Scene& s) { s.shading.full_gradient_per_mm = 0; }, "full_gradient_per_mm");
@@ -109,6 +116,7 @@ TEST(ValidateSceneTest, NamesTheFieldOfTheCutaway) {
   expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.z() = 0.1; }, "in one plane");
   expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 0) = 0; }, "boxes[0].half_edges_ct");
   expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = 0.1; }, "right angles");
+  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = -0.1; }, "right angles");
   expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = kNan; }, "half_edges_ct");
   expect_refused([](Cutaway& c) { c.meshes[0] = nullptr; }, "meshes[0]: expected at least one");
   const auto triangle = [](int index) {
@@ -123,6 +131,90 @@ TEST(ValidateSceneTest, NamesTheFieldOfTheCutaway) {
         c.meshes[0] = mesh_with([](MeshObject& m) { m.vertices_ct[0].mm.z() = kNan; });
       },
       "meshes[0].vertices_ct");
+}
+
+TEST(ValidateSceneTest, NoNumberMayBeMissing) {
+  struct Number {
+    std::function<double&(Scene&)> in;
+    std::string field;
+  };
+  const std::vector<Number> numbers{
+      {[](Scene& s) -> double& { return s.camera.eye_ct.mm.y(); }, "camera.eye_ct"},
+      {[](Scene& s) -> double& { return s.camera.look_at_ct.mm.z(); }, "camera.look_at_ct"},
+      {[](Scene& s) -> double& { return s.camera.up_ct.v.x(); }, "camera.up_ct"},
+      {[](Scene& s) -> double& { return s.camera.vertical_fov_rad; }, "camera.vertical_fov_rad"},
+      {[](Scene& s) -> double& { return s.shading.emphasis; }, "shading.emphasis"},
+      {[](Scene& s) -> double& { return s.shading.full_gradient_per_mm; }, "full_gradient_per_mm"},
+      {[](Scene& s) -> double& { return s.shading.ambient; }, "shading.ambient"},
+      {[](Scene& s) -> double& { return s.shading.diffuse; }, "shading.diffuse"},
+      {[](Scene& s) -> double& { return s.shading.specular; }, "shading.specular"},
+      {[](Scene& s) -> double& { return s.shading.shininess; }, "shading.shininess"},
+      {[](Scene& s) -> double& { return s.shading.cool_share; }, "shading.cool_share"},
+      {[](Scene& s) -> double& { return s.shading.warm_share; }, "shading.warm_share"},
+      {[](Scene& s) -> double& { return s.shading.silhouette; }, "shading.silhouette"},
+      {[](Scene& s) -> double& { return s.quality.step_voxels; }, "quality.step_voxels"},
+      {[](Scene& s) -> double& { return s.quality.opaque_at; }, "quality.opaque_at"},
+      {[](Scene& s) -> double& { return s.quality.adaptive_error; }, "quality.adaptive_error"},
+      {[](Scene& s) -> double& { return s.quality.pixel_error; }, "quality.pixel_error"},
+      {[](Scene& s) -> double& { return s.background_rgb.z(); }, "background_rgb"},
+      {[](Scene& s) -> double& { return s.grey.level_hu; }, "grey.level_hu"},
+      {[](Scene& s) -> double& { return s.grey.width_hu; }, "grey.width_hu"},
+      {[](Scene& s) -> double& { return s.plane->opacity; }, "plane.opacity"},
+      {[](Scene& s) -> double& { return s.plane->frame.grid.origin_mm.y(); }, "plane.frame"},
+      {[](Scene& s) -> double& { return s.plane->frame.grid.mm_per_pixel(0, 1); }, "plane.frame"},
+      {[](Scene& s) -> double& { return s.plane->frame.outline->apex_mm.y(); }, "apex_mm"},
+      {[](Scene& s) -> double& { return s.plane->frame.outline->radius_min_mm; }, "radius_min_mm"},
+      {[](Scene& s) -> double& { return s.plane->frame.outline->radius_max_mm; }, "radius_max_mm"},
+      {[](Scene& s) -> double& { return s.plane->frame.outline->half_angle_rad; },
+       "half_angle_rad"},
+      {[](Scene& s) -> double& { return s.needle->tip_ct.mm.x(); }, "needle.tip_ct"},
+      {[](Scene& s) -> double& { return s.needle->hub_ct.mm.y(); }, "needle.hub_ct"},
+      {[](Scene& s) -> double& { return s.needle->radius_mm; }, "needle.radius_mm"},
+      {[](Scene& s) -> double& { return s.needle->rgb.z(); }, "needle.rgb"},
+      {[](Scene& s) -> double& { return s.spheres[0].centre_ct.mm.x(); }, "spheres[0].centre_ct"},
+      {[](Scene& s) -> double& { return s.spheres[0].radius_mm; }, "spheres[0].radius_mm"},
+      {[](Scene& s) -> double& { return s.spheres[0].rgb.y(); }, "spheres[0].rgb"},
+      {[](Scene& s) -> double& { return s.spheres[0].opacity; }, "spheres[0].opacity"},
+      {[](Scene& s) -> double& { return s.lines[0].from_ct.mm.x(); }, "lines[0].from_ct"},
+      {[](Scene& s) -> double& { return s.lines[0].to_ct.mm.y(); }, "lines[0].to_ct"},
+      {[](Scene& s) -> double& { return s.lines[0].radius_mm; }, "lines[0].radius_mm"},
+      {[](Scene& s) -> double& { return s.lines[0].rgb.y(); }, "lines[0].rgb"},
+      {[](Scene& s) -> double& { return s.lines[0].opacity; }, "lines[0].opacity"},
+      {[](Scene& s) -> double& { return s.cutaway->theta1_rad; }, "cutaway.theta1_rad"},
+      {[](Scene& s) -> double& { return s.cutaway->theta2_rad; }, "cutaway.theta2_rad"},
+      {[](Scene& s) -> double& { return s.cutaway->overlay_mm; }, "cutaway.overlay_mm"},
+      {[](Scene& s) -> double& { return s.cutaway->boxes[0].centre_ct.mm.z(); }, "boxes[0].centre"},
+      {[](Scene& s) -> double& { return s.cutaway->boxes[0].half_edges_ct(2, 2); },
+       "half_edges_ct"},
+  };
+  for (const Number& number : numbers) {
+    Scene scene = full_scene();
+    number.in(scene) = kNan;
+    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {number.field}))
+        << number.field;
+  }
+}
+
+TEST(ValidateSceneTest, RefusesWhatLiesTooFarAwayToHaveAPlace) {
+  const auto refuses = [](auto change, const std::string& field) {
+    Scene scene = full_scene();
+    change(scene);
+    return test::refuses(validate(scene), ErrorCode::kMalformedData, {field});
+  };
+  const double far_mm = 2e7;
+  const auto with_pose_at = [](const Eigen::Vector3d& mm) {
+    return [mm](Scene& s) { s.plane->ct_from_image = {s.plane->ct_from_image.rotation(), mm}; };
+  };
+  EXPECT_TRUE(refuses(with_pose_at({0, far_mm, 0}), "plane.ct_from_image"));
+  EXPECT_TRUE(refuses([&](Scene& s) { s.spheres[0].centre_ct.mm.z() = far_mm; }, "centre_ct"));
+  EXPECT_TRUE(refuses([&](Scene& s) { s.needle->hub_ct.mm.z() = far_mm; }, "needle.hub_ct"));
+  EXPECT_TRUE(refuses(
+      [&](Scene& s) {
+        VoxelGrid grid = s.ct->grid();
+        grid.origin_mm.x() = far_mm;
+        s.ct = test::make_volume(grid, [](int, int, int) { return 0; });
+      },
+      "ct.grid.origin_mm"));
 }
 
 TEST(ValidateSceneTest, AcceptsTheLimitsOfACutaway) {
