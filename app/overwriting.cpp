@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/overwriting.hpp"
 
-#include <array>
-#include <fstream>
-#include <string_view>
+#include <string>
 #include <system_error>
+
+#include "io/ct.hpp"
 
 namespace nav::app {
 namespace {
@@ -25,20 +25,14 @@ bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
   return whole(a) == whole(b);
 }
 
-bool is_dicom(const std::filesystem::path& path) {
-  std::array<char, 132> head{};
-  std::ifstream file(path, std::ios::binary);
-  return file.read(head.data(), head.size()) && std::string_view(head.data() + 128, 4) == "DICM";
-}
-
-/// Whether a file is one of the pictures of a folder.
+/// Whether a file is one of the pictures of a folder, by whatever name and link.
 bool is_picture_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code failed;
-  if (!std::filesystem::is_directory(folder, failed) || !is_dicom(file)) return false;
-  std::filesystem::path above = std::filesystem::canonical(file, failed);
-  while (above.has_relative_path()) {
-    above = above.parent_path();
-    if (std::filesystem::equivalent(above, folder, failed)) return true;
+  if (!std::filesystem::is_directory(folder, failed) || !io::is_dicom(file)) return false;
+  std::filesystem::recursive_directory_iterator it(folder, failed);
+  for (; !failed && it != std::filesystem::recursive_directory_iterator(); it.increment(failed)) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(it->path(), file, ignored)) return true;
   }
   return false;
 }
@@ -50,18 +44,18 @@ Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const NamedFile& out = outputs[i];
     if (may_be_replaced(out.path)) continue;
+    const auto refuse = [&](const std::string& found) {
+      return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
+                                          out.path.string() + ", which " + found};
+    };
     std::vector<NamedFile> others = inputs;
     others.insert(others.end(), outputs.begin(), outputs.begin() + static_cast<std::ptrdiff_t>(i));
     for (const NamedFile& other : others) {
       if (other.path.empty()) continue;
       if (is_picture_of(out.path, other.path)) {
-        return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
-                                            out.path.string() + ", which is a picture of that of " +
-                                            other.name};
+        return refuse("is a picture of that of " + other.name);
       }
-      if (!same(out.path, other.path)) continue;
-      return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
-                                          out.path.string() + ", which is that of " + other.name};
+      if (same(out.path, other.path)) return refuse("is that of " + other.name);
     }
   }
   return {};

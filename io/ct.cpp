@@ -105,7 +105,7 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
     if (!*grid) return grid->error();
     return std::move(builder).finish(**grid, path.string(), diagnostics);
   }
-  if (detail::looks_like_dicom(*file)) {
+  if (detail::is_dicom(*file)) {
     return detail::read_ct_dicom({path}, path.string(), diagnostics, options);
   }
   return Error{ErrorCode::kUnsupportedData,
@@ -130,6 +130,11 @@ Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnosti
     return Error{ErrorCode::kMalformedData, text.str()};
   }
   return volume;
+}
+
+bool is_dicom(const std::filesystem::path& path) {
+  const auto file = detail::InputFile::open(path);
+  return file && detail::is_dicom(*file);
 }
 
 namespace {

@@ -33,6 +33,10 @@ struct CtOptions {
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options = {});
 
+/// Whether read_ct takes a file of a folder for one of DICOM, by its content; false for one that
+/// cannot be read. Blocks; thread-safe.
+bool is_dicom(const std::filesystem::path& path);
+
 /// Writes a MetaImage with exact geometry (LPS), zlib-compressed unless told otherwise; atomically.
 Result<void> write_ct_mha(const Volume& volume, const std::filesystem::path& path,
                           bool compress = true);

@@ -25,8 +25,8 @@ std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, 
 Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                              const std::string& name, Diagnostics& diagnostics,
                              const CtOptions& options);
-/// True for what begins like a DICOM file, with or without the preamble of part 10.
-bool looks_like_dicom(const InputFile& file);
+/// True for a DICOM file, with or without the preamble of part 10; with it, for a broken one too.
+bool is_dicom(const InputFile& file);
 
 /// What read_ct does where a file does not say how its axes lie in the patient: a warning when the
 /// caller accepts that, otherwise a refusal.

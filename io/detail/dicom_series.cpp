@@ -173,13 +173,15 @@ bool has_preamble(const InputFile& file) {
 
 }  // namespace
 
-bool looks_like_dicom(const InputFile& file) {
+bool is_dicom(const InputFile& file) {
   if (has_preamble(file)) return true;
-  // Before part 10: the stream begins with group 2 or 8, little-endian, low element.
+  // Before part 10: the stream begins with group 2 or 8, little-endian, low element. Something else
+  // may begin alike.
   std::array<std::byte, 8> head{};
   const auto got = file.read_at(0, head);
   const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
-  return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0);
+  return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0) &&
+         dicom_structure_defect(file).empty();
 }
 
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
@@ -191,12 +193,9 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     // One that cannot be read may be a slice: without it the stack would be another.
     const auto input = InputFile::open(file);
     if (!input) return input.error();
-    if (!looks_like_dicom(*input)) continue;
+    if (!is_dicom(*input)) continue;
     const std::string broken = dicom_structure_defect(*input);
-    if (!broken.empty()) {
-      if (!has_preamble(*input)) continue;  // Something else that happened to begin alike.
-      return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
-    }
+    if (!broken.empty()) return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
     vtkNew<vtkDICOMMetaData> meta;
     vtkNew<vtkDICOMParser> parser;
     VtkErrors errors;

@@ -685,6 +685,18 @@ TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
                    {"--json: expected a file of its own", slice, "a picture of that of"});
   }
   EXPECT_EQ(*io::read_file(slice, 1000), dicom);
+  // Without the preamble, as read_ct takes it; one that begins alike is no picture.
+  const std::string old = (folder_ / "ct/old.dcm").string();
+  std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
+  expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
+  const std::string alike = (folder_ / "ct/alike.json").string();
+  std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
+  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM pictures, found none"});
+  // Behind a link of the folder.
+  const std::string linked = (folder_ / "elsewhere.dcm").string();
+  std::ofstream(linked, std::ios::binary) << dicom;
+  std::filesystem::create_symlink("../elsewhere.dcm", folder_ / "ct/link.dcm");
+  expect_refusal("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
 }
 
 TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {

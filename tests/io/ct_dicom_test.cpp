@@ -405,6 +405,23 @@ TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
   expect_stack(*volume, 3);
 }
 
+TEST_F(CtDicomTest, TellsDicomByItsContent) {
+  put_stack(2);
+  const std::string whole = test::get(folder_ / "s9.dcm");
+  const auto is = [&](const std::string& content) {
+    test::put(folder_ / "x", content);
+    return is_dicom(folder_ / "x");
+  };
+  EXPECT_TRUE(is(whole));
+  EXPECT_TRUE(is(whole.substr(132)));
+  EXPECT_TRUE(is(whole.substr(0, 300)));  // Cut short, but surely one: the folder is refused.
+  EXPECT_FALSE(is(std::string("\x08\0\x05\0garbage that is no element", 30)));
+  EXPECT_FALSE(is("nothing to see"));
+  EXPECT_FALSE(is(""));
+  EXPECT_FALSE(is_dicom(folder_.path()));
+  EXPECT_FALSE(is_dicom(folder_ / "missing"));
+}
+
 TEST_F(CtDicomTest, ReadsFilesWithoutValueRepresentations) {
   put_stack(3, [](int, DicomFile& d) { d.implicit(); });
   const auto volume = read();
