@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/overwriting.hpp"
 
+#include <algorithm>
 #include <string>
 #include <system_error>
 
 #include "io/ct.hpp"
+#include "io/sequence.hpp"
 
 namespace nav::app {
 namespace {
@@ -37,10 +39,29 @@ bool is_picture_of(const std::filesystem::path& file, const std::filesystem::pat
   return false;
 }
 
+/// What files of the inputs are beyond the ones that options name: pixels beside a header.
+std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
+  std::vector<NamedFile> pixels;
+  for (const NamedFile& input : inputs) {
+    for (const auto& file : io::sample_files(input.path)) {
+      pixels.push_back(
+          {"holds the pixels of " + input.path.string() + ", that of " + input.name, file});
+    }
+  }
+  return pixels;
+}
+
+bool is_there(const NamedFile& output) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(output.path, failed);
+}
+
 }  // namespace
 
 Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs) {
+  const bool replaces = std::ranges::any_of(outputs, is_there);
+  const std::vector<NamedFile> pixels = replaces ? pixels_of(inputs) : std::vector<NamedFile>{};
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const NamedFile& out = outputs[i];
     if (may_be_replaced(out.path)) continue;
@@ -56,6 +77,9 @@ Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
         return refuse("is a picture of that of " + other.name);
       }
       if (same(out.path, other.path)) return refuse("is that of " + other.name);
+    }
+    for (const NamedFile& file : pixels) {
+      if (same(out.path, file.path)) return refuse(file.name);
     }
   }
   return {};

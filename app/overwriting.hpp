@@ -16,8 +16,9 @@ struct NamedFile {
   std::filesystem::path path;  ///< Empty: none.
 };
 
-/// Refuses outputs that would replace an input, a DICOM picture in a folder that is one, or one
-/// another, by both names. Pipes, /dev/null and "-" may be written to more than once.
+/// Refuses outputs that would replace an input, a DICOM picture in a folder that is one, the pixels
+/// beside a header that is one, or one another, by both names. Pipes, /dev/null and "-" may be
+/// written to more than once.
 Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs);
 

@@ -266,6 +266,16 @@ Result<SequenceFrame> SequenceReader::read(std::int64_t index) {
   return frame;
 }
 
+std::vector<std::filesystem::path> sample_files(const std::filesystem::path& header) {
+  std::vector<std::filesystem::path> files;
+  const auto file = detail::read_image_file(header);
+  if (!file) return files;
+  for (const detail::DataPart& part : file->data) {
+    if (part.path != header) files.push_back(part.path);
+  }
+  return files;
+}
+
 Result<void> check_complete(SequenceReader& reader) {
   const SequenceHeader& header = reader.header();
   if (header.readable_frames < header.frame_count) {

@@ -109,6 +109,10 @@ class SequenceReader {
   std::unique_ptr<State> state_;
 };
 
+/// The files beside a MetaImage or NRRD header in which its samples are, of a sequence or a volume;
+/// none where they follow the header, and for what no reader takes for one.
+std::vector<std::filesystem::path> sample_files(const std::filesystem::path& header);
+
 /// Whether the pixels of every frame that the header declares are there: kMalformedData where the
 /// file is cut short or DimSize says too much. Inflates compressed data once, to the end.
 Result<void> check_complete(SequenceReader& reader);

@@ -699,6 +699,39 @@ TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
   expect_refusal("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
 }
 
+TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
+  const std::string pixels(2 * 2 * 2, '\0');
+  for (const char* name : {"ct.raw", "1.raw", "2.raw"}) {
+    std::ofstream(folder_ / name, std::ios::binary) << pixels;
+  }
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  };
+  const std::string mhd = write("ct.mhd",
+                                "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
+                                "ElementSpacing = 1 1 1\nElementDataFile = ct.raw\n");
+  const std::string nhdr = write("ct.nhdr",
+                                 "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+                                 "encoding: raw\ndata file: %d.raw 1 2 1\n");
+  const auto expect = [&](const std::string& arguments, const std::string& header,
+                          const std::string& raw, const std::string& option) {
+    const std::string path = (folder_ / raw).string();
+    expect_refusal(
+        arguments + path, 2,
+        {"expected a file of its own", path, "the pixels of " + header, "that of " + option});
+    EXPECT_EQ(*io::read_file(path, 100), pixels);
+  };
+  expect("info " + mhd + " --json ", mhd, "ct.raw", "file");
+  expect("info " + nhdr + " --json ", nhdr, "2.raw", "file");
+  expect("replay " + mhd + " --out o --ct " + nhdr + " --save-look ", nhdr, "1.raw", "--ct");
+  expect("replay " + mhd + " --out o --ct " + nhdr + " --json ", mhd, "ct.raw", "sweep");
+  EXPECT_EQ(sonde("info " + mhd + " --accept-unknown-orientation --json " +
+                  (folder_ / "other.raw").string())
+                .code,
+            0);
+}
+
 TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nset_up = \"carotid-context\"\n";
