@@ -305,10 +305,12 @@ void CommandLine::add_replay() {
                                        {"--registration", config_.placement.registration},
                                        {"--us-volume", config_.predicates.volume}};
       // A session writes itself again, so it may lie among what it wrote.
-      for (const std::string& name : replay_outputs()) {
-        if (config_.output.folder.empty()) break;
-        const auto own = refuse_overwriting({{"--out", config_.output.folder / name}}, inputs);
-        if (!own) return own;
+      if (!config_.output.folder.empty()) {
+        std::vector<NamedFile> outputs;
+        for (const std::string& name : replay_outputs()) {
+          outputs.push_back({"--out", config_.output.folder / name});
+        }
+        if (const auto own = refuse_overwriting(outputs, inputs); !own) return own;
       }
       inputs.push_back({"--session", config_.file});
       const auto own =
