@@ -110,6 +110,13 @@ void add_source_options(CLI::App& verb, SessionConfig& config, std::string& matr
   add_recording_options(verb, config, matrix);
 }
 
+Result<void> print_session(const SessionConfig& config) {
+  const auto text = to_toml(config);
+  if (!text) return text.error();
+  std::cout << *text;
+  return {};
+}
+
 /// from_option: the registration was named on the command line too.
 Result<void> apply_matrix(const std::string& text, bool from_option, SessionConfig& config) {
   if (text.empty()) {
@@ -316,10 +323,7 @@ void CommandLine::add_replay() {
       const auto own =
           refuse_overwriting({{"--json", json_}, {"--save-look", config_.look.save}}, inputs);
       if (!own) return own;
-      if (print_session_) {
-        std::cout << to_toml(config_);
-        return {};
-      }
+      if (print_session_) return print_session(config_);
       if (config_.source.kind == SessionConfig::SourceKind::kSimulated) {
         demo_.seed = config_.source.seed;
         demo_.output = config_.output;
@@ -446,9 +450,7 @@ void CommandLine::add_slices() {
       // One thing is laid over a CT: the option wins over the session's recording.
       if (!slices_.second.empty()) config_.source.recording.clear();
       if (const auto ok = refuse_idle_of_slices(*verb, config_, slices_); !ok) return ok;
-      if (!print_session_) return run_slices(config_, slices_, console);
-      std::cout << to_toml(config_);
-      return {};
+      return print_session_ ? print_session(config_) : run_slices(config_, slices_, console);
     };
   });
 }
@@ -466,9 +468,8 @@ void CommandLine::add_predicates() {
           !ok) {
         return ok;
       }
-      if (!print_session_) return as_given(*verb, run_predicates(config_, console));
-      std::cout << to_toml(config_);
-      return {};
+      if (print_session_) return print_session(config_);
+      return as_given(*verb, run_predicates(config_, console));
     };
   });
 }

@@ -233,7 +233,9 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
       return written;
     }
   }
-  if (auto written = out_.write_text(kSessionFile, to_toml(config_)); !written) return written;
+  const auto session = to_toml(config_);
+  if (!session) return session.error();
+  if (auto written = out_.write_text(kSessionFile, *session); !written) return written;
   if (auto written = write_json(json, (out_ / kReportFile).string()); !written) return written;
   if (json_file) {
     if (auto written = write_json(json, *json_file); !written) return written;
@@ -297,6 +299,8 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
+  // It is written at the end; what it cannot hold is said before the work.
+  if (const auto session = to_toml(config); !session) return session.error();
   if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();

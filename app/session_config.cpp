@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "app/json.hpp"
 #include "app/session_look.hpp"
 #include "app/session_objects.hpp"
 #include "app/session_predicates.hpp"
@@ -138,6 +139,33 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   output.flag("window", config.output.window);
   output.finish();
   return config;
+}
+
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
+/// The first text that TOML cannot hold: the library would write another in its place.
+Result<void> check_texts(const toml::node& node, const std::string& key) {
+  if (const auto* table = node.as_table()) {
+    for (const auto& [name, value] : *table) {
+      const std::string full = key.empty() ? std::string(name) : key + "." + std::string(name);
+      if (const auto ok = check_texts(value, full); !ok) return ok;
+    }
+  } else if (const auto* list = node.as_array()) {
+    for (const toml::node& value : *list) {
+      if (const auto ok = check_texts(value, key); !ok) return ok;
+    }
+  } else if (const auto* text = node.as_string(); text != nullptr && !is_utf8(text->get())) {
+    return Error{ErrorCode::kUsage,
+                 key + ": expected UTF-8, as a session file is, found " + text->get()};
+  }
+  return {};
 }
 
 }  // namespace
@@ -275,7 +303,7 @@ Result<void> require_path(const std::filesystem::path& path, const char* option,
   return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
 }
 
-std::string to_toml(const SessionConfig& config) {
+Result<std::string> to_toml(const SessionConfig& config) {
   toml::table root;
   toml::table ct;
   ct.insert("path", absolute_text(config.ct.path));
@@ -342,6 +370,7 @@ std::string to_toml(const SessionConfig& config) {
   root.insert("predicates", predicates_to_toml(config.predicates));
   root.insert("view", std::move(view));
   root.insert("output", std::move(output));
+  if (const auto ok = check_texts(root, ""); !ok) return ok.error();
   std::ostringstream text;
   text << root << '\n';
   return text.str();

@@ -137,7 +137,8 @@ Result<void> validate(const SessionConfig::Look& look);
 /// Refuses a path that neither the session nor an option gave, by that option. what: "a CT".
 Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);
 
-/// The resolved form, as TOML: what the program really uses.
-std::string to_toml(const SessionConfig& config);
+/// The resolved form, as TOML: what the program really uses. Refuses, by key, a text that is not
+/// UTF-8, as names of files may be: TOML has no room for it.
+Result<std::string> to_toml(const SessionConfig& config);
 
 }  // namespace nav::app

@@ -1749,6 +1749,22 @@ TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
   EXPECT_EQ(early["image_sha256"], usual["image_sha256"]);
 }
 
+/// TOML is UTF-8, names of files need not be: the session would name another file.
+TEST_F(CommandLineTest, ASessionNamesNoOtherFileThanTheOneThatWasGiven) {
+  const std::string latin = "c\xe9t.mha";
+  for (const char* verb : {"replay s.mha --ct ", "slices ", "predicates "}) {
+    expect_refusal(verb + latin + " --print-session", 2, {"UTF-8", latin});
+  }
+  const std::string sweep = write_sweep();
+  std::filesystem::create_directory(folder_ / "out");
+  std::ofstream(folder_ / "out/report.html") << "earlier";
+  const std::string look = (folder_ / "\xff.json").string();
+  expect_refusal(replay_arguments(sweep) + " --save-look " + look, 2,
+                 {"look.save: expected", "UTF-8", look});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.html"));
+  EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
+}
+
 TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
   const std::string sweep = write_sweep();
   std::filesystem::create_directory(folder_ / "out");

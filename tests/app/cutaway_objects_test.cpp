@@ -96,9 +96,9 @@ file = "lesion.stl"
   EXPECT_EQ(shapes->meshes[0]->triangles.size(), 4U);
   EXPECT_EQ(shapes->meshes[0]->vertices_ct.size(), 4U) << "shared by the facets";
   EXPECT_EQ(reports_.text, "");
-  const auto again = read_session_config(write("again.toml", to_toml(*config)));
+  const auto again = read_session_config(write("again.toml", *to_toml(*config)));
   ASSERT_TRUE(test::has_value(again));
-  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_EQ(*to_toml(*again), *to_toml(*config));
 }
 
 TEST_F(CutawayObjectsTest, SessionsSayWhichObjectCannotBe) {

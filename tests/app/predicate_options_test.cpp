@@ -280,10 +280,10 @@ engine = "reference"
   EXPECT_EQ(o.target, Eigen::Vector4d(1, 2, 3, 4));
   EXPECT_EQ(config->output.engine, "reference");
   const auto again = folder / "again.toml";
-  std::ofstream(again) << to_toml(*config);
+  std::ofstream(again) << *to_toml(*config);
   const auto back = read_session_config(again);
   ASSERT_TRUE(test::has_value(back));
-  EXPECT_EQ(to_toml(*back), to_toml(*config));
+  EXPECT_EQ(*to_toml(*back), *to_toml(*config));
   std::ofstream(path) << "[predicates]\nhistogram = [{entry = \"a\", height = 1}]\n";
   EXPECT_TRUE(test::refuses(read_session_config(path), ErrorCode::kMalformedData,
                             {"predicates.histogram.height"}));

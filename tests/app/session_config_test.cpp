@@ -61,9 +61,9 @@ TEST_F(SessionConfigTest, TheResolvedFormReadsBackToTheSame) {
       "[ct]\npath = \"a\"\n[output]\nwidth_px = 123\n[look]\nnodes = "
       "[{hu=0,opacity_per_mm=0.0},{hu=1,opacity_per_mm=0.1}]\n");
   ASSERT_TRUE(test::has_value(first));
-  const auto second = read(to_toml(*first));
+  const auto second = read(*to_toml(*first));
   ASSERT_TRUE(test::has_value(second));
-  EXPECT_EQ(to_toml(*first), to_toml(*second));
+  EXPECT_EQ(*to_toml(*first), *to_toml(*second));
   EXPECT_EQ(second->output.width, 123);
 }
 
@@ -77,9 +77,9 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
   EXPECT_EQ(config->plan->entry_ct.mm.y(), -80);
   EXPECT_EQ(config->plan->target_ct.mm.z(), 3);
   EXPECT_EQ(config->plan->margin_mm, 4.5);
-  const auto again = read(to_toml(*config));
+  const auto again = read(*to_toml(*config));
   ASSERT_TRUE(test::has_value(again));
-  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_EQ(read(plan)->plan->margin_mm, 0);
   EXPECT_FALSE(read("")->plan);
   const auto refused = [&](const std::string& text, const std::string& key) {
@@ -101,9 +101,9 @@ TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
   ASSERT_TRUE(test::has_value(config));
   EXPECT_EQ(config->quality.classification, "post-classified");
   EXPECT_TRUE(config->quality.jitter);
-  const auto again = read(to_toml(*config));
+  const auto again = read(*to_toml(*config));
   ASSERT_TRUE(test::has_value(again));
-  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_EQ(read("[quality]\nadaptive_error = 0.01\n")->quality.adaptive_error, 0.01);
   const auto refused = [&](const std::string& text, const std::string& key) {
     return test::refuses(read(text), Code::kMalformedData, {key});
@@ -145,9 +145,9 @@ around_targets = false
   EXPECT_TRUE(std::isinf(*look.cutaway.overlay_mm));
   EXPECT_FALSE(look.cutaway.around_plane.has_value()) << "not said";
   EXPECT_EQ(look.cutaway.around_targets, false);
-  const auto again = read(to_toml(*config));
+  const auto again = read(*to_toml(*config));
   ASSERT_TRUE(test::has_value(again));
-  EXPECT_EQ(to_toml(*again), to_toml(*config));
+  EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_TRUE(test::refuses(read("[look.cutaway]\ntheta_deg = 3\n"), Code::kMalformedData,
                             {"look.cutaway.theta_deg"}));
   EXPECT_TRUE(test::refuses(read("[look]\ncutaway = 3\n"), Code::kMalformedData,
