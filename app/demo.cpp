@@ -25,6 +25,12 @@ constexpr Duration kStampOffset = std::chrono::milliseconds(30);
 constexpr Duration kImageLatency = std::chrono::milliseconds(45);
 constexpr int kAnimationMs = 120;
 
+constexpr const char* kDemoPoseLogFile = "pose_log.csv";
+constexpr const char* kDemoRegistrationFile = "registration.png";
+constexpr const char* kDemoAnimationFile = "demo.webp";
+constexpr const char* kSweepSeries = "sweep";
+constexpr const char* kApproachSeries = "approach";
+
 /// The truth turned and moved by a planted error about a centre, in a seeded direction.
 Transform<frames::Ct, frames::Reference> with_error(
     const Transform<frames::Ct, frames::Reference>& truth, const Point<frames::Ct>& centre,
@@ -163,7 +169,7 @@ Result<void> Demo::register_ct() {
   console_.end(decision_.accepted ? "accepted" : "refused");
   const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
   if (const auto written = out_.write_picture(
-          "registration.png",
+          kDemoRegistrationFile,
           registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
                                decision_.accepted, {}));
       !written) {
@@ -180,23 +186,23 @@ Result<void> Demo::register_ct() {
 Result<void> Demo::run() {
   const auto& phases = procedure_.phases();
   const Timestamp sweep_end = phases.front().end + std::chrono::milliseconds(150);
-  if (auto played = play("sweep", sweep_end, false); !played) return played;
+  if (auto played = play(kSweepSeries, sweep_end, false); !played) return played;
   if (auto registered = register_ct(); !registered) return registered;
   if (decision_.accepted) {
     pass_time(phases.back().begin);
     // Two pictures arrive between two refreshes.
     const Timestamp end = clock_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
-    if (auto played = play("approach", end, true); !played) return played;
+    if (auto played = play(kApproachSeries, end, true); !played) return played;
   } else {
     navigator_.settle(clock_.now(), true,
                       [&](const tracking::PairedFrame& paired) { log_.add(paired); });
   }
   navigator_.finish();
-  if (const auto written = io::write_animation(animation_, kAnimationMs, out_ / "demo.webp");
+  if (const auto written = io::write_animation(animation_, kAnimationMs, out_ / kDemoAnimationFile);
       !written) {
     return written;
   }
-  out_.list("demo.webp");
+  out_.list(kDemoAnimationFile);
   if (auto written = write_report(); !written) return written;
   console_.say("pictures and report: " + (out_ / "report.html").string());
   if (!decision_.accepted) {
@@ -238,7 +244,7 @@ Result<void> Demo::write_report() {
   json["pose_log_sha256"] = digest_of(log_.text());
   json["image_sha256"] = out_.image_digest();
   json["diagnostics"] = json_of(console_.entries());
-  if (auto written = out_.write_text("pose_log.csv", log_.text()); !written) return written;
+  if (auto written = out_.write_text(kDemoPoseLogFile, log_.text()); !written) return written;
   if (auto written = write_json(json, (out_ / "report.json").string()); !written) return written;
   if (options_.json) {
     if (auto written = write_json(json, *options_.json); !written) return written;
@@ -256,13 +262,13 @@ Result<void> Demo::write_report() {
                                 " (known only because the patient is simulated)."
                           : "refused, so the ultrasound was never drawn inside the CT.");
   html.pictures = {
-      {"demo.webp",
+      {kDemoAnimationFile,
        "The whole procedure: sweep, registration, needle approach. Left: the live "
        "ultrasound plane inside the CT with needle and target. Right: the ultrasound "
        "picture and the CT along the same plane."},
-      {"registration.png", "One picture of the sweep, and checkerboards of ultrasound and CT."}};
+      {kDemoRegistrationFile, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
   for (const std::string& file : out_.files()) {
-    if (file.starts_with("approach_") && file.ends_with("0.png")) {
+    if (file.starts_with(kApproachSeries) && file.ends_with("0.png")) {
       html.pictures.emplace_back(file, file);
     }
   }
@@ -344,6 +350,10 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
+  const auto fresh =
+      out->forget_earlier_run({kDemoPoseLogFile, kDemoRegistrationFile, kDemoAnimationFile},
+                              {kSweepSeries, kApproachSeries});
+  if (!fresh) return fresh;
   Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));
   return demo.run();
 }

@@ -45,6 +45,35 @@ void OutputFolder::forget_reports() const {
   }
 }
 
+Result<void> OutputFolder::forget_earlier_run(const std::set<std::string>& files,
+                                              const std::set<std::string>& series) const {
+  forget_reports();
+  const auto is_earlier = [&](const std::string& name) {
+    if (files.contains(name)) return true;
+    const std::size_t end = name.rfind('_');
+    if (end == name.npos || !series.contains(name.substr(0, end))) return false;
+    const std::string number = name.substr(end + 1);
+    constexpr std::size_t kLeastDigits = 3;
+    return number.ends_with(".png") &&
+           number.find_first_not_of("0123456789") == number.size() - 4 &&
+           number.size() - 4 >= kLeastDigits;
+  };
+  std::error_code status;
+  std::vector<std::filesystem::path> earlier;
+  std::filesystem::directory_iterator it(path_, status);
+  for (; !status && it != std::filesystem::directory_iterator(); it.increment(status)) {
+    std::error_code ignored;
+    const bool file = std::filesystem::is_regular_file(it->symlink_status(ignored));
+    if (file && is_earlier(it->path().filename().string())) earlier.push_back(it->path());
+  }
+  if (status) return Error{ErrorCode::kIo, path_.string() + ": cannot list: " + status.message()};
+  for (const std::filesystem::path& file : earlier) {
+    if (std::filesystem::remove(file, status) || !status) continue;
+    return Error{ErrorCode::kIo, file.string() + ": cannot remove: " + status.message()};
+  }
+  return {};
+}
+
 Result<void> forget_earlier_reports(const std::filesystem::path& folder) {
   std::error_code status;
   if (folder.empty() || !std::filesystem::exists(folder, status)) return {};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ class OutputFolder {
   /// Removes the reports of an earlier run, so that they never lie beside the pictures of a run
   /// that stopped.
   void forget_reports() const;
+  /// Removes what an earlier run wrote under the names of this one, before its first picture:
+  /// reports, files and numbered pictures ("sweep_012.png" of "sweep"). Links stay.
+  [[nodiscard]] Result<void> forget_earlier_run(const std::set<std::string>& files,
+                                                const std::set<std::string>& series) const;
   Result<void> write_text(const std::string& name, const std::string& text);
   /// Lists a file that something else wrote.
   void list(const std::string& name) { files_.push_back(name); }

@@ -27,6 +27,7 @@ constexpr const char* kSessionFile = "session.toml";
 constexpr const char* kReportFile = "report.json";
 constexpr const char* kPageFile = "report.html";
 constexpr const char* kAnimationFile = "replay.webp";
+constexpr const char* kPictureSeries = "replay";
 
 std::string banner_of(const Placement& placement, bool follows) {
   if (placement.kind != "registered") return "recording, CT NOT REGISTERED";
@@ -132,7 +133,7 @@ class Replay {
       if (!note_.empty()) console_.report(Severity::kWarning, "render", note_);
     }
     char name[64];
-    std::snprintf(name, sizeof name, "replay_%05d.png", shown_++);
+    std::snprintf(name, sizeof name, "%s_%05d.png", kPictureSeries, shown_++);
     if (auto written = out_.write_picture(name, *picture); !written) return written;
     if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*picture));
     return {};
@@ -364,7 +365,10 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   }
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
-  out->forget_reports();
+  // Not the session file, which may be the one that this run was started by.
+  const auto fresh =
+      out->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kPictureSeries});
+  if (!fresh) return fresh.error();
   Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
                 std::move(*placement), std::move(*presenter), std::move(follower));
   return replay.run(json);

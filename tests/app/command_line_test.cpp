@@ -1735,6 +1735,33 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
 }
 
+TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
+  const std::string sweep = write_sweep();
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  const auto there = [&](const char* name) {
+    return std::filesystem::exists(folder_ / "out" / name);
+  };
+  const std::array earlier = {"replay_00004.png", "replay_123456.png", "replay.webp",
+                              "pose_log.csv", "following.csv"};
+  const std::array others = {"replay_notes.png", "replay_12.png", "replay_00004.png.txt",
+                             "my_replay_00004.png", "session.toml"};
+  for (const auto& names : {earlier, others}) {
+    for (const char* name : names) std::ofstream(folder_ / "out" / name, std::ios::app);
+  }
+  std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
+  // One that stops before it draws takes nothing but the report away.
+  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
+  // A folder in the place of a picture stops the run in the middle.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  std::filesystem::create_directory(folder_ / "out/replay_00002.png");
+  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  for (const char* name : earlier) EXPECT_FALSE(there(name)) << name;
+  for (const char* name : others) EXPECT_TRUE(there(name)) << name;
+  EXPECT_TRUE(there("replay_00001.png"));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "out/replay_00009.png"));
+}
+
 TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
   const auto played = [&](double shift_s) {
     const std::string sweep =
