@@ -219,6 +219,14 @@ TEST_P(SurfacesTest, TranslucentLayersAreSortedByDepth) {
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0.5, 0.25, 0.25));
 }
 
+TEST_P(SurfacesTest, AtOneDepthSpheresKeepTheirOrder) {
+  Scene scene = empty_scene();
+  scene.shading = unshaded(1, 0);
+  scene.spheres.push_back({{{0, 0, 0}}, 3, {1, 0, 0}, 0.5});
+  scene.spheres.push_back({{{0, 0, 0}}, 3, {0, 1, 0}, 0.5});
+  EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0.5, 0.25, 0.25));
+}
+
 TEST_P(SurfacesTest, EdgeOnPlaneIsNotDrawn) {
   Scene scene = empty_scene();
   scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 0, 20});

@@ -110,6 +110,13 @@ INSTANTIATE_TEST_SUITE_P(
                         return with(plain(),
                                     [](Scene& s) { s.spheres = test::test_spheres(s.ct->grid()); });
                       }},
+        AgreementCase{"SpheresInOnePlace",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          const Point<frames::Ct> centre = s.ct->grid().centre();
+                          s.spheres = {{centre, 9, {1, 0, 0}, 0.5}, {centre, 9, {0, 1, 0}, 0.5}};
+                        });
+                      }},
         AgreementCase{"CameraInside",
                       [] {
                         return with(plain(), [](Scene& s) {

@@ -207,6 +207,11 @@ TEST(TwoVolumes, RefusesWhatCannotBeDrawn) {
   bad.predicates = good.ultrasound->predicates;
   EXPECT_EQ(message(bad), "ultrasound: expected no predicates of the CT beside it, found both");
   bad = good;
+  VoxelGrid far = good.ct->grid();
+  far.origin_mm.x() = 2e7;
+  bad.ultrasound->volume = test::make_volume(far, [](int, int, int) { return 0; });
+  EXPECT_THAT(message(bad), ::testing::StartsWith("ultrasound.volume.grid.origin_mm"));
+  bad = good;
   bad.ultrasound->predicates.opacity_length_mm = 0;
   EXPECT_THAT(message(bad), ::testing::StartsWith("ultrasound.predicates.opacity_length_mm"));
 }
