@@ -177,6 +177,21 @@ TEST(SliceTest, TheMeanOfASlabIsThatOfTheCtInIt) {
   EXPECT_NEAR(at(axial_slice({{0, 0, 29}}), 8.5), planted({0, 0, 0.5 * (24.75 + 30)}), kSingle);
 }
 
+TEST(SliceTest, TheMeanOfAnObliqueSlabIsAnIntegral) {
+  constexpr double kPeriodMm = 16;
+  const VoxelGrid grid = test::centred_grid({41, 41, 41}, {1, 1, 1});
+  const auto ct = test::make_volume(grid, [&](int, int, int k) {
+    return std::lround(1000 * std::cos(2 * M_PI * (k - 20) / kPeriodMm));
+  });
+  SlicePlane plane = axial_slice({{0, 0, 0}});
+  plane.down.v = V(0, std::cos(0.4), std::sin(0.4));
+  // Half a period: from one zero to the next.
+  const double slab_mm = 0.5 * kPeriodMm / std::cos(0.4);
+  const SliceOptions o{1, 1, 1, slab_mm, SlabMode::kMean};
+  constexpr double kLinear = 0.02;  // Between voxels: (2 pi / 16)^2 / 12.
+  EXPECT_NEAR(slice_values(*ct, plane, o)->at(0, 0), 2000 / M_PI, kLinear * 2000 / M_PI);
+}
+
 TEST(SliceTest, HangsAsRadiologistsDo) {
   const auto labels = [](const SlicePlane& plane) {
     const SliceLabels l = labels_of(plane);
@@ -192,7 +207,8 @@ TEST(SliceTest, HangsAsRadiologistsDo) {
 }
 
 TEST(SliceTest, AlongTheNeedleTheShaftIsTheVerticalInTheMiddle) {
-  for (const V& hub : {V(30, -80, 40), V(0, -90, 0), V(0, 0, 100), V(-50, 1, 2)}) {
+  for (const V& hub :
+       {V(30, -80, 40), V(1, -90, 3), V(1, 90, 3), V(0, 0, 100), V(1, 2, -90), V(-50, 1, 2)}) {
     const V tip(1, 2, 3);
     const auto planes = needle_slices({hub}, {tip});
     for (const SlicePlane& plane : planes) {
@@ -245,6 +261,7 @@ TEST(SliceTest, RefusesWhatCannotBe) {
   EXPECT_TRUE(refused([&](auto& p, auto&) { p.centre_ct.mm.x() = nan; }, "centre_ct"));
   EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v *= 2; }, "unit"));
   EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v = p.down.v; }, "right angle"));
+  EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v = -p.down.v; }, "right angle"));
 }
 
 TEST(ToGreyTest, WindowsAndMarksTheOutside) {
@@ -284,6 +301,22 @@ TEST_F(FusionTest, BlendsInsideThePictureAlone) {
   EXPECT_EQ(at(50 - 41, 40, {}), (Rgba8{40, 40, 40, 255})) << "left of it";
   const Rgba8 border = at(50 - 39, 40, {});
   EXPECT_GT(border.g, border.r + 50) << "green: live";
+}
+
+TEST_F(FusionTest, PixelsShowThePictureWhereTheyLie) {
+  std::vector<std::uint8_t> ramp;
+  for (int row = 0; row < 30; ++row) {
+    for (int column = 0; column < 40; ++column) {
+      ramp.push_back(static_cast<std::uint8_t>(4 * row + 2 * column));
+    }
+  }
+  us_ = test::upright_plane({40, 30, std::move(ramp)}, 1, {0, 0, 15});
+  const auto& grid = us_.frame.grid;
+  for (const auto& [column, row] : {std::pair(50, 40), {31, 22}, {64, 55}}) {
+    const Eigen::Vector2d p = Eigen::Vector2d(0, 15) + 0.5 * Eigen::Vector2d(column - 50, row - 40);
+    const Eigen::Vector2d pixel = grid.mm_per_pixel.inverse() * (p - grid.origin_mm);
+    EXPECT_NEAR(at(column, row, {FusionMode::kBlend, 1}).r, 4 * pixel.y() + 2 * pixel.x(), 0.51);
+  }
 }
 
 TEST_F(FusionTest, CheckerboardAndWipeShowOneOfTheTwo) {

@@ -61,6 +61,17 @@ TEST(ValueRangeTest, IsThatOfTheImageWithoutBackgroundAndOutliers) {
   EXPECT_GT(value_range(*flat).high, value_range(*flat).low);
 }
 
+TEST(ValueRangeTest, EndsWhereAHalfPercentOfTheForegroundIsBrighter) {
+  // 1000 voxels of background, and 1001, 1002, ... 2000.
+  const auto volume =
+      test::make_volume(test::centred_grid({10, 10, 20}, {1, 1, 1}), [](int i, int j, int k) {
+        const int n = (k * 10 + j) * 10 + i;
+        return n < 1000 ? 0 : n + 1;
+      });
+  EXPECT_EQ(value_range(*volume).low, 0);
+  EXPECT_EQ(value_range(*volume).high, 1995);
+}
+
 TEST(PresetTest, MrIsLaidOverTheVolumesValues) {
   const auto one = preset_for("mr-default", *head_like(1));
   const auto ten = preset_for("mr-default", *head_like(10));
@@ -85,6 +96,9 @@ TEST(RescaledTest, MapsValuesAndGradientWindows) {
     EXPECT_NEAR((a.rgb - b.rgb).norm(), 0, 1e-12);
   }
   EXPECT_TRUE(same_classification(f, *rescaled(f, {0, 10}, {0, 10})));
+  Shading shading;
+  shading.full_gradient_per_mm = 10;
+  EXPECT_EQ(rescaled(shading, {0, 10}, {100, 300}).full_gradient_per_mm, 200);
 }
 
 TEST(RescaledTest, RefusesWhatFallsTogetherOrLeavesTheNumbers) {

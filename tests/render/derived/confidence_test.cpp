@@ -60,6 +60,61 @@ TEST(ConfidenceTest, OfAColumnIsTheVoltageAlongResistorsInSeries) {
   }
 }
 
+// Edges of all eight directions, at angles that are none of the paper's, by the formula itself.
+TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
+  const auto grid = test::centred_grid({3, 3, 1}, {0.4, 0.5, 1});
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> grey(80, 140);
+  const auto volume = test::make_scalar(grid, [&](int i, int j, int) {
+    return i == 0 && j == 0 ? 0 : i == 2 && j == 2 ? 255 : grey(random);
+  });
+  auto options = exact();
+  options.beta = 10;
+  const auto found = confidence(volume, down(), options);
+  ASSERT_TRUE(test::has_value(found));
+  const auto attenuated = [&](int i, int j) {
+    return volume.at(i, j, 0) / 255.0 * std::exp(-options.alpha * j / 2.0);
+  };
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) {  // The middle row; the first is fixed at 1, the last at 0.
+    for (int x = std::max(i - 1, 0); x <= std::min(i + 1, 2); ++x) {
+      for (int y = 0; y < 3; ++y) {
+        if (x == i && y == 1) continue;
+        const double aside = 0.4 * (x - i);
+        const double length = std::hypot(aside, 0.5 * (y - 1));
+        const double sine = std::abs(aside) / length;
+        const double penalty = options.gamma * length / 0.4 * std::min(1.0, std::sqrt(2.0) * sine);
+        const double jump = std::abs(attenuated(i, 1) - attenuated(x, y));
+        const double weight = std::exp(-options.beta * (jump + penalty)) + 1e-5;
+        matrix(i, i) += weight;
+        if (y == 1) matrix(i, x) -= weight;
+        if (y == 0) b[i] += weight;
+      }
+    }
+  }
+  const Eigen::Vector3d x = matrix.inverse() * b;
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(found->volume.at(i, 1, 0), x[i], 5e-6);
+}
+
+TEST(ConfidenceTest, UnknownVoxelsInFrontCountForNothing) {
+  const auto inside = [](int i, int j, int k) { return 80.0 + (7 * i + 5 * j + 3 * k) % 11; };
+  const auto found = confidence(test::make_scalar(test::centred_grid({5, 10, 4}, {1, 1, 1}),
+                                                  [&](int i, int j, int k) {
+                                                    return j < 3 ? std::nan("") : inside(i, j, k);
+                                                  }),
+                                down(), exact());
+  const auto cropped =
+      confidence(test::make_scalar(test::centred_grid({5, 7, 4}, {1, 1, 1}),
+                                   [&](int i, int j, int k) { return inside(i, j + 3, k); }),
+                 down(), exact());
+  ASSERT_TRUE(test::has_value(found));
+  ASSERT_TRUE(test::has_value(cropped));
+  for (int j = 0; j < 7; ++j) {
+    EXPECT_NEAR(found->volume.at(2, j + 3, 1), cropped->volume.at(2, j, 1), 1e-6) << j;
+  }
+}
+
 TEST(ConfidenceTest, IsTheDirectSolutionForEveryGeometry) {
   const auto grid = test::centred_grid({14, 19, 12}, {0.4, 0.4, 0.4});
   const auto volume = test::speckled(grid, 3);

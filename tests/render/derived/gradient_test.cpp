@@ -127,6 +127,17 @@ TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
   EXPECT_NEAR(magnitude(sine), std::abs(damped * std::cos(q * p.x())), 0.01 * damped);
 }
 
+TEST(GradientTest, SmoothedIsUnknownOnlyWhereVoxelsAre) {
+  const auto grid = test::centred_grid({11, 10, 9}, {0.5, 0.5, 0.5});
+  const auto volume = test::make_scalar(
+      grid, [](int i, int j, int k) { return i == 5 && j == 4 && k == 3 ? std::nan("") : i + j; });
+  GradientOptions options;
+  options.smoothing_mm = 0.4;
+  const auto found = gradient_part(volume, GradientPart::kMagnitude, nullptr, options);
+  ASSERT_TRUE(test::has_value(found));
+  for (int i = 0; i < 11; ++i) EXPECT_EQ(std::isnan(found->at(i, 4, 3)), i == 5) << i;
+}
+
 TEST(GradientTest, SmoothedIsItsDefinition) {
   for (const std::array<int, 3> size : {std::array{19, 13, 9}, {8, 1, 6}}) {
     const auto grid = test::centred_grid(size, {0.2, 0.3, 1}, oblique());
@@ -233,6 +244,52 @@ TEST(ScanLinesTest, OfTurnedConvexPicturesAreTheRaysOfTheirApex) {
   EXPECT_LT((lines->away(grid, 9, 15, 1) - (p - apex).normalized()).norm(), 1e-4);
   EXPECT_NEAR(lines->depth_mm(grid, 9, 15, 1), (p - apex).norm() - 5, 1e-5);
   EXPECT_TRUE(lines->away(grid, 9, 15, 0).hasNaN());  // 1 mm beside the picture.
+}
+
+TEST(ScanLinesTest, PicturesThatOverlapWeighByTheirDistance) {
+  const auto grid = test::centred_grid({5, 21, 5}, {1, 1, 1});
+  const auto picture = [](const Eigen::Quaterniond& turn, double y, double z) {
+    return SweepPlane{{turn, {0, y, z}}, {-8, 0}, {8, 40}, {}};
+  };
+  const auto straight = Eigen::Quaterniond::Identity();
+  // 0.2 and 0.6 mm from the voxels in the middle: 0.8 and 0.4. The second began 3 mm before.
+  const auto both = compound_scan_lines(
+      grid, std::vector{picture(straight, -10, -0.2), picture(straight, -13, 0.6)}, 1.0);
+  ASSERT_TRUE(test::has_value(both));
+  EXPECT_NEAR(both->depth_mm(grid, 2, 6, 2), 6 + 3 * 0.4 / 1.2, 1e-5);
+  // Turned by 0.5 rad, at 0.4 of 1.2: between the two by weight.
+  const Eigen::Quaterniond aside(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()));
+  const auto turned = compound_scan_lines(
+      grid, std::vector{picture(straight, -10, -0.2), picture(aside, -13, 0.6)}, 1.0);
+  const Eigen::Vector3d mean =
+      0.8 * Eigen::Vector3d::UnitY() + 0.4 * (aside * Eigen::Vector3d::UnitY());
+  EXPECT_LT((turned->away(grid, 2, 10, 2) - mean.normalized()).norm(), 1e-4);
+  const Eigen::Quaterniond back(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()));
+  const auto opposite = compound_scan_lines(
+      grid, std::vector{picture(straight, -10, -0.5), picture(back, 10, 0.5)}, 1.0);
+  EXPECT_TRUE(opposite->away(grid, 2, 10, 2).hasNaN());
+  EXPECT_TRUE(std::isnan(opposite->depth_mm(grid, 2, 10, 2)));
+}
+
+TEST(ScanLinesTest, AConvexPictureInsonifiesItsSectorAlone) {
+  const auto grid = test::centred_grid({21, 21, 1}, {1, 1, 1});
+  const SectorOutline outline{{0, -5}, 8, 20, 0.4};
+  const SweepPlane plane{
+      {Eigen::Quaterniond::Identity(), {0, -10, 0}}, {-40, 0}, {40, 60}, outline};
+  const auto lines = compound_scan_lines(grid, std::vector{plane}, 0.6);
+  ASSERT_TRUE(test::has_value(lines));
+  for (int j = 0; j < 21; ++j) {
+    for (int i = 0; i < 21; ++i) {
+      const double x = i - 10;
+      const double y = j + 5;  // From the apex.
+      const double radius = std::hypot(x, y);
+      const double angle = std::atan2(std::abs(x), y);
+      if (std::abs(radius - 8) < 1e-6 || std::abs(radius - 20) < 1e-6) continue;
+      EXPECT_EQ(!std::isnan(lines->depth_mm(grid, i, j, 0)),
+                radius > 8 && radius < 20 && angle < 0.4)
+          << i << ", " << j;
+    }
+  }
 }
 
 TEST(ScanLinesTest, RefuseByName) {

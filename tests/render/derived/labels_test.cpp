@@ -89,6 +89,18 @@ TEST(LayerModelTest, RasterisesExactlyAtVoxelCentresAndWithinItsErrorBetween) {
   EXPECT_EQ(labels->nearest({std::nan(""), 0, 0}), 0U);
 }
 
+TEST(LayerModelTest, AVoxelOnASurfaceIsBehindItAndFlatOnesErrByHalfAVoxel) {
+  const std::array<int, 3> size{6, 5, 4};
+  const auto flat = LayerSurface::create(2, size, {4, 4}, std::vector<double>(16, 0.0));
+  const auto model = LayerModel::create({*flat});
+  ASSERT_TRUE(test::has_value(model));
+  EXPECT_EQ(model->raster_error_voxels(), 0.5);
+  const auto labels = model->rasterise(test::centred_grid(size, {1, 1, 1}));
+  ASSERT_TRUE(test::has_value(labels));
+  EXPECT_EQ(model->layer_at({3, 2, 0}), 1);
+  EXPECT_EQ(labels->at(3, 2, 0), 2U);
+}
+
 TEST(LayerModelTest, RefusesByName) {
   const std::array<int, 3> size{8, 8, 8};
   EXPECT_FALSE(LayerSurface::create(3, size, {4, 4}, std::vector<double>(16)));

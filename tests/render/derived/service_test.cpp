@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/service.hpp"
 
+#include <set>
+#include <string>
+
 #include "nav/check.hpp"
 #include "tests/render/derived/derived_support.hpp"
 
@@ -66,6 +69,32 @@ TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {
   const auto down = *ScanLines::parallel({{0, 1, 0}}, {{0, 0, 0}});
   EXPECT_NE(ask({small(1), ScanDepthOptions{}, up}), ask({small(1), ScanDepthOptions{}, down}));
   EXPECT_EQ(ask({small(1), SnrOptions{}, up}), first);  // Does not depend on scan lines.
+}
+
+TEST(DerivedVolumesTest, ScanLinesThatDifferAnywhereAreOthers) {
+  const auto grid = test::centred_grid({2, 2, 2}, {1, 1, 1});
+  const std::vector<PackedDirection> away(8, PackedDirection::pack({0, 1, 0}));
+  std::vector<PackedDirection> other_away = away;
+  other_away[5] = PackedDirection::pack({1, 0, 0});
+  const std::vector<float> depth(8, 2.0F);
+  std::vector<float> other_depth = depth;
+  other_depth[7] = 2.5F;
+  VoxelGrid other_grid = grid;
+  other_grid.origin_mm.x() += 1;
+  const std::vector<ScanLines> lines{*ScanLines::parallel({{0, 1, 0}}, {{0, 0, 0}}),
+                                     *ScanLines::parallel({{0, -1, 0}}, {{0, 0, 0}}),
+                                     *ScanLines::parallel({{0, 1, 0}}, {{0, 3, 0}}),
+                                     *ScanLines::fan({{0, 0, 0}}, 0),
+                                     *ScanLines::fan({{0, -9, 0}}, 0),
+                                     *ScanLines::fan({{0, 0, 0}}, 4),
+                                     *ScanLines::per_voxel(grid, away, depth),
+                                     *ScanLines::per_voxel(grid, other_away, depth),
+                                     *ScanLines::per_voxel(grid, away, other_depth),
+                                     *ScanLines::per_voxel(other_grid, away, depth)};
+  std::set<std::string> digests;
+  for (const ScanLines& one : lines) digests.insert(one.digest());
+  EXPECT_EQ(digests.size(), lines.size());
+  EXPECT_EQ(lines[2].digest(), ScanLines::parallel({{0, 1, 0}}, {{0, 3, 0}})->digest());
 }
 
 TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {

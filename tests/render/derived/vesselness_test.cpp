@@ -199,6 +199,34 @@ TEST(VesselnessTest, SkippingChangesNoMoreThanItSays) {
   EXPECT_LE(worst, 1e-4F);
 }
 
+TEST(VesselnessTest, AFaintTubeThatWouldAnswerIsNotSkipped) {
+  const auto grid = test::centred_grid({32, 32, 32}, {0.5, 0.5, 0.5});
+  auto options = bright(2, 2, 1, 100);
+  options.negligible_response = 0.1;
+  float most = 0;
+  for (const double contrast : {5.0, 10.0, 20.0, 30.0, 40.0}) {
+    const float found = middle_of(*vesselness(tube(grid, 2, {0, 0, 1}, contrast), options));
+    options.negligible_response = 0;
+    const float full = middle_of(*vesselness(tube(grid, 2, {0, 0, 1}, contrast), options));
+    options.negligible_response = 0.1;
+    EXPECT_LE(std::abs(full - found), 0.1F) << contrast;
+    most = std::max(most, full);
+  }
+  EXPECT_GT(most, 0.1F);
+}
+
+TEST(VesselnessTest, ScalesAreRadiiOverTheRootOfTwoInEqualRatios) {
+  auto options = bright(1, 4, 3, 100);
+  const auto sigmas = sigmas_mm(options);
+  ASSERT_EQ(sigmas.size(), 3U);
+  for (std::size_t s = 0; s < 3; ++s) {
+    EXPECT_NEAR(sigmas[s], std::pow(2.0, static_cast<double>(s)) / std::sqrt(2.0), 1e-12);
+  }
+  options.scales = 1;
+  ASSERT_EQ(sigmas_mm(options).size(), 1U);
+  EXPECT_NEAR(sigmas_mm(options)[0], std::sqrt(2.0), 1e-12);
+}
+
 TEST(VesselnessTest, DoesNotDependOnThreadsAndStopsWhenAsked) {
   const auto volume = test::speckled(test::centred_grid({30, 22, 26}, {0.4, 0.4, 0.4}), 9);
   RunOptions one;

@@ -114,7 +114,17 @@ INSTANTIATE_TEST_SUITE_P(
                       [] {
                         return with(plain(), [](Scene& s) {
                           const Point<frames::Ct> centre = s.ct->grid().centre();
-                          s.spheres = {{centre, 9, {1, 0, 0}, 0.5}, {centre, 9, {0, 1, 0}, 0.5}};
+                          s.spheres = {{centre, 30, {1, 0, 0}, 0.5}, {centre, 30, {0, 1, 0}, 0.5}};
+                        });
+                      }},
+        AgreementCase{"FogBehindASphere",
+                      [] {
+                        return with(plain(), [](Scene& s) {
+                          s.transfer =
+                              *TransferFunction::create("fog", {{-2000, {0.2, 0.9, 0.4}, 0.02, 1},
+                                                                {2000, {0.2, 0.9, 0.4}, 0.02, 1}});
+                          // Its front lies in front of the volume.
+                          s.spheres = {{s.ct->grid().centre(), 60, {1, 0, 0}, 0.5}};
                         });
                       }},
         AgreementCase{"CameraInside",

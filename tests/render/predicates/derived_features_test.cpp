@@ -145,6 +145,26 @@ TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
   }
 }
 
+TEST(DerivedFeaturesTest, GradientsAreSharesOfWhitePerMillimetre) {
+  // 4 per mm along y, of a window of 200; scan lines 0.6 rad aside.
+  const auto ramp = test::make_volume(test::centred_grid({9, 21, 9}, {1, 0.5, 1}),
+                                      [](int, int j, int) { return 2 * j; });
+  PredicateScene scene = asking_for({"gradient_magnitude", "gradient_angle"});
+  scene.intensity = {20, 220};
+  scene.scan = ParallelScan{{{0, 0, 0}}, {{std::sin(0.6), std::cos(0.6), 0}}};
+  derived::DerivedVolumes service;
+  DerivedFeatureOptions options;
+  options.gradient.smoothing_mm = 0;
+  ASSERT_TRUE(test::has_value(add_derived_features(ramp, options, service, scene)));
+  const auto middle = [&](const char* name) {
+    const FeatureVolume& feature = scene.features.volumes.at(name);
+    return feature.offset() + feature.scale() * feature.codes()->hu()[(4 * 21 + 10) * 9 + 4];
+  };
+  EXPECT_NEAR(middle(feature::kGradientMagnitude), 0.02, 1e-7);
+  EXPECT_NEAR(middle(feature::kGradientAlong), 0.02 * std::cos(0.6), 1e-7);
+  EXPECT_NEAR(middle(feature::kGradientAcross), 0.02 * std::sin(0.6), 1e-7);
+}
+
 TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
   derived::DerivedVolumes service;
   PredicateScene scene = asking_for({"confidence"});

@@ -118,6 +118,30 @@ TEST(PredicateHistogramTest, ScribblesKeepImportancesPositiveOrZero) {
   EXPECT_NEAR(sum_of(histogram), 1, 1e-15);
 }
 
+TEST(PredicateHistogramTest, WhatScribblesLackBelowZeroIsTakenFromTheOthersAlike) {
+  // m = (-70, 0, 30) / 100 less the mean of -40 / 300: (-0.5667, 0.1333, 0.4333).
+  const std::uint64_t shown[] = {0, 0, 30};
+  const std::uint64_t hidden[] = {70, 0, 0};
+  PredicateHistogram histogram = bars({0.1, 0.2, 0.7});
+  histogram.scribble(shown, hidden, 1);  // 0.4667 are missing, 0.2333 from each of two.
+  EXPECT_EQ(histogram.bars()[0].importance, 0);
+  EXPECT_NEAR(histogram.bars()[1].importance, 0.1, 1e-15);
+  EXPECT_NEAR(histogram.bars()[2].importance, 0.9, 1e-15);
+  histogram = bars({0.1, 0.05, 0.85});
+  histogram.scribble(shown, hidden, 1);  // The second one lacks 0.05 after that.
+  EXPECT_EQ(histogram.bars()[0].importance, 0);
+  EXPECT_EQ(histogram.bars()[1].importance, 0);
+  EXPECT_NEAR(histogram.bars()[2].importance, 1, 1e-15);
+}
+
+TEST(PredicateHistogramTest, ANewBarHasTheMeanHeight) {
+  PredicateHistogram histogram = bars({1, 3});
+  histogram.add(0, 0);  // 1/4, 3/4 and their mean, together 3/2.
+  EXPECT_NEAR(histogram.bars()[0].importance, 1.0 / 6, 1e-15);
+  EXPECT_NEAR(histogram.bars()[1].importance, 3.0 / 6, 1e-15);
+  EXPECT_NEAR(histogram.bars()[2].importance, 2.0 / 6, 1e-15);
+}
+
 TEST(PredicateHistogramTest, HuesAreTakenWithinATurn) {
   PredicateHistogram histogram = *PredicateHistogram::create({{1, -30, 0.5}, {1, 725, 1}});
   EXPECT_EQ(histogram.bars()[0].hue_deg, 330);

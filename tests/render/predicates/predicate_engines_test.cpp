@@ -54,6 +54,25 @@ TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
   EXPECT_LT(with, without) << "nothing was skipped";
 }
 
+TEST_P(PredicateEngineTest, DarkIsNotBlack) {
+  const auto engine = make_cpu_engine({1, GetParam()});
+  const auto ct = test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}),
+                                    [](int i, int, int) { return i < 20 ? -100 : 2; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(80, 30, true));
+  scene.predicates.emplace();
+  scene.predicates->model =
+      test::model_of({{PredicateExpression::kind("intensity", {-1, 1}), 1}}, 0);
+  const RenderedImage skipped = test::draw(*engine, scene);
+  scene.quality.skip_empty_bricks = false;
+  const RenderedImage full = test::draw(*engine, scene);
+  EXPECT_TRUE(test::same_bytes(skipped, full));
+  EXPECT_LT(skipped.statistics.volume_samples, full.statistics.volume_samples);
+  // 39 mm of 2 / 255 each 2 mm.
+  const double alpha = 1 - std::pow(1 - 2.0 / 255, 39 / scene.predicates->opacity_length_mm);
+  const auto& pixels = skipped.pixels;
+  EXPECT_NEAR(pixels.at(3 * pixels.width() / 4, pixels.height() / 2).r, alpha * 2 / 255, 1e-4);
+}
+
 TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
   const auto engine = make_cpu_engine({1, GetParam()});
   const VoxelGrid grid = test::centred_grid({64, 64, 64}, {0.5, 0.5, 0.5});

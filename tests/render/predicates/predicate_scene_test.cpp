@@ -44,6 +44,24 @@ TEST_P(PredicateSceneTest, OpacityOfAConstantBlockIsThatOfItsLength) {
   }
 }
 
+TEST_P(PredicateSceneTest, WhereAFeatureIsUndefinedNoRangeHoldsIt) {
+  const VoxelGrid grid = test::centred_grid({21, 21, 21}, {1, 1, 1});
+  const auto ct = test::make_volume(grid, [](int, int, int) { return 200; });
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double undefined : {std::nan(""), infinity, -infinity}) {
+    // In the middle of the picture alone; the last voxel has a value.
+    const auto snr = test::feature(grid, feature::kSnr, [&](int i, int, int k) {
+      return std::abs(i - 10) < 3 && std::abs(k - 10) < 3 ? undefined : 0.1 * i;
+    });
+    Scene scene = frontal_scene(ct, test::model_of({{E::kind("snr", {-1e6, 1e6}), 1}}, 0));
+    scene.predicates->features.volumes.emplace(feature::kSnr, snr);
+    scene.camera.orthographic_height_mm = 20;
+    const RenderedImage image = test::draw(*engine_, scene);
+    EXPECT_EQ(test::middle(image).r, 0) << undefined;
+    EXPECT_GT(image.pixels.at(image.pixels.width() / 8, image.pixels.height() / 2).r, 0.7F);
+  }
+}
+
 TEST_P(PredicateSceneTest, WhatNoPredicateTakesIsNotThere) {
   const auto ct = test::make_volume(test::centred_grid({21, 21, 21}, {1, 1, 1}),
                                     [](int, int, int) { return 200; });
@@ -255,6 +273,17 @@ TEST_F(PredicateRefusalTest, MissingScanNeedleAndTarget) {
   EXPECT_TRUE(refused({"target_distance", "target", "none"}));
   scene_.predicates->scan = ParallelScan{{{0, 0, 0}}, {{0, 0, 0}}};
   EXPECT_TRUE(refused({"predicates.scan.into_ct", "direction"}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  scene_.predicates->scan = ParallelScan{{{0, 0, 0}}, {{0, nan, 0}}};
+  EXPECT_TRUE(refused({"predicates.scan.into_ct", "NaN"}));
+  scene_.predicates->scan = ParallelScan{{{0, nan, 0}}, {{0, 1, 0}}};
+  EXPECT_TRUE(refused({"predicates.scan.face_ct"}));
+  scene_.predicates->scan = FanScan{{{nan, 0, 0}}, 0};
+  EXPECT_TRUE(refused({"predicates.scan.apex_ct"}));
+  for (const double radius : {-1.0, nan, 2e7}) {
+    scene_.predicates->scan = FanScan{{{0, 0, 0}}, radius};
+    EXPECT_TRUE(refused({"predicates.scan.face_radius_mm"})) << radius;
+  }
   scene_.predicates->scan = VoxelScan{};
   EXPECT_TRUE(refused({"scan.into_ct", "210 voxels", "found 0"}));
 }

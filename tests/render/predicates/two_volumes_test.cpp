@@ -190,6 +190,16 @@ TEST(TwoVolumes, ANewUltrasoundOrImportanceIsAnotherView) {
   EXPECT_EQ(change_between(before, after), SceneChange::kView);
 }
 
+TEST(TwoVolumes, ASlabIsACellOfTheCoarserOne) {
+  Scene scene = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
+  scene.quality.step_voxels = 0.5;
+  for (const double mm : {0.25, 3.0}) {
+    scene.ultrasound->volume = test::make_volume(test::centred_grid({9, 9, 9}, {mm, mm, mm}),
+                                                 [](int, int, int) { return 0; });
+    EXPECT_EQ(slab_mm(scene), 0.5 * std::max(mm, 1.0));
+  }
+}
+
 TEST(TwoVolumes, RefusesWhatCannotBeDrawn) {
   const Scene good = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   EXPECT_TRUE(test::has_value(validate(good)));
