@@ -93,6 +93,7 @@ Json as_json(const bench::SkipBound& bound) {
     bricks.push_back({{"edge", one.edge}, {"occupied", one.occupied}, {"samples", one.samples}});
   }
   return {{"scene", bound.found.scene},
+          {"samples_first", bound.found.first},
           {"samples_on", bound.found.on},
           {"samples_off", bound.found.off},
           {"samples_brute", bound.found.brute},

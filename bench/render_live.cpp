@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/render_live.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include "bench/until_whole.hpp"
 #include "nav/time.hpp"
 #include "render/engine.hpp"
+#include "render/visible_cells.hpp"
 
 namespace nav::bench {
 namespace {
@@ -96,6 +98,15 @@ Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates
 Result<SkipRatio> measure_skipping(const NamedScene& named) {
   const auto engine = render::make_cpu_engine();
   render::Scene scene = named.scene;
+  const auto first = engine->render(scene);
+  if (!first) return first.error();
+  double rays = 0;
+  const double voxels = static_cast<double>(scene.ct->grid().voxel_count());
+  for (int frame = 1; frame == 1 || rays < render::kRaysBeforeCells * voxels; ++frame) {
+    const auto other = engine->render(nudged(scene, frame));
+    if (!other) return other.error();
+    rays += static_cast<double>(std::max<std::uint64_t>(other->statistics.rays, 1));
+  }
   const auto on = engine->render(scene);
   if (!on) return on.error();
   scene.quality.skip_empty_bricks = false;
@@ -104,8 +115,13 @@ Result<SkipRatio> measure_skipping(const NamedScene& named) {
   scene.quality.opaque_at = 1;
   const auto brute = engine->render(scene);
   if (!brute) return brute.error();
-  return SkipRatio{named.name, on->statistics.volume_samples, off->statistics.volume_samples,
-                   brute->statistics.volume_samples, same_bytes(*on, *off)};
+  SkipRatio found{named.name};
+  found.first = first->statistics.volume_samples;
+  found.on = on->statistics.volume_samples;
+  found.off = off->statistics.volume_samples;
+  found.brute = brute->statistics.volume_samples;
+  found.identical = same_bytes(*first, *off) && same_bytes(*on, *off);
+  return found;
 }
 
 Result<SkipBound> measure_skip_bound(const NamedScene& named, int repeats) {

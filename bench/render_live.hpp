@@ -45,9 +45,11 @@ struct ImageUpdate {
 };
 Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates);
 
-/// Volume samples with skipping and without, at the scene's quality.
+/// Volume samples with skipping and without, at the scene's quality: of a picture among others,
+/// when all is known that is skipped by.
 struct SkipRatio {
   std::string scene;
+  std::uint64_t first = 0;  ///< With skipping, of the first picture with this transfer function.
   std::uint64_t on = 0;
   std::uint64_t off = 0;
   std::uint64_t brute = 0;  ///< Without early termination either: all that the rays' parts hold.

@@ -13,6 +13,7 @@
 #include "nav/index.hpp"
 #include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
+#include "render/visible_intervals.hpp"
 
 namespace nav::render {
 namespace {
@@ -159,25 +160,14 @@ BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
 class Visibility {
  public:
   explicit Visibility(const TransferTable& table)
-      : before_(table.visible_before()), entries_(table) {
-    const int count = before_.back();
-    const auto first = std::upper_bound(before_.begin(), before_.end(), 0) - before_.begin() - 1;
-    const auto last = std::lower_bound(before_.begin(), before_.end(), count) - before_.begin() - 1;
-    one_interval_ = count > 0 && last - first + 1 == count;
-    if (!one_interval_) return;
-    const int first_hu = static_cast<int>(table.first_hu());
-    least_high_ = clamped(first == 0 ? kLeast : static_cast<int>(first) + first_hu - 1);
-    const bool to_end = last == table.size() - 1;
-    greatest_low_ = clamped(to_end ? kGreatest : static_cast<int>(last) + first_hu + 1);
-  }
+      : before_(table.visible_before()), entries_(table), intervals_(visible_intervals(table)) {}
 
   /// shows: for each of the ranges [from, to), 1 or 0, from its first on.
   void of(const BrickGrid& ranges, std::size_t from, std::size_t to, std::uint8_t* shows) const {
     const std::int16_t* low = ranges.low.data();
     const std::int16_t* high = ranges.high.data();
-    if (one_interval_) {  // Most transfer functions; the compiler makes vector instructions of it.
-      const std::int16_t least_high = least_high_;  // Bytes that are written might be the members'.
-      const std::int16_t greatest_low = greatest_low_;
+    if (intervals_.size() == 1) {  // Most transfer functions; compiled to vector instructions.
+      const auto [least_high, greatest_low] = intervals_.front();
       for (std::size_t b = from; b < to; ++b) {
         const bool visible = (high[b] >= least_high) & (low[b] <= greatest_low);
         shows[b - from] = static_cast<std::uint8_t>(visible);
@@ -192,17 +182,9 @@ class Visibility {
   }
 
  private:
-  static constexpr int kLeast = std::numeric_limits<std::int16_t>::min();
-  static constexpr int kGreatest = std::numeric_limits<std::int16_t>::max();
-  static std::int16_t clamped(int hu) {
-    return static_cast<std::int16_t>(std::clamp(hu, kLeast, kGreatest));
-  }
-
   const std::vector<int>& before_;
   TouchedEntries entries_;
-  bool one_interval_ = false;      ///< All visible entries lie side by side.
-  std::int16_t least_high_ = 0;    ///< HU that a range must reach up to,
-  std::int16_t greatest_low_ = 0;  ///< and down to.
+  std::vector<VisibleInterval> intervals_;
 };
 
 /// Adds bits of visible_parts() to a row of bricks: those of a row of parts, bit and bit + 1.

@@ -3,11 +3,29 @@
 #include "render/cpu_cache.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "render/parallel.hpp"
 
 namespace nav::render {
 namespace {
+
+/// Visible cells are looked at where so many of the cells in visible parts of bricks are not
+/// visible: measured (ADR 46).
+constexpr double kLeastHiddenShare = 0.1;
+/// Samples lie less than an edge apart, by more than rounding takes.
+constexpr double kMostOfAnEdge = 0.95;
+
+/// Edge of the blocks of cells that a scene's march may pass over; 0: none.
+std::size_t cell_edge(const Scene& scene, const TransferTable& table) {
+  if (scene.projection != Projection::kComposite || adaptive_step(scene, table)) return 0;
+  // A sample alone.
+  if (table.rows() > 1 || scene.quality.classification == Classification::kPostClassified) return 1;
+  for (const std::size_t edge : {1, 2}) {
+    if (scene.quality.step_voxels <= kMostOfAnEdge * static_cast<double>(edge)) return edge;
+  }
+  return 0;
+}
 
 std::vector<std::int32_t> packed_ranges(const BrickGrid& bricks) {
   std::vector<std::int32_t> out(bricks.low.size());
@@ -27,6 +45,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
   if ((new_volume || new_transfer) && table_->rows() == 1) {
     integrals_ = march_integrals(*table_, volume_->low_hu(), volume_->high_hu());
   }
+  cell_edge_ = 0;
   const auto adaptive = adaptive_step(scene, *table_);
   if (adaptive) make_cells(*adaptive, threads);
   if (!scene.quality.skip_empty_bricks) return;
@@ -36,6 +55,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     return;
   }
   if (!distances_) make_leaps(threads);
+  find_visible_cells(scene, threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kBrickTail);
@@ -68,7 +88,34 @@ void CpuCache::make_leaps(int threads) {
                    const int deep = std::clamp<int>(depth, 1, 127);
                    return static_cast<std::int8_t>(least > 0 ? least : 1 - deep);
                  });
+  cells_of_visible_parts_ = 0;
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    if (distances_->distance[b] > 0) continue;
+    cells_of_visible_parts_ += static_cast<std::size_t>(std::popcount(parts_[b])) * kPartVoxels *
+                               kPartVoxels * kPartVoxels;
+  }
   parts_.resize(parts_.size() + kBrickTail);
+}
+
+void CpuCache::find_visible_cells(const Scene& scene, int threads) {
+  cell_edge_ = cell_edge(scene, *table_);
+  if (cell_edge_ == 0 || visible_cells_[cell_edge_ - 1]) return;
+  const double voxels = static_cast<double>(ct_->grid().voxel_count());
+  if (static_cast<double>(rays_) < kRaysBeforeCells * voxels) return;
+  VisibleCells& cells = visible_cells_[cell_edge_ - 1].emplace(
+      *ct_, *volume_, *distances_, *table_, static_cast<int>(cell_edge_), threads);
+  const double most = (1 - kLeastHiddenShare) * static_cast<double>(cells_of_visible_parts_);
+  if (static_cast<double>(cells.count()) > most) cells.release();
+}
+
+const std::int32_t* CpuCache::visible_cells() const {
+  if (cell_edge_ == 0 || !visible_cells_[cell_edge_ - 1]) return nullptr;
+  return visible_cells_[cell_edge_ - 1]->words();
+}
+
+void CpuCache::forget_visible_cells() {
+  for (auto& cells : visible_cells_) cells.reset();
+  rays_ = 0;
 }
 
 void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
@@ -86,6 +133,7 @@ void CpuCache::take_volume(const Scene& scene, int threads) {
   part_ranges_.reset();
   cells_of_.reset();
   distances_.reset();
+  forget_visible_cells();
   importance_.clear();
   ranges_.clear();
 }
@@ -96,6 +144,7 @@ void CpuCache::take_transfer(const Scene& scene) {
   entries_ = march_entries(*table_);
   cells_of_.reset();
   distances_.reset();
+  forget_visible_cells();
   importance_.clear();
 }
 

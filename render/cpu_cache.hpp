@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,6 +15,7 @@
 #include "render/cpu_volume.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_table.hpp"
+#include "render/visible_cells.hpp"
 #include "render/visible_spans.hpp"
 
 namespace nav::render {
@@ -23,6 +26,9 @@ class CpuCache {
  public:
   /// Prepares for a validated scene whose volume fits. with_cutaway: something of it will be cut.
   void update(const Scene& scene, bool with_cutaway, int threads);
+  /// So many rays of the last scene were cast: what costs as much as many rays is made once they
+  /// were many.
+  void count_rays(std::uint64_t rays) { rays_ += rays; }
 
   [[nodiscard]] const CpuVolume& volume() const { return *volume_; }
   [[nodiscard]] const TransferTable& table() const { return *table_; }
@@ -36,6 +42,8 @@ class CpuCache {
   [[nodiscard]] const std::vector<std::int8_t>& leaps() const { return leaps_; }
   /// As MarchInputs::brick_parts, like distances().
   [[nodiscard]] const std::vector<std::uint8_t>& parts() const { return parts_; }
+  /// As MarchInputs::visible_cells, for the last scene's step; null: none, so far or at all.
+  [[nodiscard]] const std::int32_t* visible_cells() const;
   /// Like distances().
   [[nodiscard]] const BrickShell& shell() const { return shell_; }
   /// Empty until a scene with a cutaway asked for skipping.
@@ -48,6 +56,8 @@ class CpuCache {
  private:
   void make_leaps(int threads);
   void make_cells(const AdaptiveStep& adaptive, int threads);
+  void find_visible_cells(const Scene& scene, int threads);
+  void forget_visible_cells();
   void take_volume(const Scene& scene, int threads);
   void take_transfer(const Scene& scene);
 
@@ -63,6 +73,11 @@ class CpuCache {
   BrickShell shell_;
   std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> parts_;
+  /// Of cells, and of blocks of 2^3.
+  std::array<std::optional<VisibleCells>, 2> visible_cells_;
+  std::size_t cell_edge_ = 0;  ///< Of the last scene; 0: none.
+  std::uint64_t rays_ = 0;     ///< Cast of this volume with this transfer function.
+  std::size_t cells_of_visible_parts_ = 0;
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
   std::vector<std::uint8_t> cells_;

@@ -12,7 +12,7 @@ CpuCtBeside::CpuCtBeside(const Scene& scene, const MarchInputs& in, const MarchK
                          const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field)
     : in_(in),
       cutaway_(cutaway),
-      plain_(marches.composite({key.classify, key.shade, false, key.adaptive})),
+      plain_(marches.composite({key.classify, key.shade, false, key.cells})),
       fading_(key.fade ? marches.composite(key) : plain_),
       rays_of_(scene, marches, cutaway, field,
                key.classify == MarchClassify::kPreIntegrated ? 0.0 : 0.5, in.overlay_cells),

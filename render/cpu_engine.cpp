@@ -167,6 +167,7 @@ class CpuEngine final : public Engine {
       statistics.bricks = cache_.bricks()->low.size();
       if (cache_.distances()) statistics.bricks_occupied = cache_.distances()->occupied;
     }
+    cache_.count_rays(statistics.rays);
     statistics.prepare_s = prepare_s;
     return statistics;
   }
@@ -220,6 +221,7 @@ class CpuEngine final : public Engine {
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates.bricks();
     statistics.bricks_occupied = predicates.bricks_occupied();
+    cache_.count_rays(statistics.rays);
     if (scene.quality.skip_empty_bricks) {
       statistics.bricks += cache_.bricks()->low.size();
       if (cache_.distances()) statistics.bricks_occupied += cache_.distances()->occupied;

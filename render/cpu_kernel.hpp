@@ -18,7 +18,7 @@ namespace nav::render {
 
 /// One variant of the march: what it does not need is not in its code. What a lane computes never
 /// depends on the other lanes, so that skipping stays bit-identical.
-template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, MarchCells kCells>
 class Marcher {
   using F = typename V::F;
   using I = typename V::I;
@@ -27,6 +27,7 @@ class Marcher {
   using Classified = CellColour<V>;
   static constexpr bool kPre = kClassify == MarchClassify::kPreIntegrated;
   static constexpr bool kWindows = kClassify == MarchClassify::kWindows;
+  static constexpr bool kAdaptive = kCells == MarchCells::kAdaptive;
 
  public:
   Marcher(const MarchInputs& inputs, RayPacket& rays, int lane, MarchCounts& counts)
@@ -103,6 +104,12 @@ class Marcher {
     part.t_b = V::min(V::add(cell, cells_), end_);
     part.bow = V::set(0.0F);
     part.active = active;
+    if constexpr (kCells == MarchCells::kVisible) {
+      part.active = V::both(active, sampler_.visible(sampler_.locate(cell)));
+      counts_.passed += static_cast<std::uint64_t>(V::count(active) - V::count(part.active));
+      active = part.active;
+      if (!V::any(active)) return;
+    }
     counts_.samples += static_cast<std::uint64_t>(V::count(active));
     part.v_a = part.v_b = sampler_.value(cell);
     if (!may_show(part)) return;
@@ -124,26 +131,12 @@ class Marcher {
   /// So many cells of each lane, one after the other. What takes long to wait for is asked for all
   /// of them before the first is blended: rays that end among them have asked for some in vain.
   void add_run(F cell, int run, M active, M fresh) {
-    if (V::any(fresh)) {
-      // The same value as before in the other lanes.
-      front_ = sampler_.value(cell);
-      front_classified_ = front_faded_ = false;
-      counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, active)));
-    }
-    if (in_.prefetches) prefetch_run(V::add(cell, cells(run)));
-    F value[kMarchRun + 1];
-    value[0] = front_;
-    for (int i = 1; i <= run; ++i) value[i] = sampler_.value(V::add(cell, cells(i)));
     Part parts[kMarchRun];
-    for (int i = 0; i < run; ++i) {
-      Part& part = parts[i];
-      part.cell = i > 0 ? V::add(cell, cells(i)) : cell;
-      part.active = i > 0 ? V::both(active, V::less(part.cell, end_)) : active;
-      counts_.samples += static_cast<std::uint64_t>(V::count(part.active));
-      set_values(part, V::add(cell, cells(i + 1)), value[i], value[i + 1], fresh);
-      fresh = V::none();
+    if constexpr (kCells == MarchCells::kVisible) {
+      if (!take_visible_values(cell, run, active, fresh, parts)) return;
+    } else {
+      take_values(cell, run, active, fresh, parts);
     }
-    front_ = value[run];
     for (int i = 0; i < run; ++i) find_sums(parts[i]);
     for (int i = 0; i < run; ++i) {
       if (!parts[i].shows) continue;
@@ -162,6 +155,83 @@ class Marcher {
         if (parts[i].shows) blend(parts[i]);
       }
     }
+  }
+
+  /// Sets the parts of a run.
+  void take_values(F cell, int run, M active, M fresh, Part* parts) {
+    if (V::any(fresh)) {
+      // The same value as before in the other lanes.
+      front_ = sampler_.value(cell);
+      front_classified_ = front_faded_ = false;
+      counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, active)));
+    }
+    if (in_.prefetches) prefetch_run(V::add(cell, cells(run)));
+    F value[kMarchRun + 1];
+    value[0] = front_;
+    for (int i = 1; i <= run; ++i) value[i] = sampler_.value(V::add(cell, cells(i)));
+    for (int i = 0; i < run; ++i) {
+      Part& part = parts[i];
+      part.cell = i > 0 ? V::add(cell, cells(i)) : cell;
+      part.active = i > 0 ? V::both(active, V::less(part.cell, end_)) : active;
+      part.shows = true;
+      counts_.samples += static_cast<std::uint64_t>(V::count(part.active));
+      set_values(part, V::add(cell, cells(i + 1)), value[i], value[i + 1], fresh);
+      fresh = V::none();
+    }
+    front_ = value[run];
+  }
+
+  /// The same of those parts alone that have an end in a visible cell, in some lane: nothing shows
+  /// between two others, which have a voxel in common. False: there are none.
+  bool take_visible_values(F cell, int run, M active, M fresh, Part* parts) {
+    typename Sampler<V>::Place ends[kMarchRun];
+    if (V::any(fresh)) {
+      front_known_ = front_classified_ = front_faded_ = false;
+      front_seen_ = sampler_.visible(sampler_.locate(cell));
+      counted_ = V::both(counted_, V::negate(fresh));
+    }
+    bool any = false;
+    for (int i = 0; i < run; ++i) {
+      Part& part = parts[i];
+      ends[i] = sampler_.locate(V::add(cell, cells(i + 1)));
+      const M seen = sampler_.visible(ends[i]);
+      part.cell = i > 0 ? V::add(cell, cells(i)) : cell;
+      const M open = i > 0 ? V::both(active, V::less(part.cell, end_)) : active;
+      part.active = V::both(open, V::either(front_seen_, seen));
+      part.shows = V::any(part.active);
+      any = any || part.shows;
+      front_seen_ = seen;
+      counts_.passed += static_cast<std::uint64_t>(V::count(open) - V::count(part.active));
+    }
+    if (!any) {
+      front_known_ = before_known_ = front_classified_ = front_faded_ = false;
+      return false;
+    }
+    F value[kMarchRun + 1];
+    for (int i = 0; i < run; ++i) {
+      if (parts[i].shows) {
+        value[i] = front_known_
+                       ? front_
+                       : sampler_.value(i > 0 ? ends[i - 1] : sampler_.locate(parts[0].cell));
+        front_ = value[i + 1] = sampler_.value(ends[i]);
+        const M begins = V::both(parts[i].active, V::negate(counted_));
+        counts_.samples += static_cast<std::uint64_t>(V::count(parts[i].active) + V::count(begins));
+        counted_ = parts[i].active;
+      } else {
+        counted_ = V::none();
+      }
+      front_known_ = parts[i].shows;
+    }
+    // Lanes in which before_ is not the value in front of the part.
+    M lacking = before_known_ ? fresh : V::all();
+    for (int i = 0; i < run; ++i) {
+      if (parts[i].shows) {
+        set_values(parts[i], V::add(cell, cells(i + 1)), value[i], value[i + 1], lacking);
+      }
+      lacking = parts[i].shows ? V::none() : V::all();
+    }
+    before_known_ = parts[run - 1].shows;
+    return true;
   }
 
   /// Of the run that begins there if nothing is leapt over.
@@ -201,7 +271,7 @@ class Marcher {
 
   /// Of a pre-integrated part, if it shows.
   void find_sums(Part& part) {
-    part.shows = may_show(part);
+    part.shows = part.shows && may_show(part);
     if (!part.shows) {
       front_classified_ = front_faded_ = false;
       return;
@@ -381,7 +451,11 @@ class Marcher {
   F alpha_;
   F cells_ = V::set(1.0F);        ///< Of the segment: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
+  bool front_known_ = false;      ///< front_ is that.
+  M front_seen_{};                ///< Lanes where that lies in a visible cell.
+  M counted_ = V::none();         ///< Lanes that have been counted to need front_.
   F before_{};                    ///< HU at the begin of the cell or segment before.
+  bool before_known_ = false;     ///< before_ is that, but in lanes that have leapt.
   F before_at_{};                 ///< Where that is; only with kAdaptive.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;

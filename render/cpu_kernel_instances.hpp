@@ -10,23 +10,33 @@
 /// The march compiled for every key. See cpu_kernel.hpp for V and for where this may be included.
 namespace nav::render {
 
-template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, bool kAdaptive>
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, MarchCells kCells>
 void march_with(const MarchInputs& in, RayPacket& rays, MarchCounts& counts) {
   for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
-    Marcher<V, kClassify, kShade, kFade, kAdaptive>(in, rays, lane, counts).march();
+    Marcher<V, kClassify, kShade, kFade, kCells>(in, rays, lane, counts).march();
   }
+}
+
+template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade>
+March composite_cells(const MarchKey& key) {
+  switch (key.cells) {
+    case MarchCells::kAll:
+      return march_with<V, kClassify, kShade, kFade, MarchCells::kAll>;
+    case MarchCells::kVisible:
+      return march_with<V, kClassify, kShade, kFade, MarchCells::kVisible>;
+    case MarchCells::kAdaptive:
+      if constexpr (kClassify == MarchClassify::kPreIntegrated) {
+        return march_with<V, kClassify, kShade, kFade, MarchCells::kAdaptive>;
+      }
+      break;
+  }
+  return nullptr;
 }
 
 template <class V, MarchClassify kClassify, MarchShade kShade>
 March composite_fading(const MarchKey& key) {
-  if constexpr (kClassify == MarchClassify::kPreIntegrated) {
-    if (key.adaptive) {
-      return key.fade ? march_with<V, kClassify, kShade, true, true>
-                      : march_with<V, kClassify, kShade, false, true>;
-    }
-  }
-  return key.fade ? march_with<V, kClassify, kShade, true, false>
-                  : march_with<V, kClassify, kShade, false, false>;
+  return key.fade ? composite_cells<V, kClassify, kShade, true>(key)
+                  : composite_cells<V, kClassify, kShade, false>(key);
 }
 
 template <class V, MarchClassify kClassify>

@@ -59,12 +59,15 @@ struct Sampler {
   }
 
   /// HU.
-  F value(F at) const {
-    const Place c = locate(at);
+  F value(F at) const { return value(locate(at)); }
+  F value(const Place& c) const {
     F v[4][2];
     V::load_cells(in.voxels, in.slice_stride, c.base, v);
     return interpolate(v, c);
   }
+
+  /// Lanes whose sample lies in a cell of voxels that may show something.
+  typename V::M visible(const Place& c) const { return V::load_bit(in.visible_cells, c.base); }
 
   /// HU/mm along the axes of the grid, where the ray's direction is known as well; anything in
   /// lanes where it is not needed.

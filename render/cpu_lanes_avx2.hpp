@@ -54,6 +54,7 @@ struct Avx2 : LaneMath<Avx2> {
   static M either(M a, M b) { return {_mm256_or_ps(a.v, b.v)}; }
   static M exclusive(M a, M b) { return {_mm256_xor_ps(a.v, b.v)}; }
   static M none() { return {_mm256_setzero_ps()}; }
+  static M all() { return negate(none()); }
   static M negate(M a) { return {_mm256_xor_ps(a.v, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
   static bool any(M a) { return _mm256_movemask_ps(a.v) != 0; }
   static int count(M a) {
@@ -170,6 +171,12 @@ struct Avx2 : LaneMath<Avx2> {
     g[0] = lerp8(sub(x[0][2], x[0][0]), sub(x[0][3], x[0][1]), w[0]);
     g[1] = lerp8(x[1][1], x[1][2], w[0]);
     g[2] = lerp8(x[2][1], x[2][2], w[0]);
+  }
+  /// Bit at of an array of words.
+  static M load_bit(const std::int32_t* words, I at) {
+    const __m256i word = _mm256_i32gather_epi32(words, _mm256_srli_epi32(at.v, 5), 4);
+    const __m256i up = _mm256_sub_epi32(_mm256_set1_epi32(31), bits(at, 31).v);
+    return {_mm256_castsi256_ps(_mm256_srai_epi32(_mm256_sllv_epi32(word, up), 31))};
   }
   static I load_signed_byte(const std::int8_t* p, I at) {
     const __m256i word = _mm256_i32gather_epi32(reinterpret_cast<const int*>(p), at.v, 1);

@@ -55,6 +55,7 @@ struct Avx512 : LaneMath<Avx512> {
   static M either(M a, M b) { return {_kor_mask16(a.v, b.v)}; }
   static M exclusive(M a, M b) { return {_kxor_mask16(a.v, b.v)}; }
   static M none() { return {0}; }
+  static M all() { return {0xffff}; }
   static M negate(M a) { return {_knot_mask16(a.v)}; }
   static bool any(M a) { return a.v != 0; }
   static int count(M a) { return __builtin_popcount(a.v); }
@@ -96,6 +97,12 @@ struct Avx512 : LaneMath<Avx512> {
 
   static F lerp(F a, F b, F w) { return madd(w, sub(b, a), a); }
 
+  /// Bit at of an array of words.
+  static M load_bit(const std::int32_t* words, I at) {
+    const __m512i word = _mm512_i32gather_epi32(_mm512_srli_epi32(at.v, 5), words, 4);
+    const __m512i place = _mm512_sllv_epi32(_mm512_set1_epi32(1), bits(at, 31).v);
+    return {_mm512_test_epi32_mask(word, place)};
+  }
   static __m512i load_words(const void* p, I at) {
     return _mm512_i32gather_epi32(at.v, static_cast<const int*>(p), 1);
   }

@@ -49,6 +49,7 @@ struct Scalar {
   static M either(M a, M b) { return a || b; }
   static M exclusive(M a, M b) { return a != b; }
   static M none() { return false; }
+  static M all() { return true; }
   static M negate(M a) { return !a; }
   static bool any(M a) { return a; }
   static int count(M a) { return a ? 1 : 0; }
@@ -93,6 +94,9 @@ struct Scalar {
     const F below = madd(w[1], value[1] - value[0], value[0]);
     const F above = madd(w[1], value[3] - value[2], value[2]);
     return madd(w[2], above - below, below);
+  }
+  static M load_bit(const std::int32_t* words, I at) {
+    return (words[at >> 5] >> (at & 31) & 1) != 0;
   }
   static I load_signed_byte(const std::int8_t* p, I at) { return p[at]; }
   static I load_byte(const std::uint8_t* p, I at) { return p[at]; }

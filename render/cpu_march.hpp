@@ -56,6 +56,8 @@ struct MarchInputs {
   const std::int8_t* brick_leap;
   /// visible_parts() of bricks. Null: parts are not looked at. Readable 3 bytes past the end.
   const std::uint8_t* brick_parts;
+  /// VisibleCells::words(). Null: every cell is sampled. Readable a word past the last cell's.
+  const std::int32_t* visible_cells;
   int cells_per_look;  ///< Cells that are marched before bricks are looked at again, >= 1.
   /// Greatest importance of what may be visible in a brick, in parts of 254 rounded up; 255: 1.
   /// Null without a cutaway. Readable 3 bytes past the end.
@@ -159,7 +161,8 @@ struct alignas(32) PacketPixels {
 using RayStart = void (*)(const RayInputs&, const PacketPixels&, RayPacket&, RayStarts&);
 
 struct MarchCounts {
-  std::uint64_t samples;
+  std::uint64_t samples;  ///< Values that lanes needed.
+  std::uint64_t passed;   ///< That they did not: those of cells that are not visible.
   std::uint64_t gradients;
   std::uint64_t window_gradients;
   std::uint64_t faded;
@@ -167,6 +170,9 @@ struct MarchCounts {
 
 enum class MarchClassify { kPreIntegrated, kPostClassified, kWindows };
 enum class MarchShade { kNone, kPhong, kGooch };
+/// Which cells a march takes: every one; those that MarchInputs::visible_cells has; or several as
+/// one, only with kPreIntegrated.
+enum class MarchCells { kAll, kVisible, kAdaptive };
 enum class MarchProject { kMaximum, kMinimum, kMean };
 
 /// What a march is compiled for: what a scene has not, costs nothing.
@@ -174,7 +180,7 @@ struct MarchKey {
   MarchClassify classify;
   MarchShade shade;
   bool fade;
-  bool adaptive;  ///< Only with kPreIntegrated.
+  MarchCells cells;
 };
 
 /// Marches the given part of each ray of a packet: compositing adds to its colour and opacity,

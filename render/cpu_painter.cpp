@@ -106,7 +106,7 @@ CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey
       keep_(keep),
       spans_(spans),
       sparse_(sparse),
-      plain_(marches.composite({key.classify, key.shade, false, key.adaptive})),
+      plain_(marches.composite({key.classify, key.shade, false, key.cells})),
       fading_(key.fade ? marches.composite(key) : plain_),
       project_(marches.project(project_of(scene.projection))),
       rays_of_(scene, marches, cutaway, field,
@@ -133,6 +133,7 @@ void CpuPainter::paint_tile(int index, int pass) {
   paint_added(tile);
   rays_ += tile.rays;
   samples_ += tile.counts.samples;
+  passed_ += tile.counts.passed;
   gradients_ += tile.counts.gradients;
   window_gradients_ += tile.counts.window_gradients;
   faded_ += tile.counts.faded;
@@ -266,6 +267,7 @@ RenderStatistics CpuPainter::statistics() const {
   RenderStatistics statistics;
   statistics.rays = rays_;
   statistics.volume_samples = samples_;
+  statistics.passed_samples = passed_;
   statistics.gradient_samples = gradients_;
   statistics.window_gradients = window_gradients_;
   statistics.cutaway_rays = cutaway_rays_;

@@ -69,6 +69,7 @@ class CpuPainter {
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};
   std::atomic<std::uint64_t> samples_{0};
+  std::atomic<std::uint64_t> passed_{0};
   std::atomic<std::uint64_t> gradients_{0};
   std::atomic<std::uint64_t> window_gradients_{0};
   std::atomic<std::uint64_t> cutaway_rays_{0};

@@ -84,6 +84,7 @@ void CpuPredicatePainter::paint_tile(int index) {
   }
   rays_ += tile.rays;
   samples_ += tile.counts.samples;
+  passed_ += tile.counts.passed;
   gradients_ += tile.counts.gradients;
   faded_ += tile.counts.faded;
   cutaway_rays_ += tile.cut_rays;
@@ -107,6 +108,7 @@ RenderStatistics CpuPredicatePainter::statistics() const {
   RenderStatistics statistics;
   statistics.rays = rays_;
   statistics.volume_samples = samples_;
+  statistics.passed_samples = passed_;
   statistics.gradient_samples = gradients_;
   statistics.cutaway_rays = cutaway_rays_;
   statistics.faded_cells = faded_;

@@ -70,6 +70,7 @@ class CpuPredicatePainter {
   int tiles_down_;
   std::atomic<std::uint64_t> rays_{0};
   std::atomic<std::uint64_t> samples_{0};
+  std::atomic<std::uint64_t> passed_{0};
   std::atomic<std::uint64_t> gradients_{0};
   std::atomic<std::uint64_t> cutaway_rays_{0};
   std::atomic<std::uint64_t> faded_{0};

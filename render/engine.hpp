@@ -17,7 +17,8 @@ namespace nav::render {
 struct RenderStatistics {
   std::uint64_t rays = 0;                ///< Cast anew; pixels that could stay are not counted.
   std::uint64_t pixels_without_ray = 0;  ///< Means of their neighbours: sparse_rays.hpp.
-  std::uint64_t volume_samples = 0;      ///< Interpolated CT values.
+  std::uint64_t volume_samples = 0;      ///< Interpolated CT values that rays needed.
+  std::uint64_t passed_samples = 0;      ///< That they did not need, by visible_cells.hpp.
   std::uint64_t gradient_samples = 0;    ///< Shaded samples.
   std::uint64_t window_gradients = 0;    ///< Gradients that gradient windows asked for.
   std::uint64_t cutaway_rays = 0;  ///< Rays that a surface of the cutaway meets in the volume.

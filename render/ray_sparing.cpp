@@ -49,7 +49,8 @@ Scene tile_of(const Scene& scene, int tile) {
 
 PictureCost cost_of(const RenderStatistics& taken, const Quality& quality) {
   const bool dense = quality.pixel_error == 0;
-  const double samples = static_cast<double>(taken.volume_samples) +
+  // With those that the engine passed over: which these are depends on what it has drawn before.
+  const double samples = static_cast<double>(taken.volume_samples + taken.passed_samples) +
                          kGradientSamples * static_cast<double>(taken.gradient_samples);
   const double rays =
       (dense ? kRaySamples : kScatteredRaySamples) * static_cast<double>(taken.rays) +

@@ -175,6 +175,7 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
   const auto engine = make_cpu_engine({1, GetParam()});
   std::uint64_t with = 0;
   std::uint64_t without = 0;
+  int by_cells = 0;
   constexpr int kVolumes = 40;
   constexpr int kScenesEach = 26;  // 1040 transfer functions and poses.
   for (int v = 0; v < kVolumes; ++v) {
@@ -191,9 +192,95 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
       EXPECT_EQ(skipped.statistics.gradient_samples, full.statistics.gradient_samples);
       with += skipped.statistics.volume_samples;
       without += full.statistics.volume_samples;
+      // By now the visible cells of smaller volumes are known.
+      scene.quality.skip_empty_bricks = true;
+      const RenderedImage passed = test::draw(*engine, scene);
+      ASSERT_TRUE(test::same_bytes(passed, full)) << "volume " << v << ", scene " << s;
+      if (passed.statistics.passed_samples == 0) continue;
+      // So may passing over a cell.
+      EXPECT_LE(passed.statistics.volume_samples,
+                skipped.statistics.volume_samples * 101 / 100 + 9);
+      EXPECT_EQ(passed.statistics.gradient_samples, full.statistics.gradient_samples);
+      ++by_cells;
     }
   }
+  EXPECT_GT(by_cells, kVolumes * kScenesEach / 10);
   EXPECT_LT(with, without * 3 / 4) << "nothing was skipped";
+}
+
+TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  // Every brick is occupied, most cells are not visible; values lie on either side of what is.
+  const auto ct =
+      test::make_volume(test::centred_grid({37, 30, 43}, {1, 1.3, 0.9}), [&](int, int, int) {
+        const double u = unit(random);
+        return u < 0.005 ? 300.0 : u < 0.98 ? -1000 + 500 * unit(random) : 900 + 500 * unit(random);
+      });
+  const auto shell = *TransferFunction::create(
+      "shell", {{-200, {1, 0, 0}, 0, 0.2}, {300, {0, 1, 0}, 0.4, 1}, {700, {0, 0, 1}, 0, 0.6}});
+  for (const double step : {0.1, 0.5, 0.94, 0.96, 1.0, 1.4, 1.89, 1.95, 3.0}) {
+    for (int kind = 0; kind < 6; ++kind) {
+      const auto engine = make_cpu_engine({2, GetParam()});
+      Scene scene = test::plain_scene(ct, shell, test::frontal(90, 40, kind % 2 == 0));
+      scene.quality.step_voxels = step;
+      scene.quality.opaque_at = kind == 1 ? 0.95 : 1;
+      if (kind == 2) scene.quality.classification = Classification::kPostClassified;
+      scene.shading.enabled = kind == 3 || kind == 4;
+      if (kind == 4) scene.shading.style = ShadingStyle::kGooch;
+      if (kind == 5) {
+        scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, {0, -10, 10});
+        scene.cutaway = Cutaway{};
+      }
+      scene.width = scene.height = 50;
+      const RenderedImage first = test::draw(*engine, scene);
+      scene.quality.skip_empty_bricks = false;
+      const RenderedImage full = test::draw(*engine, scene);
+      scene.quality.skip_empty_bricks = true;
+      const RenderedImage second = test::draw(*engine, scene);
+      const std::string what = std::to_string(step) + ", " + std::to_string(kind);
+      EXPECT_TRUE(test::same_bytes(first, full)) << what;
+      EXPECT_TRUE(test::same_bytes(second, full)) << what;
+      EXPECT_EQ(first.statistics.passed_samples, 0U) << what;
+      const bool passes = kind == 2 || step < 1.9;
+      EXPECT_EQ(second.statistics.passed_samples > 0, passes) << what;
+      if (passes && (kind == 2 || step < 0.95) && kind != 5) {
+        EXPECT_LT(second.statistics.volume_samples, first.statistics.volume_samples * 2 / 3)
+            << what;
+      }
+    }
+  }
+}
+
+TEST_P(SkippingTest, VisibleCellsFollowTheVolumeAndTheTransferFunction) {
+  std::mt19937 random(6);
+  std::uniform_int_distribution<int> hu(-1000, 1000);
+  const auto noise = [&] {
+    return test::make_volume(test::centred_grid({25, 25, 25}, {1, 1, 1}),
+                             [&](int, int, int) { return hu(random); });
+  };
+  const auto from = [](double least) {
+    return *TransferFunction::create("from", {{least, {1, 1, 1}, 0, 1}, {1500, {1, 1, 1}, 0.5, 1}});
+  };
+  const auto engine = make_cpu_engine({1, GetParam()});
+  Scene scene = test::plain_scene(noise(), from(900), test::frontal(90, 40, false));
+  const auto expect_anew = [&] {
+    for (int i = 0; i < 3; ++i) {
+      scene.camera.eye_ct.mm.x() += 1;
+      const RenderedImage kept = test::draw(*engine, scene);
+      EXPECT_TRUE(test::same_bytes(kept, test::draw(*make_cpu_engine({1, GetParam()}), scene)));
+      EXPECT_EQ(kept.statistics.passed_samples > 0, i > 0);
+    }
+  };
+  expect_anew();
+  scene.transfer = from(600);
+  expect_anew();
+  scene.ct = noise();
+  expect_anew();
+  scene.quality.step_voxels = 1.5;  // Blocks of cells.
+  scene.camera.eye_ct.mm.x() += 1;
+  EXPECT_TRUE(test::same_bytes(test::draw(*engine, scene),
+                               test::draw(*make_cpu_engine({1, GetParam()}), scene)));
 }
 
 TEST_P(SkippingTest, TakesNoSampleOfWhatTheCutawayHides) {
