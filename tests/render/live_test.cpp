@@ -143,6 +143,9 @@ TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsSeen) {
         s.needle = test::needle({0, -5, 0}, {20, -25, 20});
       },
       [](Scene& s) { s.needle->tip_ct.mm.x() += 1; },
+      [](Scene& s) { s.needle->rgb.x() = 0.3; },
+      [](Scene& s) { s.needle->rgb.y() = 0.3; },
+      [](Scene& s) { s.needle->rgb.z() = 0.3; },
       [](Scene& s) {
         s.needle->safety = {SafetyState::kStale, "old"};
       },
@@ -172,6 +175,20 @@ TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsSeen) {
     edits[i](scene_);
     draw();
   }
+}
+
+TEST_P(LiveTest, CellsTakenAsOneFollowTheVolumeAndTheTransferFunction) {
+  scene_.cutaway.reset();
+  scene_.quality.adaptive_error = 0.01;
+  const auto ct = scene_.ct;
+  scene_.ct = test::make_volume(ct->grid(), [](int, int, int) { return -200; });
+  draw();  // Whole bricks are one cell,
+  scene_.ct = ct;
+  draw();
+  scene_.transfer = test::fog(1e-6);
+  draw();  // and here.
+  scene_.transfer = materials();
+  draw();
 }
 
 TEST_P(LiveTest, PicturesGivenOutNeverChange) {

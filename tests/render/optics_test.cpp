@@ -202,6 +202,13 @@ TEST_P(OpticsTest, ARayThatEndsEarlyShowsNothingOfTheBackground) {
   EXPECT_NEAR(found.r, 0.5, 1e-5);
   EXPECT_NEAR(found.g, 0.4, 1e-5);
   EXPECT_NEAR(found.b, 0.3, 1e-5);
+  // White fog behind a white picture is white, wherever the ray ends.
+  scene.transfer = test::fog(5, {1, 1, 1});
+  scene.plane = test::upright_plane(test::grey_picture(20, 20, 255), 1, {0, -30, 10});
+  scene.plane->opacity = 0.6;
+  const RgbaF white = test::middle(test::draw(*engine_, scene));
+  EXPECT_NEAR(white.r, 1, 1e-5);
+  EXPECT_NEAR(white.b, 1, 1e-5);
 }
 
 TEST_P(OpticsTest, CountsWhatItDid) {

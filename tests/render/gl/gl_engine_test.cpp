@@ -8,6 +8,7 @@
 #include "render/engine.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
+#include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::render {
@@ -183,6 +184,32 @@ TEST(GlEngineTest, SkippingChangesNoBit) {
     const auto a = all->pixels.pixels();
     const auto b = skipped->pixels.pixels();
     EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
+  }
+}
+
+TEST(GlEngineTest, CellsLongerThanABrickMissNothingBetweenEmptyOnes) {
+  CollectingDiagnostics diagnostics;
+  auto gl = make_gl_engine(diagnostics);
+  ASSERT_TRUE(test::has_value(gl));
+  // Invisible in front of the sheet and behind it, by values on either side of what is visible.
+  const auto ct = test::make_volume(test::centred_grid({48, 48, 48}, {1, 1, 1}),
+                                    [](int, int j, int) { return j < 21 ? -1000 : 1000; });
+  const auto sheet = *TransferFunction::create(
+      "sheet", {{-500, {1, 1, 1}, 0, 1}, {0, {1, 1, 1}, 0.5, 1}, {500, {1, 1, 1}, 0, 1}});
+  for (const double step : {6.0, 7.9, 8.0, 9.0, 12.0, 16.0}) {
+    for (int shift = 0; shift < 32; ++shift) {  // Of the lattice of samples, by half voxels.
+      Scene scene = test::plain_scene(ct, sheet, test::frontal(100 + 0.5 * shift, 30, true));
+      scene.width = scene.height = 8;
+      scene.quality.step_voxels = step;
+      scene.quality.skip_empty_bricks = false;
+      const auto all = (*gl)->render(scene);
+      scene.quality.skip_empty_bricks = true;
+      const auto skipped = (*gl)->render(scene);
+      ASSERT_TRUE(test::has_value(all));
+      ASSERT_TRUE(test::has_value(skipped));
+      EXPECT_TRUE(test::same_bytes(*all, *skipped)) << step << ' ' << shift;
+      EXPECT_GT(test::middle(*skipped).r, 0.1F) << step << ' ' << shift;
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
+#include "tests/render/scene_support.hpp"
 
 namespace nav::render {
 namespace {
@@ -79,6 +80,29 @@ TEST_F(GlLiveTest, NothingIsDrawnWhenNothingChanged) {
   EXPECT_EQ(statistics().volume_samples, 0U);
   EXPECT_EQ(caster().uploads().pictures, sent.pictures);
   EXPECT_TRUE(test::same_bits(before, after));
+}
+
+TEST_F(GlLiveTest, CellsTakenAsOneFollowTheVolumeAndTheTransferFunction) {
+  Scene scene = test::ball_scene(test::cube_grid(48, 1.0));
+  const TransferFunction materials = scene.transfer;
+  const auto ball = scene.ct;
+  scene.quality.adaptive_error = 0.01;
+  const auto expect_anew = [&] {
+    const auto kept = draw(scene);
+    EXPECT_TRUE(test::same_bits(kept, draw_anew(scene)));
+  };
+  const auto flat = test::make_volume(ball->grid(), [](int, int, int) { return -200; });
+  scene.ct = flat;
+  (void)draw(scene);  // Whole bricks are one cell.
+  scene.ct = ball;
+  expect_anew();
+  scene.ct = flat;
+  scene.transfer = test::fog(1e-6);
+  (void)draw(scene);
+  scene.ct = ball;
+  (void)draw(scene);  // Here too.
+  scene.transfer = materials;
+  expect_anew();
 }
 
 TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {

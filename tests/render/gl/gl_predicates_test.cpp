@@ -110,6 +110,22 @@ TEST_F(GlPredicatesTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
 }
 
+TEST_F(GlPredicatesTest, LayersOfNearlyTheSameImportanceStayWithinTheirError) {
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  for (const unsigned seed : test::kLayeredSeeds) {
+    const double error = seed % 2 == 0 ? 0.05 : 0.2;
+    Scene scene = test::layered_scene(seed, error);
+    const RenderedImage fast = draw(scene);
+    scene.predicates->termination_error = 0;
+    const RenderedImage full = draw(scene);
+    EXPECT_LE(test::max_difference(fast, full), error + 1e-4) << seed;
+    with += fast.statistics.volume_samples;
+    without += full.statistics.volume_samples;
+  }
+  EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
+}
+
 /// As many entries as there may be, each a range of intensities of its own.
 PredicateModel many(std::size_t count, const std::function<double(std::size_t)>& importance) {
   std::vector<std::pair<E, double>> entries;
@@ -127,6 +143,19 @@ TEST_F(GlPredicatesTest, AsManyPredicatesAsThereMayBe) {
   scene.predicates->hue_mean = spec::HueMean::kLinear;
   EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().compiled(), 1);
+}
+
+TEST_F(GlPredicatesTest, OfOppositeHuesTheFirstOneCounts) {
+  for (const std::size_t count : {2U, 32U}) {
+    std::vector<std::pair<E, double>> entries(2, {E::kind("intensity", {-1, 2}), 1});
+    while (entries.size() < count) {  // Never true, and all different: too many for a table.
+      entries.push_back({E::kind("intensity", {7, 8.0 + static_cast<double>(entries.size())}), 1});
+    }
+    Scene scene = scene_with(test::model_of(std::move(entries)));
+    scene.predicates->model.histogram.set_colour(0, 20, 0.8);
+    scene.predicates->model.histogram.set_colour(1, 200, 0.8);
+    EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << count;
+  }
 }
 
 TEST_F(GlPredicatesTest, OneHasAllImportance) {

@@ -135,6 +135,23 @@ TEST_P(PredicateEngineTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
 }
 
+TEST_P(PredicateEngineTest, LayersOfNearlyTheSameImportanceStayWithinTheirError) {
+  const auto engine = make_cpu_engine({0, GetParam()});
+  std::uint64_t with = 0;
+  std::uint64_t without = 0;
+  for (const unsigned seed : test::kLayeredSeeds) {
+    const double error = seed % 2 == 0 ? 0.05 : 0.2;
+    Scene scene = test::layered_scene(seed, error);
+    const RenderedImage fast = test::draw(*engine, scene);
+    scene.predicates->termination_error = 0;
+    const RenderedImage full = test::draw(*engine, scene);
+    EXPECT_LE(test::max_difference(fast, full), error + 1e-4) << seed;
+    with += fast.statistics.volume_samples;
+    without += full.statistics.volume_samples;
+  }
+  EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
+}
+
 TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
