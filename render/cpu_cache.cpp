@@ -3,8 +3,8 @@
 #include "render/cpu_cache.hpp"
 
 #include <algorithm>
-#include <bit>
 
+#include "nav/index.hpp"
 #include "render/parallel.hpp"
 
 namespace nav::render {
@@ -17,14 +17,37 @@ constexpr double kLeastHiddenShare = 0.1;
 constexpr double kMostOfAnEdge = 0.95;
 
 /// Edge of the blocks of cells that a scene's march may pass over; 0: none.
-std::size_t cell_edge(const Scene& scene, const TransferTable& table) {
+int cell_edge(const Scene& scene, const TransferTable& table) {
   if (scene.projection != Projection::kComposite || adaptive_step(scene, table)) return 0;
   // A sample alone.
   if (table.rows() > 1 || scene.quality.classification == Classification::kPostClassified) return 1;
-  for (const std::size_t edge : {1, 2}) {
-    if (scene.quality.step_voxels <= kMostOfAnEdge * static_cast<double>(edge)) return edge;
+  for (const int edge : {1, 2}) {
+    if (scene.quality.step_voxels <= kMostOfAnEdge * edge) return edge;
   }
   return 0;
+}
+
+/// How many cells the visible parts of occupied bricks hold. parts: visible_parts().
+std::size_t cells_of(const std::vector<std::uint8_t>& parts, const BrickDistances& distances,
+                     const Eigen::Vector3i& bricks, const VoxelGrid& grid) {
+  const auto inside = [&](int axis, int brick, unsigned half) {
+    const int first = kBrickVoxels * brick + (half != 0 ? kPartVoxels : 0);
+    return as_size(std::clamp(grid.size[as_size(axis)] - first, 0, kPartVoxels));
+  };
+  std::size_t cells = 0;
+  std::size_t b = 0;
+  for (int k = 0; k < bricks.z(); ++k) {
+    for (int j = 0; j < bricks.y(); ++j) {
+      for (int i = 0; i < bricks.x(); ++i, ++b) {
+        if (distances.distance[b] > 0) continue;
+        for (unsigned bit = 0; bit < 8; ++bit) {
+          if ((parts[b] >> bit & 1) == 0) continue;
+          cells += inside(0, i, bit & 1) * inside(1, j, bit & 2) * inside(2, k, bit & 4);
+        }
+      }
+    }
+  }
+  return cells;
 }
 
 std::vector<std::int32_t> packed_ranges(const BrickGrid& bricks) {
@@ -88,33 +111,29 @@ void CpuCache::make_leaps(int threads) {
                    const int deep = std::clamp<int>(depth, 1, 127);
                    return static_cast<std::int8_t>(least > 0 ? least : 1 - deep);
                  });
-  cells_of_visible_parts_ = 0;
-  for (std::size_t b = 0; b < parts_.size(); ++b) {
-    if (distances_->distance[b] > 0) continue;
-    cells_of_visible_parts_ += static_cast<std::size_t>(std::popcount(parts_[b])) * kPartVoxels *
-                               kPartVoxels * kPartVoxels;
-  }
   parts_.resize(parts_.size() + kBrickTail);
 }
 
 void CpuCache::find_visible_cells(const Scene& scene, int threads) {
   cell_edge_ = cell_edge(scene, *table_);
-  if (cell_edge_ == 0 || visible_cells_[cell_edge_ - 1]) return;
-  const double voxels = static_cast<double>(ct_->grid().voxel_count());
+  if (cell_edge_ == 0 || visible_cells_.contains(cell_edge_)) return;
+  const auto voxels = static_cast<double>(ct_->grid().voxel_count());
   if (static_cast<double>(rays_) < kRaysBeforeCells * voxels) return;
-  VisibleCells& cells = visible_cells_[cell_edge_ - 1].emplace(
-      *ct_, *volume_, *distances_, *table_, static_cast<int>(cell_edge_), threads);
-  const double most = (1 - kLeastHiddenShare) * static_cast<double>(cells_of_visible_parts_);
+  const auto at = visible_cells_.try_emplace(cell_edge_, *ct_, *volume_, *distances_, *table_,
+                                             cell_edge_, threads);
+  VisibleCells& cells = at.first->second;
+  const std::size_t looked_at = cells_of(parts_, *distances_, bricks_->count, ct_->grid());
+  const double most = (1 - kLeastHiddenShare) * static_cast<double>(looked_at);
   if (static_cast<double>(cells.count()) > most) cells.release();
 }
 
 const std::int32_t* CpuCache::visible_cells() const {
-  if (cell_edge_ == 0 || !visible_cells_[cell_edge_ - 1]) return nullptr;
-  return visible_cells_[cell_edge_ - 1]->words();
+  const auto found = visible_cells_.find(cell_edge_);
+  return found == visible_cells_.end() ? nullptr : found->second.words();
 }
 
 void CpuCache::forget_visible_cells() {
-  for (auto& cells : visible_cells_) cells.reset();
+  visible_cells_.clear();
   rays_ = 0;
 }
 

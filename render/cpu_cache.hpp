@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -73,11 +73,9 @@ class CpuCache {
   BrickShell shell_;
   std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> parts_;
-  /// Of cells, and of blocks of 2^3.
-  std::array<std::optional<VisibleCells>, 2> visible_cells_;
-  std::size_t cell_edge_ = 0;  ///< Of the last scene; 0: none.
-  std::uint64_t rays_ = 0;     ///< Cast of this volume with this transfer function.
-  std::size_t cells_of_visible_parts_ = 0;
+  std::map<int, VisibleCells> visible_cells_;  ///< By the edges of their blocks.
+  int cell_edge_ = 0;                          ///< Of the last scene; 0: none.
+  std::uint64_t rays_ = 0;                     ///< Cast of this volume with this transfer function.
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
   std::vector<std::uint8_t> cells_;

@@ -205,6 +205,7 @@ class Marcher {
     }
     if (!any) {
       front_known_ = before_known_ = front_classified_ = front_faded_ = false;
+      counted_ = V::none();
       return false;
     }
     F value[kMarchRun + 1];

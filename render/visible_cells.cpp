@@ -79,12 +79,13 @@ class CellRow {
     }
   }
 
-  /// Of every two side by side in [from, to) both are visible, or none. Precondition: from is even.
-  void pair(int from, int to) {
-    for (int i = from; i < to; i += 2) {
-      const auto either = static_cast<std::uint8_t>(shows_[as_size(i)] | shows_[as_size(i) + 1]);
-      shows_[as_size(i)] = either;
-      if (i + 1 < to) shows_[as_size(i) + 1] = either;
+  /// Of so many side by side in [from, to) all are visible or none. Precondition: from is a
+  /// multiple.
+  void join(int edge, int from, int to) {
+    for (int i = from; i < to; i += edge) {
+      const auto begin = shows_.begin() + i;
+      const auto end = begin + std::min(edge, to - i);
+      std::fill(begin, end, *std::max_element(begin, end));
     }
   }
 
@@ -178,7 +179,7 @@ VisibleCells::VisibleCells(const Volume& ct, const CpuVolume& layout,
         for (int z = k; z < last_k; ++z) {
           for (int y = j; y < past_j; ++y) row.add(y, z, from, to);
         }
-        if (edge == 2) row.pair(from, to);
+        if (edge > 1) row.join(edge, from, to);
         for (int z = k; z < last_k; ++z) {
           for (int y = j; y < past_j; ++y)
             visible += row.put(words_.data(), at(from, y, z), from, to);

@@ -22,10 +22,10 @@ inline constexpr double kRaysBeforeCells = 1.0 / 32;
 /// something: one bit each. Where bricks are half empty, most of a ray's samples in them are.
 class VisibleCells {
  public:
-  /// edge: 1, or 2 for cells in blocks of 2^3 of which all are visible or none. In either case two
-  /// samples less than edge voxels apart along every axis lie in cells, or blocks, that have a
-  /// voxel in common: between two that are invisible nothing is visible. distances: of the same
-  /// volume and table. Uses at most threads threads; 0: all cores.
+  /// edge: 1, 2, 4 or 8; of a block of edge^3 cells all are visible or none. Two samples less than
+  /// edge voxels apart along every axis lie in blocks that have a voxel in common: between two that
+  /// are invisible nothing is visible. distances: of the same volume and table. Uses at most
+  /// threads threads; 0: all cores.
   VisibleCells(const Volume& ct, const CpuVolume& layout, const BrickDistances& distances,
                const TransferTable& table, int edge, int threads);
 

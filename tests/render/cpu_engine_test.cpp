@@ -229,8 +229,9 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
       scene.shading.enabled = kind == 3 || kind == 4;
       if (kind == 4) scene.shading.style = ShadingStyle::kGooch;
       if (kind == 5) {
-        scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, {0, -10, 10});
+        scene.plane = test::upright_plane(test::grey_picture(50, 50, 120), 1, {0, 20, 25});
         scene.cutaway = Cutaway{};
+        scene.cutaway->theta2_rad = 1.2;  // Much lies in the transition.
       }
       scene.width = scene.height = 50;
       const RenderedImage first = test::draw(*engine, scene);
@@ -242,6 +243,7 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
       EXPECT_TRUE(test::same_bytes(first, full)) << what;
       EXPECT_TRUE(test::same_bytes(second, full)) << what;
       EXPECT_EQ(first.statistics.passed_samples, 0U) << what;
+      EXPECT_EQ(first.statistics.faded_cells > 0, kind == 5) << what;
       const bool passes = kind == 2 || step < 1.9;
       EXPECT_EQ(second.statistics.passed_samples > 0, passes) << what;
       if (passes && (kind == 2 || step < 0.95) && kind != 5) {
@@ -307,6 +309,53 @@ TEST_P(SkippingTest, VisibleCellsFollowTheVolumeAndTheTransferFunction) {
   scene.camera.eye_ct.mm.x() += 1;
   EXPECT_TRUE(test::same_bytes(test::draw(*engine, scene),
                                test::draw(*make_cpu_engine({1, GetParam()}), scene)));
+}
+
+/// Nothing below -500 HU.
+TransferFunction from_tissue_on() {
+  return *TransferFunction::create("tissue", {{-500, {1, 1, 1}, 0, 1}, {500, {1, 1, 1}, 0.1, 1}});
+}
+
+TEST_P(SkippingTest, LooksAtNoCellsWhereNearlyAllAreVisible) {
+  const auto engine = make_cpu_engine({1, GetParam()});
+  for (const int side : {4, 5}) {
+    // In the middle of each brick, in none of its eighths alone, hide 27 or 64 cells of 512.
+    const auto hole = [&](int i) { return i % 8 >= 2 && i % 8 < 2 + side; };
+    const auto ct = test::make_volume(
+        test::centred_grid({33, 33, 33}, {1, 1, 1}),
+        [&](int i, int j, int k) { return hole(i) && hole(j) && hole(k) ? -1000 : 500; });
+    Scene scene = test::plain_scene(ct, from_tissue_on(), test::frontal(90, 40, false));
+    scene.width = scene.height = 50;
+    (void)test::draw(*engine, scene);
+    scene.camera.eye_ct.mm.x() += 1;
+    EXPECT_EQ(test::draw(*engine, scene).statistics.passed_samples > 0, side == 5);
+  }
+}
+
+TEST_P(SkippingTest, CountsTheSamplesThatVisibleCellsNeed) {
+  const auto engine = make_cpu_engine({1, GetParam()});
+  // Sheets far enough from one another for leaps between them, and too near for any.
+  for (const int other : {27, 30, 46}) {
+    for (int shift = 0; shift < 16; ++shift) {  // Of the lattice of samples, and of runs.
+      std::vector<std::uint64_t> samples;
+      for (const auto& sheets : {std::pair{20, 20}, {other, other}, {20, other}}) {
+        const auto ct = test::make_volume(
+            test::centred_grid({25, 64, 25}, {1, 1, 1}),
+            [&](int, int j, int) { return j == sheets.first || j == sheets.second ? 300 : -1000; });
+        Scene scene = test::plain_scene(ct, from_tissue_on(), test::frontal(100, 20, true));
+        scene.quality.step_voxels = 0.5;
+        scene.camera.eye_ct.mm.y() += 0.45 * shift;
+        scene.width = scene.height = 40;
+        (void)test::draw(*engine, scene);
+        scene.camera.eye_ct.mm.x() += 0.01;
+        scene.camera.look_at_ct.mm.x() += 0.01;
+        const auto drawn = test::draw(*engine, scene);
+        EXPECT_GT(drawn.statistics.passed_samples, 0U);
+        samples.push_back(drawn.statistics.volume_samples);
+      }
+      EXPECT_EQ(samples[2], samples[0] + samples[1]) << other << ' ' << shift;
+    }
+  }
 }
 
 TEST_P(SkippingTest, TakesNoSampleOfWhatTheCutawayHides) {

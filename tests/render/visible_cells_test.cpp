@@ -99,18 +99,20 @@ TEST(VisibleCellsTest, AreThoseWhoseVoxelsSpanSomethingVisible) {
 
 TEST(VisibleCellsTest, OfABlockAllAreVisibleOrNone) {
   const TransferTable table = table_of({-700, 350});
-  for (unsigned seed = 0; seed < kSizes.size(); ++seed) {
-    const auto ct = hills(kSizes[seed], seed);
-    const Cells cells(*ct, table, 2);
+  for (unsigned seed = 0; seed < 2 * kSizes.size(); ++seed) {
+    const auto ct = hills(kSizes[seed / 2], seed);
+    const int edge = seed % 2 == 0 ? 2 : 4;
+    const Cells cells(*ct, table, edge);
+    const auto first = [&](int i) { return i / edge * edge; };
     const auto& n = ct->grid().size;
     std::size_t count = 0;
     for (int k = 0; k < n[2]; ++k) {
       for (int j = 0; j < n[1]; ++j) {
         for (int i = 0; i < n[0]; ++i) {
           bool expected = false;
-          for (int z = k & ~1; z <= std::min(k | 1, n[2] - 1); ++z) {
-            for (int y = j & ~1; y <= std::min(j | 1, n[1] - 1); ++y) {
-              for (int x = i & ~1; x <= std::min(i | 1, n[0] - 1); ++x) {
+          for (int z = first(k); z < std::min(first(k) + edge, n[2]); ++z) {
+            for (int y = first(j); y < std::min(first(j) + edge, n[1]); ++y) {
+              for (int x = first(i); x < std::min(first(i) + edge, n[0]); ++x) {
                 expected = expected || cells.expected(table, x, y, z);
               }
             }
