@@ -28,8 +28,8 @@ int cell_edge(const Scene& scene, const TransferTable& table) {
 }
 
 /// How many cells the visible parts of occupied bricks hold. parts: visible_parts().
-std::size_t cells_of(const std::vector<std::uint8_t>& parts, const BrickDistances& distances,
-                     const Eigen::Vector3i& bricks, const VoxelGrid& grid) {
+std::size_t cells_in_parts(const std::vector<std::uint8_t>& parts, const BrickDistances& distances,
+                           const Eigen::Vector3i& bricks, const VoxelGrid& grid) {
   const auto inside = [&](int axis, int brick, unsigned half) {
     const int first = kBrickVoxels * brick + (half != 0 ? kPartVoxels : 0);
     return as_size(std::clamp(grid.size[as_size(axis)] - first, 0, kPartVoxels));
@@ -122,7 +122,7 @@ void CpuCache::find_visible_cells(const Scene& scene, int threads) {
   const auto at = visible_cells_.try_emplace(cell_edge_, *ct_, *volume_, *distances_, *table_,
                                              cell_edge_, threads);
   VisibleCells& cells = at.first->second;
-  const std::size_t looked_at = cells_of(parts_, *distances_, bricks_->count, ct_->grid());
+  const std::size_t looked_at = cells_in_parts(parts_, *distances_, bricks_->count, ct_->grid());
   const double most = (1 - kLeastHiddenShare) * static_cast<double>(looked_at);
   if (static_cast<double>(cells.count()) > most) cells.release();
 }

@@ -10,11 +10,11 @@
 namespace nav::render {
 namespace {
 
-constexpr int kLeastHu = std::numeric_limits<std::int16_t>::min();
-constexpr int kGreatestHu = std::numeric_limits<std::int16_t>::max();
+constexpr int kLeastVoxel = std::numeric_limits<std::int16_t>::min();
+constexpr int kGreatestVoxel = std::numeric_limits<std::int16_t>::max();
 
-std::int16_t clamped_hu(int hu) {
-  return static_cast<std::int16_t>(std::clamp(hu, kLeastHu, kGreatestHu));
+std::int16_t clamped_voxel(int hu) {
+  return static_cast<std::int16_t>(std::clamp(hu, kLeastVoxel, kGreatestVoxel));
 }
 
 }  // namespace
@@ -31,8 +31,8 @@ std::vector<VisibleInterval> visible_intervals(const TransferTable& table) {
     int last = first;
     while (last + 1 < table.size() && visible(last + 1)) ++last;
     // The table's ends are held.
-    out.push_back({clamped_hu(first == 0 ? kLeastHu : first + first_hu - 1),
-                   clamped_hu(last == table.size() - 1 ? kGreatestHu : last + first_hu + 1)});
+    out.push_back({clamped_voxel(first == 0 ? kLeastVoxel : first + first_hu - 1),
+                   clamped_voxel(last == table.size() - 1 ? kGreatestVoxel : last + first_hu + 1)});
     first = last;
   }
   return out;

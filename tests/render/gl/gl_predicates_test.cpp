@@ -154,7 +154,7 @@ TEST_F(GlPredicatesTest, OfOppositeHuesTheFirstOneCounts) {
     Scene scene = scene_with(test::model_of(std::move(entries)));
     scene.predicates->model.histogram.set_colour(0, 20, 0.8);
     scene.predicates->model.histogram.set_colour(1, 200, 0.8);
-    EXPECT_LE(share_beyond(scene, kAgreement255), kShare) << count;
+    EXPECT_LE(share_beyond(scene, test::kAgreement255), kShare) << count;
   }
 }
 
