@@ -210,6 +210,13 @@ BrickGrid make_part_grid(const Volume& volume, int threads) {
   return make_ranges(volume, kPartVoxels, threads);
 }
 
+BrickSpan occupied_span(const std::uint8_t* row, int count) {
+  const std::uint8_t* end = row + count;
+  const std::uint8_t* first = std::find(row, end, 0);
+  const auto last = std::find(std::reverse_iterator(end), std::reverse_iterator(first), 0);
+  return {static_cast<int>(first - row), static_cast<int>(last.base() - row)};
+}
+
 std::vector<std::uint8_t> hidden_bricks(const BrickGrid& bricks, const TransferTable& table,
                                         int threads) {
   std::vector<std::uint8_t> hidden(bricks.low.size());
@@ -254,13 +261,9 @@ std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid&
     for (int y = 0; y < bricks.count.y(); ++y) {
       const std::size_t first = as_size((z * bricks.count.y() + y) * bricks.count.x());
       const std::uint8_t* begin = hidden.data() + first;
-      const std::uint8_t* end = begin + bricks.count.x();
       std::uint8_t* row = out.data() + first;
       // Nothing is asked of the parts before the first occupied brick and behind the last.
-      const int from = static_cast<int>(std::find(begin, end, 0) - begin);
-      const int to = static_cast<int>(
-          std::find(std::reverse_iterator(end), std::reverse_iterator(begin + from), 0).base() -
-          begin);
+      const auto [from, to] = occupied_span(begin, bricks.count.x());
       const int count = std::min(2 * to, parts.count.x()) - 2 * from;
       for (unsigned bit = 0; bit < 8 && from < to; bit += 2) {
         const int j = 2 * y + static_cast<int>(bit >> 1 & 1);

@@ -36,6 +36,14 @@ BrickGrid make_brick_grid(const Volume& volume, int threads);
 /// The same of parts.
 BrickGrid make_part_grid(const Volume& volume, int threads);
 
+/// Bricks [from, to) of a row.
+struct BrickSpan {
+  int from;
+  int to;
+};
+/// From the first occupied brick of a row to the last one: those that are 0; else from = to.
+BrickSpan occupied_span(const std::uint8_t* row, int count);
+
 /// 0 for every brick where something may be visible, 255 for the others: the ones that are hidden.
 /// Order as in BrickGrid.
 std::vector<std::uint8_t> hidden_bricks(const BrickGrid& bricks, const TransferTable& table,

@@ -16,13 +16,12 @@ constexpr double kLeastHiddenShare = 0.1;
 /// Samples lie less than an edge apart, by more than rounding takes.
 constexpr double kMostOfAnEdge = 0.95;
 
-/// Edge of the blocks of cells that a scene's march may pass over; 0: none.
-int cell_edge(const Scene& scene, const TransferTable& table) {
-  if (scene.projection != Projection::kComposite || adaptive_step(scene, table)) return 0;
+/// Edge of the blocks of cells that a march of single cells may pass over; 0: none.
+int cell_edge(const Quality& quality, const TransferTable& table) {
   // A sample alone.
-  if (table.rows() > 1 || scene.quality.classification == Classification::kPostClassified) return 1;
+  if (table.rows() > 1 || quality.classification == Classification::kPostClassified) return 1;
   for (const int edge : {1, 2}) {
-    if (scene.quality.step_voxels <= kMostOfAnEdge * edge) return edge;
+    if (quality.step_voxels <= kMostOfAnEdge * edge) return edge;
   }
   return 0;
 }
@@ -78,7 +77,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     return;
   }
   if (!distances_) make_leaps(threads);
-  find_visible_cells(scene, threads);
+  if (!adaptive) find_visible_cells(scene.quality, threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kBrickTail);
@@ -114,8 +113,8 @@ void CpuCache::make_leaps(int threads) {
   parts_.resize(parts_.size() + kBrickTail);
 }
 
-void CpuCache::find_visible_cells(const Scene& scene, int threads) {
-  cell_edge_ = cell_edge(scene, *table_);
+void CpuCache::find_visible_cells(const Quality& quality, int threads) {
+  cell_edge_ = cell_edge(quality, *table_);
   if (cell_edge_ == 0 || visible_cells_.contains(cell_edge_)) return;
   const auto voxels = static_cast<double>(ct_->grid().voxel_count());
   if (static_cast<double>(rays_) < kRaysBeforeCells * voxels) return;

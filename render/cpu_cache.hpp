@@ -56,7 +56,7 @@ class CpuCache {
  private:
   void make_leaps(int threads);
   void make_cells(const AdaptiveStep& adaptive, int threads);
-  void find_visible_cells(const Scene& scene, int threads);
+  void find_visible_cells(const Quality& quality, int threads);
   void forget_visible_cells();
   void take_volume(const Scene& scene, int threads);
   void take_transfer(const Scene& scene);

@@ -7,8 +7,6 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
-#include <iterator>
-#include <utility>
 
 #include "nav/index.hpp"
 #include "render/parallel.hpp"
@@ -164,14 +162,11 @@ VisibleCells::VisibleCells(const Volume& ct, const CpuVolume& layout,
     const int past_k = std::min((brick_k + 1) * kBrickVoxels, n[2]);
     for (int j = 0; j < n[1]; j += edge) {
       // Nothing is visible before the first occupied brick and behind the last.
-      const auto begin = distances.distance.begin() +
-                         (std::ptrdiff_t{brick_k} * bricks(n[1]) + j / kBrickVoxels) * bricks(n[0]);
-      const auto end = begin + bricks(n[0]);
-      const auto first = std::find(begin, end, 0);
-      if (first == end) continue;
-      const auto last = std::find(std::reverse_iterator(end), std::reverse_iterator(first), 0);
-      const int from = static_cast<int>(first - begin) * kBrickVoxels;
-      const int to = std::min(static_cast<int>(last.base() - begin) * kBrickVoxels, n[0]);
+      const std::size_t first = as_size((brick_k * bricks(n[1]) + j / kBrickVoxels) * bricks(n[0]));
+      const BrickSpan span = occupied_span(distances.distance.data() + first, bricks(n[0]));
+      if (span.from == span.to) continue;
+      const int from = span.from * kBrickVoxels;
+      const int to = std::min(span.to * kBrickVoxels, n[0]);
       const int past_j = std::min(j + edge, n[1]);
       for (int k = brick_k * kBrickVoxels; k < past_k; k += edge) {
         const int last_k = std::min(k + edge, n[2]);

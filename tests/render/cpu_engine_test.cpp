@@ -256,19 +256,10 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
 
 TEST_P(SkippingTest, CellsOfAnyLengthMissNothingBetweenEmptyOnes) {
   const auto engine = make_cpu_engine({1, GetParam()});
-  // Invisible in front of the sheet and behind it, by values on either side of what is visible.
-  const auto ct = test::make_volume(test::centred_grid({48, 48, 48}, {1, 1, 1}),
-                                    [](int, int j, int) { return j < 21 ? -1000 : 1000; });
-  const auto sheet = *TransferFunction::create(
-      "sheet", {{-500, {1, 1, 1}, 0, 1}, {0, {1, 1, 1}, 0.5, 1}, {500, {1, 1, 1}, 0, 1}});
-  Scene large = test::plain_scene(ct, sheet, test::frontal(100, 30, true));
-  large.width = large.height = 64;
-  (void)test::draw(*engine, large);  // From now on visible cells are looked at.
+  (void)test::draw(*engine, test::sheet_scene(100, 64));  // Now visible cells are looked at.
   for (const double step : {0.9, 0.95, 1.0, 1.3, 1.9, 2.0, 3.4, 4.0, 6.0, 7.4, 9.0, 12.0, 16.0}) {
     for (int shift = 0; shift < 16; ++shift) {  // Of the lattice of samples.
-      const double distance = 100 + shift * step / 16;
-      Scene scene = test::plain_scene(ct, sheet, test::frontal(distance, 30, true));
-      scene.width = scene.height = 8;
+      Scene scene = test::sheet_scene(100 + shift * step / 16, 8);
       scene.quality.step_voxels = step;
       scene.quality.skip_empty_bricks = true;
       const RenderedImage skipped = test::draw(*engine, scene);

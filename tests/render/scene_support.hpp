@@ -76,6 +76,18 @@ inline render::Scene plain_scene(std::shared_ptr<const Volume> ct,
   return scene;
 }
 
+/// A sheet across the view, seen from so far, and nothing visible in front of it and behind it, by
+/// values on either side of what is.
+inline render::Scene sheet_scene(double distance_mm, int side) {
+  static const auto ct = make_volume(centred_grid({48, 48, 48}, {1, 1, 1}),
+                                     [](int, int j, int) { return j < 21 ? -1000 : 1000; });
+  const auto sheet = *render::TransferFunction::create(
+      "sheet", {{-500, {1, 1, 1}, 0, 1}, {0, {1, 1, 1}, 0.5, 1}, {500, {1, 1, 1}, 0, 1}});
+  render::Scene scene = plain_scene(ct, sheet, frontal(distance_mm, 30, true));
+  scene.width = scene.height = side;
+  return scene;
+}
+
 inline render::RenderedImage draw(render::Engine& engine, const render::Scene& scene) {
   auto image = engine.render(scene);
   EXPECT_TRUE(has_value(image));

@@ -137,19 +137,7 @@ TEST_P(PredicateEngineTest, EarlyTerminationStaysWithinItsError) {
 
 TEST_P(PredicateEngineTest, LayersOfNearlyTheSameImportanceStayWithinTheirError) {
   const auto engine = make_cpu_engine({0, GetParam()});
-  std::uint64_t with = 0;
-  std::uint64_t without = 0;
-  for (const unsigned seed : test::kLayeredSeeds) {
-    const double error = seed % 2 == 0 ? 0.05 : 0.2;
-    Scene scene = test::layered_scene(seed, error);
-    const RenderedImage fast = test::draw(*engine, scene);
-    scene.predicates->termination_error = 0;
-    const RenderedImage full = test::draw(*engine, scene);
-    EXPECT_LE(test::max_difference(fast, full), error + 1e-4) << seed;
-    with += fast.statistics.volume_samples;
-    without += full.statistics.volume_samples;
-  }
-  EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
+  test::expect_layers_within_error([&](const Scene& scene) { return test::draw(*engine, scene); });
 }
 
 TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
