@@ -213,6 +213,7 @@ Json as_json(const bench::AdaptiveCurve& curve) {
 
 void add_comparison(const bench::RenderBenchReport& report, Json& json) {
   json["gl_device"] = report.gl_device;
+  json["time"] = report.of_device ? "wall" : "process";
   json["reference"] = {{"width", report.reference_width},
                        {"height", report.reference_height},
                        {"step", report.reference_step}};

@@ -9,9 +9,9 @@
 namespace nav::bench {
 
 ErrorCurve::ErrorCurve(std::vector<CurvePoint> points) {
-  std::erase_if(points, [](const CurvePoint& p) { return !(p.rms > 0 && p.cpu_s > 0); });
+  std::erase_if(points, [](const CurvePoint& p) { return !(p.rms > 0 && p.time_s > 0); });
   std::sort(points.begin(), points.end(), [](const CurvePoint& a, const CurvePoint& b) {
-    return a.cpu_s != b.cpu_s ? a.cpu_s < b.cpu_s : a.rms < b.rms;
+    return a.time_s != b.time_s ? a.time_s < b.time_s : a.rms < b.rms;
   });
   for (const CurvePoint& point : points) {
     if (front_.empty() || point.rms < front_.back().rms) front_.push_back(point);
@@ -20,13 +20,13 @@ ErrorCurve::ErrorCurve(std::vector<CurvePoint> points) {
 
 double ErrorCurve::time_at(double rms) const {
   if (front_.empty() || rms < front_.back().rms) return std::numeric_limits<double>::quiet_NaN();
-  if (rms >= front_.front().rms) return front_.front().cpu_s;
+  if (rms >= front_.front().rms) return front_.front().time_s;
   std::size_t i = 1;
   while (front_[i].rms > rms) ++i;
   const CurvePoint& a = front_[i - 1];
   const CurvePoint& b = front_[i];
   const double w = std::log(a.rms / rms) / std::log(a.rms / b.rms);
-  return a.cpu_s * std::pow(b.cpu_s / a.cpu_s, w);
+  return a.time_s * std::pow(b.time_s / a.time_s, w);
 }
 
 bool ErrorCurve::spans(double rms) const {
@@ -37,7 +37,7 @@ std::vector<ErrorLevelRatio> equal_error_ratios(const ErrorCurve& ours, const Er
                                                 const std::vector<double>& levels) {
   std::vector<ErrorLevelRatio> ratios;
   for (const CurvePoint& point : theirs.front()) {
-    ratios.push_back({point.rms, point.cpu_s / ours.time_at(point.rms)});
+    ratios.push_back({point.rms, point.time_s / ours.time_at(point.rms)});
   }
   for (const double level : levels) {
     if (!theirs.spans(level)) continue;

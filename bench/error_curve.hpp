@@ -9,8 +9,8 @@ namespace nav::bench {
 
 /// One picture: how wrong and how dear.
 struct CurvePoint {
-  double rms;    ///< > 0.
-  double cpu_s;  ///< > 0.
+  double rms;     ///< > 0.
+  double time_s;  ///< > 0.
 };
 
 /// Run time against error of one renderer in one scene: its pictures that no other of its own beats

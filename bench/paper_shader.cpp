@@ -9,7 +9,10 @@
 #include <vtkOpenGLRenderWindow.h>
 
 #include "bench/paper_shader.hpp"
+#include "render/gl_compute.hpp"
 #include "render/gl_program.hpp"
+#include "render/gl_read.hpp"
+#include "render/gl_speed_probe.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
@@ -68,13 +71,14 @@ void bind(int unit, GLuint texture) {
 
 class PaperShader final : public render::Engine {
  public:
-  explicit PaperShader(std::unique_ptr<render::OffscreenWindow> window)
-      : window_(std::move(window)) {}
+  PaperShader(std::unique_ptr<render::OffscreenWindow> window, bool compute)
+      : window_(std::move(window)), compute_(compute) {}
   ~PaperShader() override {
     current();
     program_.reset();
     textures_.clear();
     target_.release();
+    read_buffer_.release();
     if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
     if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
     window_->release_thread();
@@ -114,7 +118,12 @@ class PaperShader final : public render::Engine {
     glDisable(GL_BLEND);
     glDisable(GL_DEPTH_TEST);
     glBindVertexArray(vertex_array_);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    if (compute_) {
+      const render::gl::ImageTargets bound({{target_.id(), GL_RGBA32F}});
+      render::gl::dispatch(scene.width, scene.height);
+    } else {
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
     glFinish();
     const auto cast = Clock::now();
     RenderedImage image = read(scene);
@@ -130,7 +139,8 @@ class PaperShader final : public render::Engine {
   Result<void> prepare(const PredicateSet& set) {
     std::string text = fragment_text(set);
     if (text != text_) {
-      auto linked = GlProgram::link(render::assembled_shader("fullscreen.vert"), text);
+      auto linked = compute_ ? GlProgram::link_compute(render::as_compute(text))
+                             : GlProgram::link(render::assembled_shader("fullscreen.vert"), text);
       if (!linked) return linked.error();
       program_ = std::move(linked).value();
       text_ = std::move(text);
@@ -218,13 +228,12 @@ class PaperShader final : public render::Engine {
     if (set.labels()) bind(kLabelUnit, textures_.back()->id());
   }
 
-  RenderedImage read(const Scene& scene) const {
+  RenderedImage read(const Scene& scene) {
     const auto width = static_cast<std::size_t>(scene.width);
     const auto height = static_cast<std::size_t>(scene.height);
     std::vector<RgbaF> pixels(width * height);
-    std::vector<RgbaF> rows(width * height);
-    glReadBuffer(GL_COLOR_ATTACHMENT0);
-    glReadPixels(0, 0, scene.width, scene.height, GL_RGBA, GL_FLOAT, rows.data());
+    std::vector<RgbaF> rows;
+    read_buffer_.read(GL_COLOR_ATTACHMENT0, scene.width, scene.height, false, rows);
     const Eigen::Vector3f background = scene.background_rgb.cast<float>();
     for (std::size_t y = 0; y < height; ++y) {
       for (std::size_t x = 0; x < width; ++x) {
@@ -238,12 +247,14 @@ class PaperShader final : public render::Engine {
   }
 
   std::unique_ptr<render::OffscreenWindow> window_;
+  bool compute_;  ///< As the GL engine: what the device does faster.
   std::unique_ptr<GlProgram> program_;
   std::string text_;
   std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.
   std::vector<std::shared_ptr<const Volume>> volumes_;
   const std::uint32_t* labels_of_ = nullptr;
   render::GlTexture target_;
+  render::GlReadBuffer read_buffer_;
   unsigned framebuffer_ = 0;
   unsigned vertex_array_ = 0;
 };
@@ -253,7 +264,12 @@ class PaperShader final : public render::Engine {
 Result<std::unique_ptr<render::Engine>> make_paper_shader() {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
-  return std::unique_ptr<render::Engine>(std::make_unique<PaperShader>(std::move(window).value()));
+  (*window)->window().MakeCurrent();
+  const auto compute = render::compute_is_faster();
+  (*window)->release_thread();
+  if (!compute) return compute.error();
+  return std::unique_ptr<render::Engine>(
+      std::make_unique<PaperShader>(std::move(window).value(), *compute));
 }
 
 }  // namespace nav::bench

@@ -10,6 +10,7 @@
 
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
+#include "render/gl_device.hpp"
 #include "render/gl_raycaster.hpp"
 
 namespace nav::bench {
@@ -36,9 +37,7 @@ Result<Engines> make_engines(Diagnostics& diagnostics) {
   auto paper = make_paper_shader();
   if (!paper) return paper.error();
   out.paper = *std::move(paper);
-  const std::string device = out.standard->device();
-  out.software =
-      device.find("llvmpipe") != std::string::npos || device.find("softpipe") != std::string::npos;
+  out.software = render::runs_in_software(out.standard->device());
   if (out.software) out.cpu = render::make_cpu_engine();
   return out;
 }

@@ -9,8 +9,10 @@
 #include <limits>
 #include <sstream>
 
+#include "bench/gl_frames.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
+#include "render/gl_device.hpp"
 
 namespace nav::bench {
 namespace {
@@ -59,9 +61,11 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
   return {engine->name(), true, true, draw, picture};
 }
 
-Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline) {
-  const auto draw = [baseline](const render::Scene& scene) -> Result<void> {
-    baseline->render(scene);
+/// stays: the picture that is timed is not read back.
+Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline,
+                      bool stays) {
+  const auto draw = [baseline, stays](const render::Scene& scene) -> Result<void> {
+    stays ? baseline->draw(scene) : void(baseline->render(scene));
     return {};
   };
   const auto picture = [baseline](const render::Scene& scene, int factor) {
@@ -120,7 +124,13 @@ class Comparison {
     auto gl = render::make_gl_engine(diagnostics_);
     if (!gl) return gl.error();
     report_.gl_device = (*gl)->device();
+    report_.of_device = !render::runs_in_software(report_.gl_device);
     ours_.push_back(contestant(std::shared_ptr<render::Engine>(std::move(gl).value())));
+    if (!report_.of_device) return {};
+    auto frames = GlFrames::create();
+    if (!frames) return frames.error();
+    ours_.back().draw = [kept = std::shared_ptr<GlFrames>(std::move(frames).value())](
+                            const render::Scene& scene) { return kept->draw(scene); };
     return {};
   }
   Result<void> run(const NamedScene& named);
@@ -172,7 +182,8 @@ Result<std::vector<Contestant>> Comparison::theirs(const render::Scene& scene) {
     if (!wanted || (mapper == VtkBaseline::Mapper::kGpuHalf && !options_.vtk_gpu)) continue;
     auto baseline = VtkBaseline::create(mapper, scene);
     if (!baseline) return baseline.error();
-    all.push_back(contestant(mapper, std::shared_ptr<VtkBaseline>(std::move(baseline).value())));
+    all.push_back(contestant(mapper, std::shared_ptr<VtkBaseline>(std::move(baseline).value()),
+                             report_.of_device));
   }
   return all;
 }
@@ -212,7 +223,10 @@ Result<void> Comparison::run(const NamedScene& named) {
   for (const SparsePoint& quality : own) {
     if (auto ok = run_step(named, ours_, quality, *truth, own_truths); !ok) return ok;
   }
-  if (auto ok = run_chosen(named, *truth, own_truths); !ok) return ok;
+  // Beside VTK on the same processor.
+  if (!report_.of_device) {
+    if (auto ok = run_chosen(named, *truth, own_truths); !ok) return ok;
+  }
   add_ratios(named);
   return {};
 }
@@ -298,7 +312,7 @@ void Comparison::add_ratio(const NamedScene& named, const std::string& name,
                            const RenderBenchCurve& ours, const RenderBenchCurve& theirs) {
   const ErrorCurve our = curve_of(report_, named.name, ours);
   const ErrorCurve their = curve_of(report_, named.name, theirs);
-  const double cheapest_s = their.front().empty() ? kNone : their.front().front().cpu_s;
+  const double cheapest_s = their.front().empty() ? kNone : their.front().front().time_s;
   report_.ratios.push_back({named.name, name, named.scene.shading.enabled,
                             equal_error_ratios(our, their, options_.levels),
                             our.time_at(kFineRms) / cheapest_s});
@@ -328,7 +342,7 @@ ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
     const bool wanted =
         std::find(curve.engines.begin(), curve.engines.end(), row.engine) != curve.engines.end();
     if (row.scene != scene || !wanted || (row.pixel_error > 0 && !curve.sparse)) continue;
-    points.push_back({row.error(), row.cpu_s});
+    points.push_back({row.error(), report.of_device ? row.wall_s : row.cpu_s});
   }
   return ErrorCurve(std::move(points));
 }
@@ -384,8 +398,9 @@ std::string to_text(const RenderBenchReport& report) {
     if (std::isfinite(row.rms_own)) out << std::setprecision(5) << std::setw(10) << row.rms_own;
     out << '\n';
   }
-  out << "\nTimes faster at equal error (VTK's process time over Sonde's), at each rms; \"-\": "
-         "Sonde's curve ends before.\n";
+  out << "\nTimes faster at equal error (VTK's "
+      << (report.of_device ? "wall time of a frame that stays on the device" : "process time")
+      << " over Sonde's), at each rms; \"-\": Sonde's curve ends before.\n";
   for (const RenderBenchRatio& ratio : report.ratios) {
     out << std::left << std::setw(54) << ratio.scene << std::setw(28) << ratio.name << std::right;
     for (const ErrorLevelRatio& level : ratio.levels) {

@@ -92,13 +92,16 @@ struct ChosenStep {
 
 struct RenderBenchReport {
   std::string gl_device;
+  /// OpenGL has a device of its own: curves take the wall time of a frame that stays on it, instead
+  /// of process time.
+  bool of_device = false;
   int reference_width = 0;
   int reference_height = 0;
   double reference_step = 0;
   std::vector<SceneTruth> truths;
   std::vector<RenderBenchRow> rows;
   std::vector<RenderBenchRatio> ratios;
-  std::vector<ChosenStep> chosen;
+  std::vector<ChosenStep> chosen;  ///< Empty of a device.
 };
 
 /// Runs all engines in turn in one process: same camera, picture size, transfer function, shading

@@ -9,6 +9,7 @@
 
 #include "bench/predicate_frames.hpp"
 #include "bench/predicate_patient.hpp"
+#include "render/gl_device.hpp"
 #include "render/two_volumes.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ct_scanner.hpp"
@@ -56,9 +57,7 @@ Result<std::uint64_t> samples_of(render::Engine& engine, const render::Scene& sc
 }
 
 bool is_software(const render::Engine& engine) {
-  const std::string device = engine.device();
-  return engine.name() == "gl" && (device.find("llvmpipe") != std::string::npos ||
-                                   device.find("softpipe") != std::string::npos);
+  return engine.name() == "gl" && render::runs_in_software(engine.device());
 }
 
 /// Of the CT alone, the ultrasound alone, and both.

@@ -124,7 +124,21 @@ Result<std::unique_ptr<VtkBaseline>> VtkBaseline::create(Mapper mapper,
   return std::unique_ptr<VtkBaseline>(new VtkBaseline(std::move(impl)));
 }
 
+void VtkBaseline::draw(const render::Scene& scene) {
+  draw_current(scene);
+  impl_->window->window().WaitForCompletion();
+  impl_->window->release_thread();
+}
+
 Image2d<Rgba8> VtkBaseline::render(const render::Scene& scene) {
+  draw_current(scene);
+  Image2d<Rgba8> pixels = render::read_pixels(impl_->window->window());
+  impl_->window->release_thread();
+  return pixels;
+}
+
+/// Leaves the context current.
+void VtkBaseline::draw_current(const render::Scene& scene) {
   vtkOpenGLRenderWindow& window = impl_->window->window();
   window.MakeCurrent();
   window.SetSize(scene.width, scene.height);
@@ -134,9 +148,6 @@ Image2d<Rgba8> VtkBaseline::render(const render::Scene& scene) {
   if (impl_->gpu) impl_->gpu->SetSampleDistance(static_cast<float>(step_mm(scene)));
   if (impl_->fixed_point) impl_->fixed_point->SetSampleDistance(static_cast<float>(step_mm(scene)));
   window.Render();
-  Image2d<Rgba8> pixels = render::read_pixels(window);
-  impl_->window->release_thread();
-  return pixels;
 }
 
 Image2d<Rgba8> VtkBaseline::render_unsmoothed(const render::Scene& scene) {

@@ -28,6 +28,8 @@ class VtkBaseline {
   VtkBaseline(const VtkBaseline&) = delete;
   VtkBaseline& operator=(const VtkBaseline&) = delete;
 
+  /// Draws as render(), and leaves the picture on the device, which has drawn it on return.
+  void draw(const render::Scene& scene);
   /// Draws with the scene's camera, size, background and step; everything else as created.
   Image2d<Rgba8> render(const render::Scene& scene);
   /// The same picture as the mapper computed it. The fixed-point mapper's is taken before VTK draws
@@ -35,6 +37,8 @@ class VtkBaseline {
   Image2d<Rgba8> render_unsmoothed(const render::Scene& scene);
 
  private:
+  void draw_current(const render::Scene& scene);
+
   struct Impl;
   explicit VtkBaseline(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "nav/diagnostics.hpp"
@@ -75,8 +76,14 @@ struct ReferenceOptions {
 /// The same equations in double precision, brute force, no skipping, no early termination.
 std::unique_ptr<Engine> make_reference_engine(const ReferenceOptions& options = {});
 
+struct GlOptions {
+  /// Whether rays are cast by compute shaders, which need OpenGL 4.3 and cast one for every pixel,
+  /// whatever quality.pixel_error allows. Absent: where they are measured to be faster.
+  std::optional<bool> compute;
+};
 /// GLSL ray caster inside a VTK render pass, off screen on EGL; needs no X server. kUnavailable
 /// names what is missing.
-Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics);
+Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics,
+                                               const GlOptions& options = {});
 
 }  // namespace nav::render

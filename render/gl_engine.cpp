@@ -28,7 +28,8 @@ class CurrentContext {
 
 class GlEngine final : public Engine {
  public:
-  explicit GlEngine(std::unique_ptr<OffscreenWindow> window) : device_(window->device()) {
+  GlEngine(std::unique_ptr<OffscreenWindow> window, const GlOptions& options)
+      : options_(options), device_(window->device()) {
     use(std::move(window));
   }
   ~GlEngine() override { close(); }
@@ -66,6 +67,7 @@ class GlEngine final : public Engine {
     window_ = std::move(window);
     device_ = window_->device();
     view_ = std::make_unique<SceneView>(window_->window());
+    if (options_.compute) view_->raycaster().set_compute(*options_.compute);
     window_->release_thread();
   }
 
@@ -101,6 +103,7 @@ class GlEngine final : public Engine {
                          view_->raycaster().statistics()};
   }
 
+  GlOptions options_;
   std::string device_;
   std::unique_ptr<OffscreenWindow> window_;
   std::unique_ptr<SceneView> view_;
@@ -108,7 +111,7 @@ class GlEngine final : public Engine {
 
 }  // namespace
 
-Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
+Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics, const GlOptions& options) {
   auto window = OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   const std::string& device = (*window)->device();
@@ -117,7 +120,7 @@ Result<std::unique_ptr<Engine>> make_gl_engine(Diagnostics& diagnostics) {
                      software
                          ? "OpenGL runs in software on " + device + "; the CPU engine is faster"
                          : "OpenGL device: " + device);
-  return std::unique_ptr<Engine>(std::make_unique<GlEngine>(std::move(window).value()));
+  return std::unique_ptr<Engine>(std::make_unique<GlEngine>(std::move(window).value(), options));
 }
 
 }  // namespace nav::render

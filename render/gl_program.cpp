@@ -181,15 +181,23 @@ std::string assembled_shader(const std::string& name) {
   return out;
 }
 
-std::string raycast_fragment_source(const GlFeatures& features) {
+std::string as_compute(std::string text) {
+  constexpr std::string_view kFragment = "#version 410 core\n";
+  NAV_CHECK(text.starts_with(kFragment));
+  return text.replace(0, kFragment.size(), "#version 430 core\n#define COMPUTE\n");
+}
+
+std::string raycast_source(const GlFeatures& features) {
   const bool both = features.predicates && features.beside_ct;
   std::string text = assembled_shader(features.means        ? "sparse_means.frag"
                                       : both                ? "two_volumes.frag"
                                       : features.predicates ? "predicates.frag"
                                                             : "raycast.frag");
-  const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
+  if (features.compute) text = as_compute(std::move(text));
+  const std::size_t after_version = text.find('\n') + 1;
   std::string defines;
   define(defines, both, "TWO_VOLUMES");
+  define(defines, features.unrolled, "UNROLLED");
   if (features.predicates) defines += predicate_defines(*features.predicates);
   if (both || !features.predicates) defines += transfer_defines(features);
   return text.insert(after_version, defines + common_defines(features) + constants());
@@ -204,13 +212,23 @@ Result<std::unique_ptr<GlProgram>> GlProgram::link(const std::string& vertex,
     glDeleteShader(*vs);
     return fs.error();
   }
+  return linked({*vs, *fs}, fragment);
+}
+
+Result<std::unique_ptr<GlProgram>> GlProgram::link_compute(const std::string& text) {
+  auto shader = compile(GL_COMPUTE_SHADER, text);
+  if (!shader) return shader.error();
+  return linked({*shader}, text);
+}
+
+/// Deletes the shaders.
+Result<std::unique_ptr<GlProgram>> GlProgram::linked(const std::vector<unsigned>& shaders,
+                                                     const std::string& text) {
   const GLuint id = glCreateProgram();
-  glAttachShader(id, *vs);
-  glAttachShader(id, *fs);
+  for (const GLuint shader : shaders) glAttachShader(id, shader);
   glLinkProgram(id);
-  glDeleteShader(*vs);
-  glDeleteShader(*fs);
-  std::unique_ptr<GlProgram> program(new GlProgram(id, fragment));
+  for (const GLuint shader : shaders) glDeleteShader(shader);
+  std::unique_ptr<GlProgram> program(new GlProgram(id, text));
   GLint ok = GL_FALSE;
   glGetProgramiv(id, GL_LINK_STATUS, &ok);
   if (ok == GL_TRUE) return program;
@@ -228,7 +246,7 @@ int GlProgram::location(const std::string& name) {
   const auto found = locations_.find(name);
   if (found != locations_.end()) return found->second;
   const int location = glGetUniformLocation(id_, name.c_str());
-  NAV_CHECK(location >= 0 || fragment_.find(name) != std::string::npos, name);
+  NAV_CHECK(location >= 0 || text_.find(name) != std::string::npos, name);
   return locations_[name] = location;
 }
 
@@ -293,8 +311,9 @@ Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
                      "; the CPU engine draws it"};
   }
   ++compiled_;
-  auto program =
-      GlProgram::link(assembled_shader("fullscreen.vert"), raycast_fragment_source(features));
+  const std::string text = raycast_source(features);
+  auto program = features.compute ? GlProgram::link_compute(text)
+                                  : GlProgram::link(assembled_shader("fullscreen.vert"), text);
   if (!program) return program.error();
   return (programs_[features] = std::move(program).value()).get();
 }

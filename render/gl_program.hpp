@@ -47,6 +47,8 @@ struct GlFeatures {
   bool skipping = false;   ///< Leaps over bricks that show nothing.
   bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
+  bool compute = false;        ///< A compute shader instead of a fragment shader.
+  bool unrolled = false;       ///< Several cells are written one after the other: march.glsl.
   bool means = false;          ///< sparse_means.frag instead.
   bool sparse = false;         ///< Fewer rays than pixels.
   bool listed = false;         ///< Pixels of rays come from a list: render/gl_packed_rays.hpp.
@@ -63,14 +65,17 @@ struct GlFeatures {
   auto operator<=>(const GlFeatures&) const = default;
 };
 
-/// Text of the fragment shader for a set of features: the #defines, then the file with its blocks:
-/// raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
-std::string raycast_fragment_source(const GlFeatures& features);
+/// Text of the fragment or compute shader for a set of features: the #defines, then the file with
+/// its blocks: raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
+std::string raycast_source(const GlFeatures& features);
 /// Textures that a program for a set of features declares: at most 12 without predicates.
 int samplers_of(const GlFeatures& features);
 /// Text of a file of shaders/ with its #include lines replaced, each block once; #include again
 /// stands for a block that is there already.
 std::string assembled_shader(const std::string& name);
+
+/// A fragment shader's text as that of a compute shader: with COMPUTE, of OpenGL 4.3.
+std::string as_compute(std::string text);
 
 /// A linked program. Needs a current context, also to be destroyed.
 class GlProgram {
@@ -78,6 +83,8 @@ class GlProgram {
   /// kUnsupportedData with the first line of the driver's log.
   static Result<std::unique_ptr<GlProgram>> link(const std::string& vertex,
                                                  const std::string& fragment);
+  /// The same of a compute shader; needs OpenGL 4.3.
+  static Result<std::unique_ptr<GlProgram>> link_compute(const std::string& text);
   ~GlProgram();
   GlProgram(const GlProgram&) = delete;
   GlProgram& operator=(const GlProgram&) = delete;
@@ -102,10 +109,12 @@ class GlProgram {
   void set(const std::string& name, const Eigen::Matrix4d& value);
 
  private:
-  GlProgram(unsigned id, std::string fragment) : id_(id), fragment_(std::move(fragment)) {}
+  GlProgram(unsigned id, std::string text) : id_(id), text_(std::move(text)) {}
+  static Result<std::unique_ptr<GlProgram>> linked(const std::vector<unsigned>& shaders,
+                                                   const std::string& text);
   int location(const std::string& name);
   unsigned id_;
-  std::string fragment_;
+  std::string text_;  ///< With all uniforms that are set.
   std::map<std::string, int> locations_;
 };
 

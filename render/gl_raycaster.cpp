@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <chrono>
 
+#include "render/gl_compute.hpp"
 #include "render/gl_device.hpp"
 #include "render/gl_filter_probe.hpp"
 #include "render/gl_raycaster.hpp"
+#include "render/gl_speed_probe.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
 #include "render/scene_compare.hpp"
@@ -69,7 +71,7 @@ double seconds_between(std::chrono::steady_clock::time_point a,
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
   Scene keyed = scene;
   // Not in the layers, though it says which squares of sparse rays are even.
-  if (!sparse_rays(scene)) keyed.background_rgb.setZero();
+  if (!sparse_rays(scene) || computes()) keyed.background_rgb.setZero();
   const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
   cast_ = change >= SceneChange::kGeometry;
@@ -103,14 +105,14 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
                                bool same_view) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  if (!manual_filter_) {
-    auto coarse = filter_is_coarse();
-    if (!coarse) return coarse.error();
-    manual_filter_ = *coarse;
-  }
+  if (auto known = know_device(); !known) return known;
   if (auto sent = update(scene); !sent) return sent;
   GlTextures& textures = source_->textures;
   GlFeatures features = features_of(scene, textures, depth.has_value(), *manual_filter_);
+  features.unrolled = *unrolled_;
+  features.compute = *compute_;
+  // A ray for every pixel errs less, and costs such a device less than to choose among them.
+  if (features.compute) features.sparse = features.listed = false;
   if (shows_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
                     (!features.predicates || source_->predicates.unchanged());
@@ -119,7 +121,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
       !ok) {
     return ok;
   }
-  const auto sparse = sparse_rays(scene);
+  const auto sparse = features.sparse ? sparse_rays(scene) : std::nullopt;
   const bool packed = features.listed;
   if (sparse && !packed) {
     if (auto ok = lattice_.prepare(width_, height_, layers_, framebuffer_, *sparse); !ok) return ok;
@@ -136,7 +138,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   bind_textures(depth, features.projection != Projection::kComposite);
   if (features.predicates) bind_predicates(**program, features.predicates->generic, scene);
   begin_keeping(**program, keep);
-  if (first) draw_one_pixel();
+  if (first) draw_one_pixel(features);
   GlProgram* means = nullptr;
   if (sparse && !packed) {
     const GlFeatures of_means = means_features(features);
@@ -158,9 +160,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   } else if (sparse) {
     lattice_.draw(**program, *means, [this] { draw_triangle(); });
   } else {
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-    glViewport(0, 0, width_, height_);
-    draw_triangle();
+    cast_every_pixel(features);
   }
   glFinish();
   drawn_with_ = std::move(features);
@@ -168,6 +168,31 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   statistics_.prepare_s = seconds_between(start, prepared);
   statistics_.cast_s = seconds_between(prepared, Clock::now());
   return {};
+}
+
+Result<void> GlRaycaster::know_device() {
+  const bool software = runs_in_software(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  if (!voxel_pairs_) voxel_pairs_ = software;
+  if (!unrolled_) unrolled_ = software;
+  if (!reads_direct_) reads_direct_ = software;
+  if (!manual_filter_) {
+    auto coarse = filter_is_coarse();
+    if (!coarse) return coarse.error();
+    manual_filter_ = *coarse;
+  }
+  if (!compute_) {
+    auto faster = compute_is_faster();
+    if (!faster) return faster.error();
+    compute_ = *faster;
+  }
+  return {};
+}
+
+void GlRaycaster::cast_every_pixel(const GlFeatures& features) {
+  if (features.compute) return dispatch(width_, height_);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, width_, height_);
+  draw_triangle();
 }
 
 void GlRaycaster::count_bricks(const GlFeatures& features) {
@@ -216,9 +241,6 @@ void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
 }
 
 Result<void> GlRaycaster::update(const Scene& scene) {
-  if (!voxel_pairs_) {
-    voxel_pairs_ = runs_in_software(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
-  }
   auto& [textures, predicates] = *source_;
   textures.set_voxel_pairs(*voxel_pairs_);
   if (auto sent = textures.update(scene); !sent) return sent;
@@ -331,20 +353,19 @@ Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
 
 std::vector<RgbaF> GlRaycaster::read() const {
   const GlStateGuard guard;
-  const auto width = static_cast<std::size_t>(width_);
   const auto height = static_cast<std::size_t>(height_);
-  std::vector<RgbaF> pixels(width * height);
+  const auto width = static_cast<std::ptrdiff_t>(width_);
+  std::vector<RgbaF> pixels;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, layers_ ? resolve_framebuffer_ : framebuffer_);
-  glReadBuffer(GL_COLOR_ATTACHMENT0);
   // Rows from the top on, where the device can write them so.
   const bool from_top = GLEW_MESA_pack_invert != 0;
   if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_TRUE);
-  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, pixels.data());
+  read_buffer_.read(GL_COLOR_ATTACHMENT0, width_, height_, reads_direct_.value_or(false), pixels);
   if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_FALSE);
   for (std::size_t row = 0; !from_top && row < height / 2; ++row) {
-    const auto top = pixels.begin() + static_cast<std::ptrdiff_t>(row * width);
-    const auto bottom = pixels.begin() + static_cast<std::ptrdiff_t>((height - 1 - row) * width);
-    std::swap_ranges(top, top + width_, bottom);
+    const auto top = pixels.begin() + static_cast<std::ptrdiff_t>(row) * width;
+    const auto bottom = pixels.begin() + static_cast<std::ptrdiff_t>(height - 1 - row) * width;
+    std::swap_ranges(top, top + width, bottom);
   }
   return pixels;
 }
@@ -354,23 +375,19 @@ RenderStatistics GlRaycaster::statistics() const {
   if (!cast_) return statistics;
   const bool sparse = drawn_with_ && drawn_with_->sparse;
   const GlStateGuard guard;
-  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  costs_.resize(4 * pixels);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
-  glReadBuffer(GL_COLOR_ATTACHMENT1);
-  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, costs_.data());
+  read_buffer_.read(GL_COLOR_ATTACHMENT1, width_, height_, reads_direct_.value_or(false), costs_);
   Eigen::Array4d sum = Eigen::Array4d::Zero();  // Whole numbers, exact.
   Eigen::Array2i rays = Eigen::Array2i::Zero();
-  for (std::size_t i = 0; i < costs_.size(); i += 4) {
-    sum += Eigen::Array4f::Map(costs_.data() + i).cast<double>();
-    const float kind = costs_[i + 3];
+  for (const auto& [samples, gradients, faded, kind] : costs_) {
+    sum += Eigen::Array4d(samples, gradients, faded, kind);
     rays += Eigen::Array2i(kind > 0 ? 1 : 0, kind > 1 ? 1 : 0);
   }
   statistics.volume_samples += static_cast<std::uint64_t>(sum[0]);
   statistics.gradient_samples += static_cast<std::uint64_t>(sum[1]);
   statistics.faded_cells += static_cast<std::uint64_t>(sum[2]);
   statistics.rays += static_cast<std::uint64_t>(rays[0]);
-  if (sparse) statistics.pixels_without_ray += pixels - static_cast<std::uint64_t>(rays[0]);
+  if (sparse) statistics.pixels_without_ray += costs_.size() - static_cast<std::uint64_t>(rays[0]);
   statistics.cutaway_rays += static_cast<std::uint64_t>(rays[1]);
   return statistics;
 }
@@ -418,11 +435,22 @@ void GlRaycaster::release_targets() {
 }
 
 /// Drivers translate a program when they first draw with it: no part of what rays take.
-void GlRaycaster::draw_one_pixel() {
+void GlRaycaster::draw_one_pixel(const GlFeatures& features) {
+  if (features.compute) return dispatch(1, 1);
   write_everything();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glViewport(0, 0, 1, 1);
   draw_triangle();
+}
+
+/// The compute shader in use writes the targets.
+void GlRaycaster::dispatch(int width, int height) {
+  const gl::ImageTargets targets({{targets_.front.id(), GL_RGBA32F},
+                                  {targets_.spent.id(), GL_RGBA32F},
+                                  {layers_ ? targets_.behind.id() : 0, GL_RGBA32F},
+                                  {layers_ ? targets_.live_at.id() : 0, GL_RG32F},
+                                  {signed_ ? signatures_.id() : 0, GL_RG32UI}});
+  gl::dispatch(width, height);
 }
 
 void GlRaycaster::draw_triangle() {
@@ -451,6 +479,10 @@ void GlRaycaster::release() {
   vertex_array_ = 0;
   manual_filter_.reset();
   voxel_pairs_.reset();
+  compute_.reset();
+  unrolled_.reset();
+  reads_direct_.reset();
+  read_buffer_.release();
   costs_ = {};
 }
 

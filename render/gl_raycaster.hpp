@@ -14,6 +14,7 @@
 #include "render/gl_packed_rays.hpp"
 #include "render/gl_predicates.hpp"
 #include "render/gl_program.hpp"
+#include "render/gl_read.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/half_volumes.hpp"
@@ -81,6 +82,23 @@ class GlRaycaster {
     voxel_pairs_ = wanted;
     last_.reset();
   }
+  /// Whether rays are cast by compute shaders, where every pixel has one: what the device does
+  /// faster, unless told otherwise, for tests. Needs OpenGL 4.3.
+  void set_compute(bool wanted) {
+    compute_ = wanted;
+    last_.reset();
+  }
+  /// Known after the first draw().
+  [[nodiscard]] bool computes() const { return compute_.value_or(false); }
+  /// Whether several cells are written one after the other: where the device draws in software,
+  /// unless told otherwise, for tests.
+  void set_unrolled(bool wanted) {
+    unrolled_ = wanted;
+    last_.reset();
+  }
+  /// Whether pictures are read back without memory of the driver's: where the device draws in
+  /// software, unless told otherwise, for tests.
+  void set_reads_direct(bool wanted) { reads_direct_ = wanted; }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) {
     whole_.textures.set_largest_edge(voxels);
@@ -129,7 +147,11 @@ class GlRaycaster {
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : targets_.front; }
   void release_targets();
-  void draw_one_pixel();
+  /// Measures what the device does well, once.
+  Result<void> know_device();
+  void cast_every_pixel(const GlFeatures& features);
+  void draw_one_pixel(const GlFeatures& features);
+  void dispatch(int width, int height);
   void draw_triangle();
 
   GlProgramCache programs_;
@@ -164,8 +186,12 @@ class GlRaycaster {
   int height_ = 0;
   std::optional<bool> manual_filter_;
   std::optional<bool> voxel_pairs_;
+  std::optional<bool> compute_;
+  std::optional<bool> unrolled_;
+  std::optional<bool> reads_direct_;
   RenderStatistics statistics_;
-  mutable std::vector<float> costs_;  ///< As statistics() reads them.
+  mutable GlReadBuffer read_buffer_;
+  mutable std::vector<RgbaF> costs_;  ///< As statistics() reads them.
   bool cast_ = false;                 ///< The last picture took rays through the volume.
 };
 

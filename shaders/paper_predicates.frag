@@ -19,15 +19,20 @@ uniform float per_opacity_length;  // 1/mm.
 uniform float most_opacity;
 uniform vec3 spacing_mm;
 uniform usampler3D paper_labels;
+#ifdef COMPUTE
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f, binding = 0) writeonly uniform image2D target;
+#else
 layout(location = 0) out vec4 colour;
+#endif
 
 vec3 rgb_of_hsl(float hue_deg, float saturation, float luminance) {
   vec3 pure = clamp(abs(mod(hue_deg / 60.0 + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
   return luminance + (1.0 - abs(2.0 * luminance - 1.0)) * saturation * (pure - 0.5);
 }
 
-void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+vec4 cast_ray(vec2 fragment_centre) {
+  Ray ray = ray_of_pixel(fragment_centre);
   set_lattice(ray);
   vec2 box =
       clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, -t_base_mm);
@@ -64,5 +69,14 @@ void main() {
     light = vec4(modulated > 0.0 ? next * mixed / modulated : vec3(0.0), next);
     importance = max(importance, log(alpha + (1.0 - alpha) * exp(importance - kappa)) + kappa);
   }
-  colour = light;
+  return light;
+}
+
+void main() {
+#ifdef COMPUTE
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (all(lessThan(vec2(pixel), picture_size))) imageStore(target, pixel, cast_ray(vec2(pixel) + 0.5));
+#else
+  colour = cast_ray(gl_FragCoord.xy);
+#endif
 }

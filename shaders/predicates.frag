@@ -11,7 +11,8 @@
 // it, column and row. resolve.frag puts the picture in.
 
 #include "include/camera.glsl"
-#define pixel_centre gl_FragCoord.xy
+#include "include/targets.glsl"
+#define pixel_centre fragment_centre
 #include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
@@ -38,16 +39,6 @@
 #endif
 #ifdef SIGNATURE
 #include "include/signature.glsl"
-#endif
-
-layout(location = 0) out vec4 colour;
-layout(location = 1) out vec4 spent;  // See lattice.glsl.
-#ifdef PLANE
-layout(location = 2) out vec4 behind;  // Weight of the picture; 0.
-layout(location = 3) out vec2 live_at;
-#endif
-#ifdef SIGNATURE
-layout(location = 4) out uvec2 signature;
 #endif
 
 // The volume between two places on the ray, mm.
@@ -104,7 +95,10 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 }
 
 void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+#ifdef COMPUTE
+  if (!begin_fragment()) return;
+#endif
+  Ray ray = ray_of_pixel(fragment_centre);
   set_lattice(ray);
   take_over_bricks();
   take_over_predicates();
@@ -112,7 +106,7 @@ void main() {
   vec2 box = clip_to_box(index_from_local * ray.origin, index_from_local * ray.direction, t_eye);
   float t_stop = 3.0e38;
 #ifdef SHARED_DEPTH
-  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  t_stop = t_of_geometry(ivec2(fragment_centre), ray.direction);
   box.y = min(box.y, t_stop);
 #endif
 #ifdef CUTAWAY
@@ -125,11 +119,18 @@ void main() {
 #ifdef SIGNATURE
   signature = signature_of(ray, t_eye, cut);
   if (is_kept(signature)) {
+#ifdef COMPUTE
+    return;
+#else
     discard;
+#endif
   } else {
     cast_ray(ray, t_eye, t_stop, box);
   }
 #else
   cast_ray(ray, t_eye, t_stop, box);
+#endif
+#ifdef COMPUTE
+  write_fragment();
 #endif
 }

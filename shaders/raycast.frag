@@ -9,10 +9,11 @@
 // where the ray meets it, column and row. resolve.frag puts the picture between the two.
 
 #include "include/camera.glsl"
+#include "include/targets.glsl"
 #ifdef SPARSE
 #include "include/sparse.glsl"
 #else
-#define pixel_centre gl_FragCoord.xy
+#define pixel_centre fragment_centre
 #endif
 #include "include/taken_over.glsl"
 #include "include/ct.glsl"
@@ -47,16 +48,6 @@
 #endif
 
 uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
-
-layout(location = 0) out vec4 colour;
-layout(location = 1) out vec4 spent;  // See lattice.glsl.
-#ifdef PLANE
-layout(location = 2) out vec4 behind;
-layout(location = 3) out vec2 live_at;
-#endif
-#ifdef SIGNATURE
-layout(location = 4) out uvec2 signature;
-#endif
 
 vec4 picture;  // The layer that is being composited, premultiplied.
 float enough;  // Its alpha at which the ray ends.
@@ -166,6 +157,9 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 }
 
 void main() {
+#ifdef COMPUTE
+  if (!begin_fragment()) return;
+#endif
 #ifdef SPARSE
   set_pixel();
 #endif
@@ -202,11 +196,18 @@ void main() {
 #ifdef SIGNATURE
   signature = signature_of(ray, t_eye, cut);
   if (is_kept(signature)) {
+#ifdef COMPUTE
+    return;
+#else
     discard;
+#endif
   } else {
     cast_ray(ray, t_eye, t_stop, box);
   }
 #else
   cast_ray(ray, t_eye, t_stop, box);
+#endif
+#ifdef COMPUTE
+  write_fragment();
 #endif
 }

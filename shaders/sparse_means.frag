@@ -6,6 +6,7 @@
 // those of raycast.frag.
 
 #include "include/camera.glsl"
+#include "include/targets.glsl"
 #include "include/sparse.glsl"
 #include "include/taken_over.glsl"
 #include "include/ct.glsl"
@@ -31,13 +32,6 @@ uniform sampler2D coarse_spent;
 uniform float picture_opacity;  // Of the ultrasound picture.
 uniform sampler2D coarse_behind;
 uniform sampler2D coarse_live_at;
-#endif
-
-layout(location = 0) out vec4 colour;
-layout(location = 1) out vec4 spent;  // See lattice.glsl; 0 for means.
-#ifdef PLANE
-layout(location = 2) out vec4 behind;
-layout(location = 3) out vec2 live_at;
 #endif
 
 // The colour around the ultrasound picture, and its weight: as the CPU engine keeps them.

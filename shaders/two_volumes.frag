@@ -5,7 +5,8 @@
 // composited by importance: render/ray_spec.hpp, "Two volumes". Results as predicates.frag.
 
 #include "include/camera.glsl"
-#define pixel_centre gl_FragCoord.xy
+#include "include/targets.glsl"
+#define pixel_centre fragment_centre
 #include "include/taken_over.glsl"
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
@@ -74,16 +75,6 @@ int bow_from;  // The first cell with a bow.
 uniform vec3 second_base_local;  // As base_local, of the ultrasound.
 uniform float ct_importance;     // In the measure of the light.
 uniform float ray_ends_at;       // Share of the colour that nothing to come takes; > 1: never.
-
-layout(location = 0) out vec4 colour;
-layout(location = 1) out vec4 spent;  // See lattice.glsl.
-#ifdef PLANE
-layout(location = 2) out vec4 behind;  // Weight of the picture; 0.
-layout(location = 3) out vec2 live_at;
-#endif
-#ifdef SIGNATURE
-layout(location = 4) out uvec2 signature;
-#endif
 
 // Which of the cells of a stretch fade: those that begin in front of the surface of theta2.
 float turn_of(float fade, float first, float last) {
@@ -212,7 +203,10 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 ct_box, vec2 ultrasound_b
 }
 
 void main() {
-  Ray ray = ray_of_pixel(gl_FragCoord.xy);
+#ifdef COMPUTE
+  if (!begin_fragment()) return;
+#endif
+  Ray ray = ray_of_pixel(fragment_centre);
   Ray second = Ray(second_base_local + (ray.origin - base_local), ray.direction);
   set_lattice(ray);
   move_lattice();
@@ -238,7 +232,7 @@ void main() {
                                            second_index_from_local * second.direction, t_eye);
   float t_stop = 3.0e38;
 #ifdef SHARED_DEPTH
-  t_stop = t_of_geometry(ivec2(gl_FragCoord.xy), ray.direction);
+  t_stop = t_of_geometry(ivec2(fragment_centre), ray.direction);
   ct_box.y = min(ct_box.y, t_stop);
   ultrasound_box.y = min(ultrasound_box.y, t_stop);
 #endif
@@ -255,11 +249,18 @@ void main() {
 #ifdef SIGNATURE
   signature = signature_of(ray, t_eye, cut);
   if (is_kept(signature)) {
+#ifdef COMPUTE
+    return;
+#else
     discard;
+#endif
   } else {
     cast_ray(ray, t_eye, t_stop, ct_box, ultrasound_box);
   }
 #else
   cast_ray(ray, t_eye, t_stop, ct_box, ultrasound_box);
+#endif
+#ifdef COMPUTE
+  write_fragment();
 #endif
 }

@@ -29,7 +29,7 @@ void set_lattice(Ray ray) {
   take_over_volume();
   cell_mm = taken_over(step_mm);
 #ifdef JITTER
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  ivec2 pixel = ivec2(fragment_centre);
   lattice_shift = jitter_of(ivec2(pixel.x, int(picture_height) - 1 - pixel.y));
 #else
   lattice_shift = 0.0;

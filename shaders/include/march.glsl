@@ -5,7 +5,7 @@
 // for each turn, for some rays may have left it. Those of the four that need it are shaded then;
 // otherwise a run pauses at each such cell, so that a device that runs many rays in step shades all
 // of them together.
-#if defined(PREINTEGRATED) && !defined(ADAPTIVE) && !defined(TWO_VOLUMES)
+#if defined(UNROLLED) && defined(PREINTEGRATED) && !defined(ADAPTIVE) && !defined(TWO_VOLUMES)
 #define FOUR_AT_ONCE
 #endif
 

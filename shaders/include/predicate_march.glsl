@@ -59,7 +59,7 @@ uniform float cutaway_scale;  // Cutaway importance of importance 1.
 uniform float cutaway_greatest;
 #endif
 
-#if !defined(GENERIC) && !defined(TWO_VOLUMES)
+#if defined(UNROLLED) && !defined(GENERIC) && !defined(TWO_VOLUMES)
 #define TWO_AT_ONCE
 #endif
 

@@ -42,5 +42,5 @@ uvec2 signature_of(Ray ray, float t_eye, bool cut) {
 
 // Whether the ray has the signature that its pixel shows.
 bool is_kept(uvec2 signature) {
-  return keeps && signature == texelFetch(signatures, ivec2(gl_FragCoord.xy), 0).rg;
+  return keeps && signature == texelFetch(signatures, ivec2(fragment_centre), 0).rg;
 }

@@ -15,7 +15,7 @@ ivec2 pixel;        // Of the fragment, row 0 at the top.
 vec2 pixel_centre;  // Row 0 at the bottom.
 
 void set_pixel() {
-  ivec2 fragment = ivec2(gl_FragCoord.xy);
+  ivec2 fragment = ivec2(fragment_centre);
   int height = int(picture_size.y);
 #ifdef PACKED_RAYS
   int block = (fragment.y >> 2) * (ray_columns >> 2) + (fragment.x >> 2);

@@ -62,6 +62,7 @@ TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
 }
 
 TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
+  caster().set_compute(false);
   scene_ = test::ball_scene(test::cube_grid(24, 1.0), 160, 120);
   draw();
   ASSERT_EQ(caster().compiled(), 1);
@@ -85,6 +86,7 @@ TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
 }
 
 TEST_F(GlRaycasterTest, SparesTheRaysThatTheCpuEngineSpares) {
+  caster().set_compute(false);
   constexpr double kRounding = 0.001;  // Of the pixels: squares at the edge of even.
   for (const bool plane : {false, true}) {
     scene_ = test::ball_scene(test::cube_grid(48, 1.0), 240, 180);
@@ -114,6 +116,7 @@ TEST_F(GlRaycasterTest, SparesTheRaysThatTheCpuEngineSpares) {
 }
 
 TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
+  caster().set_compute(false);
   // Lists take the surroundings of shapes by blocks: so much of a picture has rays there alone.
   constexpr double kAroundShapes = 0.05;
   constexpr double kRounding = 0.001;

@@ -65,7 +65,7 @@ TEST(ShadersTest, UnknownNamesAreEmpty) {
 
 TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
   // The feature's code is there in the text but no #define switches it on.
-  const std::string none = raycast_fragment_source({});
+  const std::string none = raycast_source({});
   for (const char* feature :
        {"PROJECTION", "MAXIMUM",   "MINIMUM",    "GRADIENT_WINDOWS", "SHADING",
         "PHONG",      "GOOCH",     "GRADIENTS",  "GRADIENT_TEXTURE", "EMPHASIS",
@@ -80,17 +80,17 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
 TEST(ShadersTest, ASecondVolumeIsInNoProgramOfOne) {
   GlFeatures features;
   features.skipping = features.cutaway = features.plane = true;
-  const std::string ct = raycast_fragment_source(features);
+  const std::string ct = raycast_source(features);
   features.predicates = some_form(1);
-  const std::string ultrasound = raycast_fragment_source(features);
+  const std::string ultrasound = raycast_source(features);
   for (const std::string& one : {ct, ultrasound}) {
     EXPECT_EQ(one.find("#define TWO_VOLUMES\n"), std::string::npos);
     EXPECT_EQ(one.find("second_"), std::string::npos);
     EXPECT_EQ(one.find("slab"), std::string::npos);
   }
   features.beside_ct = true;
-  EXPECT_NE(raycast_fragment_source(features).find("uniform sampler3D ct;"), std::string::npos);
-  EXPECT_NE(raycast_fragment_source(features).find("#define ct second_ct\n"), std::string::npos);
+  EXPECT_NE(raycast_source(features).find("uniform sampler3D ct;"), std::string::npos);
+  EXPECT_NE(raycast_source(features).find("#define ct second_ct\n"), std::string::npos);
 }
 
 TEST(ShadersTest, AProjectionNeedsNoTransferFunction) {
@@ -98,7 +98,7 @@ TEST(ShadersTest, AProjectionNeedsNoTransferFunction) {
   features.projection = Projection::kMaximum;
   features.shaded = GlFeatures::Shaded::kGooch;
   features.emphasis = features.cutaway = features.skipping = true;
-  const std::string text = raycast_fragment_source(features);
+  const std::string text = raycast_source(features);
   for (const char* feature :
        {"PREINTEGRATED", "SHADING", "GOOCH", "EMPHASIS", "CUTAWAY", "IMPORTANCE"}) {
     EXPECT_EQ(text.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
@@ -118,7 +118,7 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
   };
   int count = 0;
   for (const GlFeatures& features : many_features()) {
-    add("raycast" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
+    add("raycast" + std::to_string(count++) + ".frag", raycast_source(features));
   }
   for (GlFeatures features : many_features()) {
     if (features.projection != Projection::kComposite || count % 2 != 0) {
@@ -126,9 +126,9 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
       continue;
     }
     features.predicates = some_form(count / 2);
-    add("predicates" + std::to_string(count) + ".frag", raycast_fragment_source(features));
+    add("predicates" + std::to_string(count) + ".frag", raycast_source(features));
     features.beside_ct = true;
-    add("two_volumes" + std::to_string(count++) + ".frag", raycast_fragment_source(features));
+    add("two_volumes" + std::to_string(count++) + ".frag", raycast_source(features));
   }
   for (const char* name :
        {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {

@@ -5,9 +5,9 @@
 namespace nav::test {
 namespace {
 
-std::unique_ptr<render::Engine> make_gl() {
+std::unique_ptr<render::Engine> make_gl(bool compute) {
   static CollectingDiagnostics diagnostics;
-  auto engine = render::make_gl_engine(diagnostics);
+  auto engine = render::make_gl_engine(diagnostics, {compute});
   NAV_CHECK(engine.has_value(), engine ? "" : engine.error().message);
   return std::move(engine).value();
 }
@@ -15,7 +15,8 @@ std::unique_ptr<render::Engine> make_gl() {
 }  // namespace
 
 const std::vector<EngineCase>& verified_engines() {
-  static const std::vector<EngineCase> cases{{"gl", make_gl}};
+  static const std::vector<EngineCase> cases{{"gl", [] { return make_gl(false); }},
+                                             {"gl_compute", [] { return make_gl(true); }}};
   return cases;
 }
 

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "nav/result.hpp"
+#include "render/scene.hpp"
+
+namespace nav::render {
+class OffscreenWindow;
+class SceneView;
+}  // namespace nav::render
+
+namespace nav::bench {
+
+/// Draws scenes with the GL engine into a window nobody sees, as an application does: the picture
+/// stays on the device.
+class GlFrames {
+ public:
+  /// kUnavailable without OpenGL.
+  static Result<std::unique_ptr<GlFrames>> create();
+  ~GlFrames();
+  GlFrames(const GlFrames&) = delete;
+  GlFrames& operator=(const GlFrames&) = delete;
+
+  /// Returns when the device has drawn it. Precondition: a validated scene.
+  Result<void> draw(const render::Scene& scene);
+
+ private:
+  explicit GlFrames(std::unique_ptr<render::OffscreenWindow> window);
+  std::unique_ptr<render::OffscreenWindow> window_;
+  std::unique_ptr<render::SceneView> view_;
+};
+
+}  // namespace nav::bench

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <vtk_glew.h>
+// GLEW first: every other GL header depends on it.
+#include <cstring>
+
+#include "render/gl_read.hpp"
+
+namespace nav::render {
+
+void GlReadBuffer::read(unsigned attachment, int width, int height, bool direct,
+                        std::vector<RgbaF>& pixels) {
+  pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  glReadBuffer(attachment);
+  if (direct) {
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixels.data());
+    return;
+  }
+  const std::size_t bytes = pixels.size() * sizeof(RgbaF);
+  if (buffer_ == 0) glGenBuffers(1, &buffer_);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, buffer_);
+  glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
+  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, nullptr);
+  const void* read =
+      glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT);
+  if (read != nullptr) {
+    std::memcpy(pixels.data(), read, bytes);
+    glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
+  }
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  if (read == nullptr) glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixels.data());
+}
+
+void GlReadBuffer::release() {
+  if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
+  buffer_ = 0;
+}
+
+}  // namespace nav::render

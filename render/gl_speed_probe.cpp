@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/gl_state.hpp"
+// GLEW first: every other GL header depends on it.
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "nav/stopwatch.hpp"
+#include "render/gl_compute.hpp"
+#include "render/gl_device.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_speed_probe.hpp"
+#include "render/gl_textures.hpp"
+#include "render/gl_uniforms.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr int kSpeedSide = 512;  ///< Of the picture, pixels.
+
+/// The fastest of some turns, s.
+double least_time(const std::function<void()>& draw) {
+  constexpr int kTurns = 4;  // The first one translates the program.
+  double least = 1e9;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    glFinish();
+    const auto start = std::chrono::steady_clock::now();
+    draw();
+    glFinish();
+    least = std::min(least, seconds_since(start));
+  }
+  return least;
+}
+
+Result<bool> measure_compute() {
+  constexpr double kWorthIt = 1.25;
+  constexpr int kArithmetic = 500;
+  const std::string text = assembled_shader("speed_probe.frag");
+  auto fragment = GlProgram::link(assembled_shader("fullscreen.vert"), text);
+  if (!fragment) return fragment.error();
+  auto compute = GlProgram::link_compute(as_compute(text));
+  if (!compute) return compute.error();
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  GlTexture target;
+  glBindTexture(GL_TEXTURE_2D, target.id());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSpeedSide, kSpeedSide, 0, GL_RGBA, GL_FLOAT, nullptr);
+  GLuint framebuffer = 0;
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.id(), 0);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glViewport(0, 0, kSpeedSide, kSpeedSide);
+  write_everything();
+  GLuint vertex_array = 0;
+  glGenVertexArrays(1, &vertex_array);
+  glBindVertexArray(vertex_array);
+  (*fragment)->use();
+  (*fragment)->set("turns", kArithmetic);
+  const double fragment_s = least_time([] { glDrawArrays(GL_TRIANGLES, 0, 3); });
+  (*compute)->use();
+  (*compute)->set("turns", kArithmetic);
+  const gl::ImageTargets bound({{target.id(), GL_RGBA32F}});
+  const double compute_s = least_time([] { gl::dispatch(kSpeedSide, kSpeedSide); });
+  glDeleteVertexArrays(1, &vertex_array);
+  glDeleteFramebuffers(1, &framebuffer);
+  return compute_s * kWorthIt < fragment_s;
+}
+
+}  // namespace
+
+Result<bool> compute_is_faster() {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string device = renderer ? renderer : "";
+  if (runs_in_software(device) || GLEW_VERSION_4_3 == 0) return false;
+  static std::mutex mutex;
+  static std::map<std::string, bool> known;
+  const std::lock_guard lock(mutex);
+  const auto found = known.find(device);
+  if (found != known.end()) return found->second;
+  auto measured = measure_compute();
+  if (measured) known[device] = *measured;
+  return measured;
+}
+
+}  // namespace nav::render

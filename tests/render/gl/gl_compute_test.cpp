@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// What devices other than software rasterisers are given: compute shaders, one cell at a time,
+// pictures that are read by way of the driver's memory.
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "render/gl_device.hpp"
+#include "render/gl_speed_probe.hpp"
+#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_random_scenes.hpp"
+#include "tests/render/gl/gl_view.hpp"
+#include "tests/render/predicates/two_volume_scenes.hpp"
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+class GlComputeTest : public test::GlViewTest {
+ protected:
+  struct Drawn {
+    std::vector<RgbaF> pixels;
+    RenderStatistics statistics;
+  };
+  Drawn drawn(const Scene& scene, bool compute) {
+    caster().set_compute(compute);
+    Drawn out;
+    out.pixels = draw(scene);
+    out.statistics = statistics();
+    return out;
+  }
+  /// Between two pictures of one scene, of any channel, [0, 1].
+  static float largest_difference(const Drawn& a, const Drawn& b) {
+    EXPECT_EQ(a.pixels.size(), b.pixels.size());
+    float most = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+      most = std::max(most, static_cast<float>(test::difference(a.pixels[i], b.pixels[i])));
+    return most;
+  }
+  /// Without fewer rays than pixels, which compute shaders do not spare.
+  void expect_same(Scene scene, unsigned which) {
+    constexpr float kRounding = 2e-5F;
+    scene.quality.pixel_error = 0;
+    const Drawn fragment = drawn(scene, false);
+    EXPECT_FALSE(caster().computes());
+    const Drawn compute = drawn(scene, true);
+    EXPECT_TRUE(caster().computes());
+    EXPECT_LE(largest_difference(fragment, compute), kRounding) << which;
+    EXPECT_EQ(fragment.statistics.volume_samples, compute.statistics.volume_samples) << which;
+    EXPECT_EQ(fragment.statistics.gradient_samples, compute.statistics.gradient_samples) << which;
+    EXPECT_EQ(fragment.statistics.faded_cells, compute.statistics.faded_cells) << which;
+    EXPECT_EQ(fragment.statistics.rays, compute.statistics.rays) << which;
+  }
+};
+
+TEST_F(GlComputeTest, DrawsWhatFragmentShadersDraw) {
+  for (unsigned seed = 0; seed < 10; ++seed) expect_same(test::RandomScenes(seed).next(), seed);
+}
+
+TEST_F(GlComputeTest, DrawsPredicatesAndTwoVolumesToo) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 2; ++i) {
+    const Scene both = test::random_two(random, i);
+    Scene alone = both;
+    alone.ct = both.ultrasound->volume;
+    alone.predicates = both.ultrasound->predicates;
+    alone.ultrasound.reset();
+    caster().set_settled_after(1000 * i);  // Its own program, then the generic one.
+    expect_same(both, static_cast<unsigned>(i));
+    expect_same(alone, static_cast<unsigned>(i));
+  }
+}
+
+TEST_F(GlComputeTest, AnyEditsShowWhatAFullDrawingWouldShow) {
+  draw_anew(test::RandomScenes(0).next());  // So that there is one.
+  caster().set_compute(true);
+  other_->raycaster().set_compute(true);
+  std::uint64_t rays = 0;
+  std::uint64_t pixels = 0;
+  for (unsigned seed = 0; seed < 2; ++seed) {
+    test::RandomScenes scenes(seed);
+    Scene scene = scenes.next();
+    for (int edit = 0; edit < 10; ++edit) {
+      scenes.edit(scene);
+      const auto kept = draw(scene);
+      rays += statistics().rays;
+      pixels += kept.size();
+      EXPECT_TRUE(test::same_bits(kept, draw_anew(scene))) << "seed " << seed << ", edit " << edit;
+    }
+  }
+  EXPECT_GT(rays, 0U);
+  EXPECT_LT(rays, pixels) << "rays that nothing moved keep what they show";
+}
+
+TEST_F(GlComputeTest, SparesNoRay) {
+  Scene scene = test::ball_scene(test::cube_grid(48, 2), 96, 72);
+  const Drawn every = drawn(scene, true);
+  scene.quality.pixel_error = 0.1;
+  const Drawn spared = drawn(scene, false);
+  EXPECT_GT(spared.statistics.pixels_without_ray, 0U);
+  const Drawn none = drawn(scene, true);
+  EXPECT_EQ(none.statistics.pixels_without_ray, 0U);
+  EXPECT_TRUE(test::same_bits(none.pixels, every.pixels));
+  EXPECT_TRUE(test::same_bits(drawn(scene, false).pixels, spared.pixels));
+}
+
+TEST_F(GlComputeTest, OneCellAtATimeDrawsTheSamePicture) {
+  constexpr double kAgreement = 0.02;
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    Scene scene = test::RandomScenes(seed).next();
+    const auto at = [&](bool unrolled) {
+      caster().set_unrolled(unrolled);
+      return Image2d<RgbaF>(scene.width, scene.height, draw(scene));
+    };
+    const auto four = at(true);
+    const std::uint64_t shades = statistics().gradient_samples;
+    EXPECT_TRUE(test::agree(at(false), four, kAgreement)) << seed;
+    EXPECT_NEAR(static_cast<double>(statistics().gradient_samples), static_cast<double>(shades),
+                0.01 * static_cast<double>(shades))
+        << seed;
+  }
+}
+
+TEST_F(GlComputeTest, PicturesAreReadAsTheyAre) {
+  const Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
+  caster().set_reads_direct(true);
+  const auto direct = draw(scene);
+  const std::uint64_t samples = statistics().volume_samples;
+  EXPECT_GT(samples, 0U);
+  caster().set_reads_direct(false);
+  EXPECT_TRUE(test::same_bits(caster().read(), direct));
+  EXPECT_EQ(statistics().volume_samples, samples);
+}
+
+TEST_F(GlComputeTest, IsChosenByMeasurement) {
+  window_->window().MakeCurrent();
+  const auto faster = compute_is_faster();
+  ASSERT_TRUE(test::has_value(faster));
+  EXPECT_FALSE(*faster && runs_in_software(window_->device())) << window_->device();
+  const auto again = compute_is_faster();
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(*again, *faster);
+  draw(test::ball_scene(test::cube_grid(16, 2), 40, 30));
+  EXPECT_EQ(caster().computes(), *faster);
+}
+
+}  // namespace
+}  // namespace nav::render
