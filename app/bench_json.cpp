@@ -111,6 +111,9 @@ Json ratios_of(const BenchRenderReport& report) {
   json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
   json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
   json["gl_vs_vtk_gpu"] = summary(comparison, "gl_vs_vtk_gpu", {});
+  if (comparison.of_device) {
+    json["gl_fragment_vs_vtk_gpu"] = summary(comparison, "gl-fragment_vs_vtk_gpu", {});
+  }
   json["cpu_vs_vtk_gpu_any_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu_any", false);
   json["cpu_vs_vtk_gpu_any_shaded"] = summary(comparison, "cpu_vs_vtk_gpu_any", true);
   json["gl_vs_vtk_gpu_any"] = summary(comparison, "gl_vs_vtk_gpu_any", {});

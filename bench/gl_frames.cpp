@@ -10,14 +10,16 @@
 
 namespace nav::bench {
 
-Result<std::unique_ptr<GlFrames>> GlFrames::create() {
+Result<std::unique_ptr<GlFrames>> GlFrames::create(const render::GlOptions& options) {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
-  return std::unique_ptr<GlFrames>(new GlFrames(std::move(window).value()));
+  return std::unique_ptr<GlFrames>(new GlFrames(std::move(window).value(), options));
 }
 
-GlFrames::GlFrames(std::unique_ptr<render::OffscreenWindow> window)
+GlFrames::GlFrames(std::unique_ptr<render::OffscreenWindow> window,
+                   const render::GlOptions& options)
     : window_(std::move(window)), view_(std::make_unique<render::SceneView>(window_->window())) {
+  if (options.compute) view_->raycaster().set_compute(*options.compute);
   window_->release_thread();
 }
 

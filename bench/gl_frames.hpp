@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "nav/result.hpp"
+#include "render/engine.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
@@ -19,7 +20,7 @@ namespace nav::bench {
 class GlFrames {
  public:
   /// kUnavailable without OpenGL.
-  static Result<std::unique_ptr<GlFrames>> create();
+  static Result<std::unique_ptr<GlFrames>> create(const render::GlOptions& options = {});
   ~GlFrames();
   GlFrames(const GlFrames&) = delete;
   GlFrames& operator=(const GlFrames&) = delete;
@@ -28,7 +29,8 @@ class GlFrames {
   Result<void> draw(const render::Scene& scene);
 
  private:
-  explicit GlFrames(std::unique_ptr<render::OffscreenWindow> window);
+  GlFrames(std::unique_ptr<render::OffscreenWindow> window, const render::GlOptions& options);
+
   std::unique_ptr<render::OffscreenWindow> window_;
   std::unique_ptr<render::SceneView> view_;
 };

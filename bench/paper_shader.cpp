@@ -3,17 +3,18 @@
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <vector>
 #include <vtkOpenGLRenderWindow.h>
 
 #include "bench/paper_shader.hpp"
 #include "render/gl_compute.hpp"
+#include "render/gl_device.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_read.hpp"
 #include "render/gl_speed_probe.hpp"
 #include "render/gl_textures.hpp"
+#include "render/gl_timer.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/gl_upload.hpp"
 #include "render/predicates/shader.hpp"
@@ -79,6 +80,7 @@ class PaperShader final : public render::Engine {
     textures_.clear();
     target_.release();
     read_buffer_.release();
+    timer_.release();
     if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
     if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
     window_->release_thread();
@@ -105,15 +107,13 @@ class PaperShader final : public render::Engine {
   void current() { window_->window().MakeCurrent(); }
 
   Result<RenderedImage> draw(const Scene& scene) {
-    using Clock = std::chrono::steady_clock;
     auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
     if (!set) return set.error();
     if (auto ok = prepare(*set); !ok) return ok.error();
     prepare_target(scene.width, scene.height);
     program_->use();
     set_uniforms(scene, *set);
-    glFinish();
-    const auto start = Clock::now();
+    timer_.begin(render::runs_in_software(window_->device()));
     glViewport(0, 0, scene.width, scene.height);
     glDisable(GL_BLEND);
     glDisable(GL_DEPTH_TEST);
@@ -124,10 +124,9 @@ class PaperShader final : public render::Engine {
     } else {
       glDrawArrays(GL_TRIANGLES, 0, 3);
     }
-    glFinish();
-    const auto cast = Clock::now();
+    const double cast_s = timer_.end_s();
     RenderedImage image = read(scene);
-    image.statistics.cast_s = std::chrono::duration<double>(cast - start).count();
+    image.statistics.cast_s = cast_s;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
       return Error{
           ErrorCode::kUnavailable,
@@ -255,6 +254,7 @@ class PaperShader final : public render::Engine {
   const std::uint32_t* labels_of_ = nullptr;
   render::GlTexture target_;
   render::GlReadBuffer read_buffer_;
+  render::GlTimer timer_;
   unsigned framebuffer_ = 0;
   unsigned vertex_array_ = 0;
 };

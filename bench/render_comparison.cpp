@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFineRms = 5e-3;
+constexpr const char* kGlFragments = "gl-fragment";
 
 using Picture = std::vector<Eigen::Vector3f>;
 
@@ -124,19 +125,30 @@ class Comparison {
     auto gl = render::make_gl_engine(diagnostics_);
     if (!gl) return gl.error();
     report_.gl_device = (*gl)->device();
-    report_.of_device = !render::runs_in_software(report_.gl_device);
+    report_.of_device = options_.of_device.value_or(!render::runs_in_software(report_.gl_device));
     ours_.push_back(contestant(std::shared_ptr<render::Engine>(std::move(gl).value())));
     if (!report_.of_device) return {};
-    auto frames = GlFrames::create();
-    if (!frames) return frames.error();
-    ours_.back().draw = [kept = std::shared_ptr<GlFrames>(std::move(frames).value())](
-                            const render::Scene& scene) { return kept->draw(scene); };
-    return {};
+    if (auto ok = draw_on_device({}); !ok) return ok;
+    // As VTK's mapper draws, whatever the device does faster.
+    const render::GlOptions fragments{.compute = false};
+    auto other = render::make_gl_engine(diagnostics_, fragments);
+    if (!other) return other.error();
+    ours_.push_back(contestant(std::shared_ptr<render::Engine>(std::move(other).value())));
+    ours_.back().name = kGlFragments;
+    return draw_on_device(fragments);
   }
   Result<void> run(const NamedScene& named);
   RenderBenchReport finish();
 
  private:
+  /// Pictures of the last contestant stay on the device when they are timed.
+  Result<void> draw_on_device(const render::GlOptions& options) {
+    auto frames = GlFrames::create(options);
+    if (!frames) return frames.error();
+    ours_.back().draw = [kept = std::shared_ptr<GlFrames>(std::move(frames).value())](
+                            const render::Scene& scene) { return kept->draw(scene); };
+    return {};
+  }
   Result<Picture> truth_of(const render::Scene& scene, double step) const;
   Result<std::vector<Contestant>> theirs(const render::Scene& scene);
   Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,8 @@ struct RenderBenchOptions {
   int reference_width = 64;
   int reference_height = 48;
   double reference_step = 1.0 / 16;  ///< Of the double-precision reference, voxels.
-  bool gl = true;                    ///< Sonde's OpenGL engine.
+  bool gl = true;                    ///< Sonde's OpenGL engine; of a device, fragment shaders too.
+  std::optional<bool> of_device;     ///< Instead of what the device's name says; for tests.
   bool vtk_gpu = true;               ///< vtkOpenGLGPUVolumeRayCastMapper.
   bool vtk_gpu_half = true;          ///< And with a ray for every second column and row.
   bool vtk_fixed_point = true;       ///< vtkFixedPointVolumeRayCastMapper.
@@ -46,8 +48,8 @@ struct RenderBenchOptions {
 /// One engine on one scene at one step.
 struct RenderBenchRow {
   std::string scene;
-  std::string engine;      ///< "cpu", "gl", "vtk-gpu", "vtk-gpu-half", "vtk-fixedpoint".
-  double step = 0;         ///< Voxels.
+  std::string engine;  ///< "cpu", "gl", "gl-fragment", "vtk-gpu", "vtk-gpu-half", "vtk-fixedpoint".
+  double step = 0;     ///< Voxels.
   double pixel_error = 0;  ///< Sonde's engines: quality.pixel_error.
   double cpu_s = 0;        ///< Process time per frame, user and system, all threads; median.
   double wall_s = 0;       ///< Median.
@@ -65,8 +67,8 @@ struct RenderBenchRatio {
   std::string scene;
   /// "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint": VTK with a ray for every pixel.
   /// "cpu_vs_vtk_gpu_any", "gl_vs_vtk_gpu_any": VTK's mapper also with half of the rays each way,
-  /// whichever is faster. "cpu_dense_vs_vtk_gpu", "gl_dense_vs_vtk_gpu": a ray for every pixel on
-  /// both sides.
+  /// whichever is faster. "gl-fragment_…": without compute shaders, of a device.
+  /// "cpu_dense_vs_vtk_gpu", "gl_dense_vs_vtk_gpu": a ray for every pixel on both sides.
   std::string name;
   bool shaded = false;
   std::vector<ErrorLevelRatio> levels;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "nav/stopwatch.hpp"
 #include "render/gl_compute.hpp"
 #include "render/gl_device.hpp"
 #include "render/gl_filter_probe.hpp"
@@ -61,11 +62,6 @@ bool shows_predicates(const Scene& scene) {
   return drawn_by_predicates(scene) || has_two_volumes(scene);
 }
 
-double seconds_between(std::chrono::steady_clock::time_point a,
-                       std::chrono::steady_clock::time_point b) {
-  return std::chrono::duration<double>(b - a).count();
-}
-
 }  // namespace
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
@@ -103,8 +99,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
 
 Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDepth>& depth,
                                bool same_view) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   if (auto known = know_device(); !known) return known;
   if (auto sent = update(scene); !sent) return sent;
   GlTextures& textures = source_->textures;
@@ -148,8 +143,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     means->use();
     set_means_uniforms(*means, of_means, scene, textures, depth);
   }
-  glFinish();
-  const auto prepared = Clock::now();
+  timer_.begin(*in_software_);
   write_everything();
   if (packed) {
     const bool leaps = features.skipping && features.projection == Projection::kComposite;
@@ -162,11 +156,10 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   } else {
     cast_every_pixel(features);
   }
-  glFinish();
+  statistics_.cast_s = timer_.end_s();
+  statistics_.prepare_s = std::max(seconds_since(start) - statistics_.cast_s, 0.0);
   drawn_with_ = std::move(features);
   count_bricks(*drawn_with_);
-  statistics_.prepare_s = seconds_between(start, prepared);
-  statistics_.cast_s = seconds_between(prepared, Clock::now());
   return {};
 }
 
@@ -174,7 +167,7 @@ Result<void> GlRaycaster::know_device() {
   const bool software = runs_in_software(reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   if (!voxel_pairs_) voxel_pairs_ = software;
   if (!unrolled_) unrolled_ = software;
-  if (!reads_direct_) reads_direct_ = software;
+  if (!in_software_) in_software_ = software;
   if (!manual_filter_) {
     auto coarse = filter_is_coarse();
     if (!coarse) return coarse.error();
@@ -360,7 +353,7 @@ std::vector<RgbaF> GlRaycaster::read() const {
   // Rows from the top on, where the device can write them so.
   const bool from_top = GLEW_MESA_pack_invert != 0;
   if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_TRUE);
-  read_buffer_.read(GL_COLOR_ATTACHMENT0, width_, height_, reads_direct_.value_or(false), pixels);
+  read_buffer_.read(GL_COLOR_ATTACHMENT0, width_, height_, in_software_.value_or(false), pixels);
   if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_FALSE);
   for (std::size_t row = 0; !from_top && row < height / 2; ++row) {
     const auto top = pixels.begin() + static_cast<std::ptrdiff_t>(row) * width;
@@ -376,7 +369,7 @@ RenderStatistics GlRaycaster::statistics() const {
   const bool sparse = drawn_with_ && drawn_with_->sparse;
   const GlStateGuard guard;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
-  read_buffer_.read(GL_COLOR_ATTACHMENT1, width_, height_, reads_direct_.value_or(false), costs_);
+  read_buffer_.read(GL_COLOR_ATTACHMENT1, width_, height_, in_software_.value_or(false), costs_);
   Eigen::Array4d sum = Eigen::Array4d::Zero();  // Whole numbers, exact.
   Eigen::Array2i rays = Eigen::Array2i::Zero();
   for (const auto& [samples, gradients, faded, kind] : costs_) {
@@ -481,8 +474,9 @@ void GlRaycaster::release() {
   voxel_pairs_.reset();
   compute_.reset();
   unrolled_.reset();
-  reads_direct_.reset();
+  in_software_.reset();
   read_buffer_.release();
+  timer_.release();
   costs_ = {};
 }
 

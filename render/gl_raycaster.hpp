@@ -16,6 +16,7 @@
 #include "render/gl_program.hpp"
 #include "render/gl_read.hpp"
 #include "render/gl_textures.hpp"
+#include "render/gl_timer.hpp"
 #include "render/gl_uniforms.hpp"
 #include "render/half_volumes.hpp"
 #include "render/scene_compare.hpp"
@@ -96,9 +97,9 @@ class GlRaycaster {
     unrolled_ = wanted;
     last_.reset();
   }
-  /// Whether pictures are read back without memory of the driver's: where the device draws in
-  /// software, unless told otherwise, for tests.
-  void set_reads_direct(bool wanted) { reads_direct_ = wanted; }
+  /// Whether pictures are read back and timed as software rasterisers need it, unless told
+  /// otherwise, for tests.
+  void set_in_software(bool wanted) { in_software_ = wanted; }
   /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) {
     whole_.textures.set_largest_edge(voxels);
@@ -188,8 +189,9 @@ class GlRaycaster {
   std::optional<bool> voxel_pairs_;
   std::optional<bool> compute_;
   std::optional<bool> unrolled_;
-  std::optional<bool> reads_direct_;
+  std::optional<bool> in_software_;
   RenderStatistics statistics_;
+  GlTimer timer_;
   mutable GlReadBuffer read_buffer_;
   mutable std::vector<RgbaF> costs_;  ///< As statistics() reads them.
   bool cast_ = false;                 ///< The last picture took rays through the volume.

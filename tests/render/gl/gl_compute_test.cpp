@@ -122,15 +122,19 @@ TEST_F(GlComputeTest, OneCellAtATimeDrawsTheSamePicture) {
   }
 }
 
-TEST_F(GlComputeTest, PicturesAreReadAsTheyAre) {
-  const Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
-  caster().set_reads_direct(true);
+TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
+  Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
+  caster().set_in_software(true);
   const auto direct = draw(scene);
   const std::uint64_t samples = statistics().volume_samples;
   EXPECT_GT(samples, 0U);
-  caster().set_reads_direct(false);
+  caster().set_in_software(false);
   EXPECT_TRUE(test::same_bits(caster().read(), direct));
   EXPECT_EQ(statistics().volume_samples, samples);
+  caster().forget_picture();
+  EXPECT_TRUE(test::same_bits(draw(scene), direct));
+  EXPECT_GT(statistics().cast_s, 0);
+  EXPECT_GE(statistics().prepare_s, 0);
 }
 
 TEST_F(GlComputeTest, IsChosenByMeasurement) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/render_comparison.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <gtest/gtest.h>
@@ -30,6 +31,7 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   options.own_step_voxels = {2};
   options.own_sparse = {{0.5, 0.1}};
   options.repeats = {1, 0};
+  options.of_device = false;
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
@@ -65,6 +67,7 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   options.own_step_voxels = {};
   options.own_sparse = {};
   options.repeats = {1, 0};
+  options.of_device = false;
   options.vtk_gpu = options.vtk_fixed_point = false;
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
@@ -74,6 +77,32 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   for (std::size_t i = 2; i < 8; ++i) {
     EXPECT_LT(report->rows[i].rms, report->rows[i - 2].rms) << report->rows[i].engine;
   }
+}
+
+TEST(RenderComparisonTest, OnADeviceOfItsOwnTheClockDecidesAndFragmentsAreShownToo) {
+  RenderBenchOptions options;
+  options.step_voxels = {1, 0.5};
+  options.own_step_voxels = {};
+  options.own_sparse = {};
+  options.repeats = {1, 0};
+  options.of_device = true;
+  options.vtk_gpu_half = options.vtk_fixed_point = false;
+  CollectingDiagnostics diagnostics;
+  const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
+  ASSERT_TRUE(test::has_value(report));
+  std::vector<std::string> engines;
+  for (const RenderBenchRow& row : report->rows) engines.push_back(row.engine);
+  EXPECT_EQ(engines, (std::vector<std::string>{"cpu", "gl", "gl-fragment", "vtk-gpu", "cpu", "gl",
+                                               "gl-fragment", "vtk-gpu"}));
+  EXPECT_EQ(report->rows[1].rms, report->rows[2].rms);
+  EXPECT_TRUE(report->chosen.empty());
+  for (const char* engine : {"gl", "vtk-gpu"}) {
+    std::vector<double> walls;
+    for (const RenderBenchRow& row : report->rows) walls.push_back(row.wall_s);
+    for (const CurvePoint& point : curve_of(*report, "ball", {{engine}, false}).front())
+      EXPECT_EQ(std::count(walls.begin(), walls.end(), point.time_s), 1) << engine;
+  }
+  EXPECT_NE(to_text(*report).find("gl-fragment_vs_vtk_gpu"), std::string::npos);
 }
 
 TEST(RenderComparisonTest, RefusesPicturesWhoseMiddlesAreNotTheReferences) {
