@@ -99,7 +99,8 @@ TEST(RenderComparisonTest, OnADeviceOfItsOwnTheClockDecidesAndFragmentsAreShownT
   for (const char* engine : {"gl", "vtk-gpu"}) {
     std::vector<double> walls;
     for (const RenderBenchRow& row : report->rows) walls.push_back(row.wall_s);
-    for (const CurvePoint& point : curve_of(*report, "ball", {{engine}, false}).front())
+    const ErrorCurve curve = curve_of(*report, "ball", {{engine}, false});
+    for (const CurvePoint& point : curve.front())
       EXPECT_EQ(std::count(walls.begin(), walls.end(), point.time_s), 1) << engine;
   }
   EXPECT_NE(to_text(*report).find("gl-fragment_vs_vtk_gpu"), std::string::npos);
