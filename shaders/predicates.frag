@@ -49,11 +49,7 @@ void march_between(float begin, float end) {
   ended = false;
   greatest_to_come = surface_importance;
 #ifdef CUTAWAY
-  // Cells that begin in front of the surface of theta2 fade.
-  float fade = cells_of(cut_span.t2);
-  float turn = fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
-  march(first, min(turn, last), last, true);
-  march(turn, last, last, false);
+  march_cut(first, last);
 #else
   march(first, last, last, false);
 #endif

@@ -73,11 +73,7 @@ void march_between(float begin, float end) {
   float first = cells_of(begin);
   float last = cells_of(end);
 #ifdef CUTAWAY
-  // Cells that begin in front of the surface of theta2 fade.
-  float fade = cells_of(cut_span.t2);
-  float turn = fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
-  march(first, min(turn, last), true);
-  if (picture.a < enough) march(turn, last, false);
+  march_cut(first, last);
 #else
   march(first, last, false);
 #endif

@@ -76,20 +76,13 @@ uniform vec3 second_base_local;  // As base_local, of the ultrasound.
 uniform float ct_importance;     // In the measure of the light.
 uniform float ray_ends_at;       // Share of the colour that nothing to come takes; > 1: never.
 
-// Which of the cells of a stretch fade: those that begin in front of the surface of theta2.
-float turn_of(float fade, float first, float last) {
-  return fade > first ? clamp(ceil(min(fade, 1.0e9)), first, max(first, last)) : first;
-}
-
 // One sample, of what lies of the CT between two places, cells.
 void add_ct(float first, float last) {
   if (!(last > first) || last <= clear_to) return;
   picture = vec4(0.0);
   enough = taken_over(opaque_at);
 #ifdef CUTAWAY
-  float turn = turn_of(cells_of(cut_span.t2), first, last);
-  march(first, min(turn, last), true);
-  if (picture.a < enough) march(turn, last, false);
+  march_cut(first, last);
 #else
   march(first, last, false);
 #endif
@@ -101,9 +94,7 @@ void add_ultrasound(float first, float last) {
   ended = false;
   greatest_to_come = surface_importance;
 #ifdef CUTAWAY
-  float turn = turn_of(second_cells_of(cut_span.t2), first, last);
-  second_march(first, min(turn, last), last, true);
-  second_march(turn, last, last, false);
+  second_march_cut(first, last);
 #else
   second_march(first, last, last, false);
 #endif

@@ -481,3 +481,24 @@ void march(float begin, float end, bool fading) {
   clear_to = max(clear_to, float(w.next - 1));
 #endif
 }
+
+#ifdef CUTAWAY
+// A stretch in a cutaway: cells that begin in front of the surface of theta2 fade. Two marches only
+// where that is cheaper: compilers of devices take twice the time for twice the text.
+void march_cut(float begin, float end) {
+  float fade = cells_of(cut_span.t2);
+  float turn = fade > begin ? clamp(ceil(min(fade, 1.0e9)), begin, max(begin, end)) : begin;
+#ifdef UNROLLED
+  march(begin, min(turn, end), true);
+  if (picture.a < enough) march(turn, end, false);
+#else
+  bool fading = end > begin;
+  bool going = fading;
+  while (going) {
+    march(fading ? begin : turn, fading ? min(turn, end) : end, fading);
+    going = fading && picture.a < enough;
+    fading = false;
+  }
+#endif
+}
+#endif

@@ -329,21 +329,25 @@ void march(float begin, float end, float far, bool fading) {
         ended = light.alpha * kept_before(greatest_to_come) >= end_at_taken;
       }
     }
-    // A device that runs many rays in step skips nothing inside of a loop, but whole loops. The
-    // same operations in both, so that the bits are the same.
+    // A software rasteriser skips nothing inside of a loop, but whole loops. The same operations in
+    // both, so that the bits are the same.
 #ifdef ONE_TEXTURE
     const bool reads = true;
 #else
     bool reads = fading || reads_features(open);
 #endif
-#if defined(FEATURES) && !defined(ONE_TEXTURE)
+#if defined(UNROLLED) && defined(FEATURES) && !defined(ONE_TEXTURE)
     if (n < run_end && !ended && !reads && !fading) do {
       n = add_cells(n, run_end, begin, end, sure, open, false, false);
     } while (n < run_end && !ended);
-#endif
     if (n < run_end && !ended && reads) do {
       n = add_cells(n, run_end, begin, end, sure, open, true, fading);
     } while (n < run_end && !ended);
+#else
+    if (n < run_end && !ended) do {
+      n = add_cells(n, run_end, begin, end, sure, open, reads, fading);
+    } while (n < run_end && !ended);
+#endif
     n = min(n, run_end);
     marching = n < last && !ended;
   } while (marching);
@@ -351,3 +355,23 @@ void march(float begin, float end, float far, bool fading) {
   clear_to = max(clear_to, float(n - 1));
 #endif
 }
+
+#ifdef CUTAWAY
+// As in march.glsl.
+void march_cut(float begin, float end) {
+  float fade = cells_of(cut_span.t2);
+  float turn = fade > begin ? clamp(ceil(min(fade, 1.0e9)), begin, max(begin, end)) : begin;
+#ifdef UNROLLED
+  march(begin, min(turn, end), end, true);
+  march(turn, end, end, false);
+#else
+  bool fading = end > begin;
+  bool going = fading;
+  while (going) {
+    march(fading ? begin : turn, fading ? min(turn, end) : end, end, fading);
+    going = fading;
+    fading = false;
+  }
+#endif
+}
+#endif

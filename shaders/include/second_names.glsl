@@ -32,6 +32,7 @@
 #define leaves_box second_leaves_box
 #define leaves_cube second_leaves_cube
 #define march second_march
+#define march_cut second_march_cut
 #define clear_to second_clear_to
 #define move_lattice second_move_lattice
 #define per_voxel second_per_voxel

@@ -31,6 +31,7 @@
 #undef leaves_box
 #undef leaves_cube
 #undef march
+#undef march_cut
 #undef clear_to
 #undef move_lattice
 #undef per_voxel

@@ -122,6 +122,33 @@ TEST_F(GlComputeTest, OneCellAtATimeDrawsTheSamePicture) {
   }
 }
 
+TEST_F(GlComputeTest, PredicatesOneCellAtATimeDrawTheSamePicture) {
+  constexpr double kAgreement = 0.02;
+  std::mt19937 random(5);
+  caster().set_settled_after(0);
+  for (const bool cut : {false, true}) {
+    Scene both = test::random_two(random, cut ? 1 : 0);
+    if (cut) both.cutaway.emplace().around_spheres = true;
+    both.spheres = {{both.ct->grid().centre(), 3}};
+    Scene alone = both;
+    alone.ct = both.ultrasound->volume;
+    alone.predicates = both.ultrasound->predicates;
+    alone.ultrasound.reset();
+    for (const Scene& scene : {both, alone}) {
+      const auto at = [&](bool unrolled) {
+        caster().set_unrolled(unrolled);
+        return Image2d<RgbaF>(scene.width, scene.height, draw(scene));
+      };
+      const auto two = at(true);
+      const std::uint64_t samples = statistics().volume_samples;
+      EXPECT_GT(samples, 0U);
+      EXPECT_TRUE(test::agree(at(false), two, kAgreement)) << cut;
+      EXPECT_NEAR(static_cast<double>(statistics().volume_samples), static_cast<double>(samples),
+                  0.001 * static_cast<double>(samples));
+    }
+  }
+}
+
 TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
   caster().set_in_software(true);

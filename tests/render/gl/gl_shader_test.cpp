@@ -71,7 +71,7 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
         "PHONG",      "GOOCH",     "GRADIENTS",  "GRADIENT_TEXTURE", "EMPHASIS",
         "CUTAWAY",    "CUT_FIELD", "IMPORTANCE", "SKIPPING",         "JITTER",
         "PLANE",      "SOLIDS",    "CAPSULES",   "SHARED_DEPTH",     "MANUAL_FILTER",
-        "SPARSE"}) {
+        "SPARSE",     "COMPUTE",   "UNROLLED"}) {
     EXPECT_EQ(none.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
   }
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
@@ -116,9 +116,16 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
     std::ofstream(folder / name) << text;
     files += ' ' + (folder / name).string();
   };
+  // As a compute shader every other time, where there is one.
+  int added = 0;
+  const auto add_features = [&](const std::string& name, GlFeatures features) {
+    features.unrolled = ++added % 3 == 0;
+    features.compute = !features.sparse && !features.means && added % 2 == 0;
+    add(name + (features.compute ? ".comp" : ".frag"), raycast_source(features));
+  };
   int count = 0;
   for (const GlFeatures& features : many_features()) {
-    add("raycast" + std::to_string(count++) + ".frag", raycast_source(features));
+    add_features("raycast" + std::to_string(count++), features);
   }
   for (GlFeatures features : many_features()) {
     if (features.projection != Projection::kComposite || count % 2 != 0) {
@@ -126,14 +133,16 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
       continue;
     }
     features.predicates = some_form(count / 2);
-    add("predicates" + std::to_string(count) + ".frag", raycast_source(features));
+    add_features("predicates" + std::to_string(count), features);
     features.beside_ct = true;
-    add("two_volumes" + std::to_string(count++) + ".frag", raycast_source(features));
+    add_features("two_volumes" + std::to_string(count++), features);
   }
   for (const char* name :
        {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {
     add(name, assembled_shader(name));
   }
+  add("speed_probe.frag", assembled_shader("speed_probe.frag"));
+  add("speed_probe.comp", as_compute(assembled_shader("speed_probe.frag")));
   const std::string log = (folder / "log").string();
   const int result = std::system(("glslangValidator" + files + " > " + log + " 2>&1").c_str());
   std::ifstream said(log);
