@@ -166,6 +166,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   bench.height = options.height;
   bench.threads = options.threads;
   bench.volume = options.volume;
+  bench.look = options.look;
   bench.cpu = options.engine != "gl";
   bench.gl = options.engine != "cpu";
   if (options.quick) {

@@ -706,6 +706,8 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
       ->capture_default_str();
   verb->add_option("--volume", predicates_.volume,
                    "only volumes whose name begins so: neck, …, two-volumes, features");
+  verb->add_option("--look", predicates_.look,
+                   "only set-ups whose name begins so, of a --volume that has some");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
       ->check(among({"cpu", "gl", "both"}))
       ->capture_default_str();

@@ -138,6 +138,14 @@ bool wanted(const std::string& name, const PredicateBenchOptions& options) {
   return name.starts_with(options.volume);
 }
 
+/// Leaves the set-ups that are asked for, and the volume if there are any.
+void add_wanted(PredicateVolume volume, const PredicateBenchOptions& options,
+                std::vector<PredicateVolume>& volumes) {
+  std::erase_if(volume.looks,
+                [&](const auto& look) { return !look.name.starts_with(options.look); });
+  if (!volume.looks.empty()) volumes.push_back(std::move(volume));
+}
+
 /// The paper's patients, simulated, with every feature that their set-ups ask for. At most 256
 /// voxels a side: to simulate larger ones takes memory that has nothing to do with drawing them.
 Result<void> add_patients(const PredicateBenchOptions& options,
@@ -147,9 +155,10 @@ Result<void> add_patients(const PredicateBenchOptions& options,
     auto volume = simulated_ultrasound(name, std::min(options.side, 256));
     if (!volume) return volume.error();
     for (const auto& look : volume->looks) {
+      if (!look.name.starts_with(options.look)) continue;
       if (auto ok = add_features(look.model, *volume); !ok) return ok.error();
     }
-    volumes.push_back(*std::move(volume));
+    add_wanted(*std::move(volume), options, volumes);
   }
   return {};
 }
@@ -160,7 +169,7 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
   if (wanted("neck", options)) {
     auto neck = neck_phantom(options.side);
     if (!neck) return neck.error();
-    volumes.push_back(*std::move(neck));
+    add_wanted(*std::move(neck), options, volumes);
   }
   if (options.patients) {
     if (auto ok = add_patients(options, volumes); !ok) return ok.error();
@@ -168,7 +177,7 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
   if (wanted("prostate phantom", options)) {
     auto prostate = prostate_volume(diagnostics);
     if (prostate) {
-      volumes.push_back(*std::move(prostate));
+      add_wanted(*std::move(prostate), options, volumes);
     } else if (!options.volume.empty() && volumes.empty()) {
       return prostate.error();  // Nothing else was asked for.
     } else {
@@ -176,6 +185,12 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
     }
   }
   if (!volumes.empty()) return volumes;
+  if (!options.look.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--look: expected what a set-up of the volumes begins with (vessel, interfaces, "
+                 "…), found " +
+                     options.look};
+  }
   return Error{ErrorCode::kUsage,
                "--volume: expected what neck, carotid, shoulder, tendon, prostate, two-volumes or "
                "features begins with, found " +

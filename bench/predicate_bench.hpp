@@ -22,6 +22,7 @@ struct PredicateBenchOptions {
   int threads = 0;  ///< 0: all cores.
   Repeats repeats{5, 4};
   std::string volume;    ///< Only volumes whose name begins so; empty: all.
+  std::string look;      ///< Only set-ups whose name begins so; empty: all.
   bool cpu = true;       ///< The CPU engine.
   bool gl = true;        ///< The GL engine, where there is OpenGL.
   bool patients = true;  ///< Also on simulated patients (bench/predicate_patient.hpp).
