@@ -210,8 +210,10 @@ GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
     wanted_ = features;
     settled = settled || pictures_wanted_ >= settled_after_;
   }
+  // Beside a CT devices compile it for longer than the set's own program: docs/adr/0047.
+  const bool too_long = features.beside_ct && !*in_software_;
   const auto generic = source_->predicates.generic_form();
-  if (!generic || settled) return own;
+  if (!generic || settled || too_long) return own;
   features.predicates = generic;
   return programs_.fits(features) ? *generic : own;
 }

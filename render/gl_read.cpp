@@ -17,12 +17,11 @@ void GlReadBuffer::read(unsigned attachment, int width, int height, bool direct,
     return;
   }
   const std::size_t bytes = pixels.size() * sizeof(RgbaF);
-  if (buffer_ == 0) glGenBuffers(1, &buffer_);
+  make_room(bytes);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, buffer_);
-  glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
   glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, nullptr);
-  const void* read =
-      glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT);
+  const auto size = static_cast<GLsizeiptr>(bytes);
+  const void* read = glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, size, GL_MAP_READ_BIT);
   if (read != nullptr) {
     std::memcpy(pixels.data(), read, bytes);
     glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
@@ -31,9 +30,24 @@ void GlReadBuffer::read(unsigned attachment, int width, int height, bool direct,
   if (read == nullptr) glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixels.data());
 }
 
+void GlReadBuffer::make_room(std::size_t bytes) {
+  if (buffer_ != 0 && bytes <= room_) return;
+  release();
+  glGenBuffers(1, &buffer_);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, buffer_);
+  const auto size = static_cast<GLsizeiptr>(bytes);
+  if (GLEW_VERSION_4_4 != 0 || GLEW_ARB_buffer_storage != 0) {
+    glBufferStorage(GL_PIXEL_PACK_BUFFER, size, nullptr, GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT);
+  } else {
+    glBufferData(GL_PIXEL_PACK_BUFFER, size, nullptr, GL_STREAM_READ);
+  }
+  room_ = bytes;
+}
+
 void GlReadBuffer::release() {
   if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
   buffer_ = 0;
+  room_ = 0;
 }
 
 }  // namespace nav::render

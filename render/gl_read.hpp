@@ -2,14 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "nav/image.hpp"
 
 namespace nav::render {
 
-/// Reads pictures back from the device, through memory of the driver's that it copies them to: to
-/// read video memory itself takes a hundred times as long (832 × 624 pixels on an H100: 350 ms).
+/// Reads pictures back from the device, through memory that it copies them to: to read video memory
+/// itself can take 350 ms for 832 × 624 pixels (docs/adr/0047).
 /// Needs the context current, also to be released. Internal to render/.
 class GlReadBuffer {
  public:
@@ -25,7 +26,11 @@ class GlReadBuffer {
   void release();
 
  private:
+  /// A buffer of so many bytes or more, in memory of the process if the driver can.
+  void make_room(std::size_t bytes);
+
   unsigned buffer_ = 0;
+  std::size_t room_ = 0;  ///< Bytes.
 };
 
 }  // namespace nav::render

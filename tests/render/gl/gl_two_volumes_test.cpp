@@ -186,7 +186,8 @@ TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileNorSendVolumes) {
   EXPECT_EQ(caster().second_uploads().volumes, 1);
 }
 
-TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompiler) {
+TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompilerInSoftware) {
+  caster().set_in_software(true);
   caster().set_settled_after(GlRaycaster::kSettledAfter);
   Scene scene = test::fog_scene(test::centred_grid({15, 15, 15}, {1, 1, 1}), 0.05);
   draw(scene);
@@ -199,6 +200,23 @@ TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompiler) {
   EXPECT_EQ(caster().compiled(), 2) << "with solids";
   scene.ultrasound->predicates.model = test::model_of(
       {{PredicateExpression::negation(PredicateExpression::kind("target_distance", {0, 6})), 3}});
+  EXPECT_LE(share_beyond(scene), kShare);
+  EXPECT_EQ(caster().compiled(), 2);
+}
+
+TEST_F(GlTwoVolumesTest, DevicesCompileEachSetAtOnce) {
+  caster().set_in_software(false);
+  caster().set_settled_after(GlRaycaster::kSettledAfter);
+  Scene scene = test::fog_scene(test::centred_grid({15, 15, 15}, {1, 1, 1}), 0.05);
+  for (const double high : {0.5, 1.0}) {
+    scene.ultrasound->predicates.model =
+        test::model_of({{PredicateExpression::kind("intensity", {0.1, high}), 1}});
+    EXPECT_LE(share_beyond(scene), kShare);
+    EXPECT_EQ(caster().compiled(), 1) << "a limit is no other set";
+  }
+  scene.ultrasound->predicates.model =
+      test::model_of({{PredicateExpression::kind("intensity", {0.1, 0.3}), 3},
+                      {PredicateExpression::kind("intensity", {0.2, 1}), 1}});
   EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().compiled(), 2);
 }
