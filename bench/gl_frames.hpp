@@ -3,36 +3,33 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
+#include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "render/engine.hpp"
-#include "render/scene.hpp"
-
-namespace nav::render {
-class OffscreenWindow;
-class SceneView;
-}  // namespace nav::render
 
 namespace nav::bench {
 
-/// Draws scenes with the GL engine into a window nobody sees, as an application does: the picture
-/// stays on the device.
-class GlFrames {
+/// What stands for a picture that is not read back.
+class BlankPicture {
  public:
-  /// kUnavailable without OpenGL.
-  static Result<std::unique_ptr<GlFrames>> create(const render::GlOptions& options = {});
-  ~GlFrames();
-  GlFrames(const GlFrames&) = delete;
-  GlFrames& operator=(const GlFrames&) = delete;
-
-  /// Returns when the device has drawn it. Precondition: a validated scene.
-  Result<void> draw(const render::Scene& scene);
+  /// Black; shared between calls for one size.
+  const Image2d<RgbaF>& of(int width, int height) {
+    if (picture_.width() != width || picture_.height() != height) {
+      const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+      picture_ = {width, height, std::vector<RgbaF>(count, RgbaF{0, 0, 0, 1})};
+    }
+    return picture_;
+  }
 
  private:
-  GlFrames(std::unique_ptr<render::OffscreenWindow> window, const render::GlOptions& options);
-
-  std::unique_ptr<render::OffscreenWindow> window_;
-  std::unique_ptr<render::SceneView> view_;
+  Image2d<RgbaF> picture_;
 };
+
+/// The GL engine as an application's window has it: render() returns when the device has drawn, and
+/// the picture stays there. What is returned is black; of its statistics samples and rays are 0.
+/// kUnavailable without OpenGL.
+Result<std::unique_ptr<render::Engine>> make_gl_frames(const render::GlOptions& options = {});
 
 }  // namespace nav::bench

@@ -7,6 +7,7 @@
 #include <vector>
 #include <vtkOpenGLRenderWindow.h>
 
+#include "bench/gl_frames.hpp"
 #include "bench/paper_shader.hpp"
 #include "render/gl_compute.hpp"
 #include "render/gl_device.hpp"
@@ -72,8 +73,8 @@ void bind(int unit, GLuint texture) {
 
 class PaperShader final : public render::Engine {
  public:
-  PaperShader(std::unique_ptr<render::OffscreenWindow> window, bool compute)
-      : window_(std::move(window)), compute_(compute) {}
+  PaperShader(std::unique_ptr<render::OffscreenWindow> window, bool compute, bool reads)
+      : window_(std::move(window)), compute_(compute), reads_(reads) {}
   ~PaperShader() override {
     current();
     program_.reset();
@@ -125,7 +126,8 @@ class PaperShader final : public render::Engine {
       glDrawArrays(GL_TRIANGLES, 0, 3);
     }
     const double cast_s = timer_.end_s();
-    RenderedImage image = read(scene);
+    RenderedImage image =
+        reads_ ? read(scene) : RenderedImage{blank_.of(scene.width, scene.height), {}};
     image.statistics.cast_s = cast_s;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
       return Error{
@@ -247,6 +249,8 @@ class PaperShader final : public render::Engine {
 
   std::unique_ptr<render::OffscreenWindow> window_;
   bool compute_;  ///< As the GL engine: what the device does faster.
+  bool reads_;
+  BlankPicture blank_;
   std::unique_ptr<GlProgram> program_;
   std::string text_;
   std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.
@@ -261,7 +265,7 @@ class PaperShader final : public render::Engine {
 
 }  // namespace
 
-Result<std::unique_ptr<render::Engine>> make_paper_shader() {
+Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads) {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   (*window)->window().MakeCurrent();
@@ -269,7 +273,7 @@ Result<std::unique_ptr<render::Engine>> make_paper_shader() {
   (*window)->release_thread();
   if (!compute) return compute.error();
   return std::unique_ptr<render::Engine>(
-      std::make_unique<PaperShader>(std::move(window).value(), *compute));
+      std::make_unique<PaperShader>(std::move(window).value(), *compute, reads));
 }
 
 }  // namespace nav::bench

@@ -14,7 +14,8 @@ namespace nav::bench {
 /// feature, Eqs. 3 to 8 and 10 to 12 for every sample; see shaders/paper_predicates.frag. A peer
 /// for measurements, on the device of the GL engine. Draws the volume by predicates and nothing
 /// else; hues have the linear mean, whatever the scene says. Refuses features with undefined
-/// voxels. kUnavailable without OpenGL.
-Result<std::unique_ptr<render::Engine>> make_paper_shader();
+/// voxels. reads: else pictures stay on the device, and black is returned. kUnavailable without
+/// OpenGL.
+Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads = true);
 
 }  // namespace nav::bench

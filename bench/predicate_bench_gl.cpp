@@ -8,6 +8,7 @@
 #include <cstring>
 #include <functional>
 
+#include "bench/gl_frames.hpp"
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
 #include "render/gl_device.hpp"
@@ -22,22 +23,42 @@ using render::Scene;
 
 /// The engines of one scene, so that none rebuilds what another threw away.
 struct Engines {
-  std::unique_ptr<Engine> standard, predicates, brute, paper;
+  std::shared_ptr<Engine> standard, predicates, brute, paper;  ///< What is timed.
+  /// The same for pictures to look at: a device keeps those that are timed.
+  std::shared_ptr<Engine> read_predicates, read_paper;
   bool software = false;
   std::unique_ptr<Engine> cpu;  ///< Where OpenGL runs on the same processor, else null.
 };
 
-Result<Engines> make_engines(Diagnostics& diagnostics) {
+/// What an application has of a device: pictures that stay there.
+Result<std::unique_ptr<Engine>> make_timed(bool software) {
+  CollectingDiagnostics unheard;
+  return software ? render::make_gl_engine(unheard) : make_gl_frames();
+}
+
+Result<Engines> make_engines(Diagnostics& diagnostics, std::optional<bool> of_device) {
+  auto read = render::make_gl_engine(diagnostics);
+  if (!read) return read.error();
   Engines out;
-  for (auto* engine : {&out.standard, &out.predicates, &out.brute}) {
-    auto made = render::make_gl_engine(diagnostics);
+  out.read_predicates = *std::move(read);
+  out.software = of_device ? !*of_device : render::runs_in_software(out.read_predicates->device());
+  auto read_paper = make_paper_shader();
+  if (!read_paper) return read_paper.error();
+  out.read_paper = *std::move(read_paper);
+  out.predicates = out.read_predicates;
+  out.paper = out.read_paper;
+  std::vector<std::shared_ptr<Engine>*> timed{&out.standard, &out.brute};
+  if (!out.software) {
+    timed.push_back(&out.predicates);
+    auto paper = make_paper_shader(false);
+    if (!paper) return paper.error();
+    out.paper = *std::move(paper);
+  }
+  for (auto* engine : timed) {
+    auto made = make_timed(out.software);
     if (!made) return made.error();
     *engine = *std::move(made);
   }
-  auto paper = make_paper_shader();
-  if (!paper) return paper.error();
-  out.paper = *std::move(paper);
-  out.software = render::runs_in_software(out.standard->device());
   if (out.software) out.cpu = render::make_cpu_engine();
   return out;
 }
@@ -77,21 +98,21 @@ Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPr
 }
 
 Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow& row) {
-  const auto fast = engines.predicates->render(scene);
+  const auto fast = engines.read_predicates->render(scene);
   if (!fast) return fast.error();
   Scene other = scene;
   other.quality.skip_empty_bricks = false;
-  const auto unskipped = engines.predicates->render(other);
+  const auto unskipped = engines.read_predicates->render(other);
   if (!unskipped) return unskipped.error();
-  const auto brute = engines.predicates->render(without_tricks(scene));
+  const auto brute = engines.read_predicates->render(without_tricks(scene));
   if (!brute) return brute.error();
   const auto a = fast->pixels.pixels();
   const auto b = unskipped->pixels.pixels();
   row.identical = std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
   row.max_error = largest_difference(*fast, *brute);
-  const auto printed = engines.predicates->render(as_printed(without_tricks(scene)));
+  const auto printed = engines.read_predicates->render(as_printed(without_tricks(scene)));
   if (!printed) return printed.error();
-  const auto paper = engines.paper->render(as_printed(scene));
+  const auto paper = engines.read_paper->render(as_printed(scene));
   if (!paper) return paper.error();
   row.paper_difference = largest_difference(*printed, *paper);
   if (!engines.cpu) return {};
@@ -111,9 +132,9 @@ Result<double> time_frame(Engine& engine, const Scene& scene, bool software) {
   return 1e3 * (software ? process_time_s() - process_s : wall.count());
 }
 
-Result<void> time_waiting(const Scene& scene, const Scene& other_set, GlPredicateRow& row) {
-  CollectingDiagnostics unheard;
-  auto fresh = render::make_gl_engine(unheard);
+Result<void> time_waiting(const Scene& scene, const Scene& other_set, bool software,
+                          GlPredicateRow& row) {
+  auto fresh = make_timed(software);
   if (!fresh) return fresh.error();
   const auto edit = time_progressive_edit(**fresh, scene, other_set);
   if (!edit) return edit.error();
@@ -124,8 +145,7 @@ Result<void> time_waiting(const Scene& scene, const Scene& other_set, GlPredicat
 /// set_edit_ms on an engine that has drawn the volume by a set without features, not this one.
 Result<void> time_edits(Engines& engines, const Scene& scene, const Scene& other_set,
                         GlPredicateRow& row) {
-  CollectingDiagnostics unheard;
-  auto fresh = render::make_gl_engine(unheard);
+  auto fresh = make_timed(engines.software);
   if (!fresh) return fresh.error();
   if (auto ok = time_frame(**fresh, other_set, engines.software); !ok) return ok.error();
   const auto first = time_frame(**fresh, scene, engines.software);
@@ -196,12 +216,13 @@ double GlPredicateReport::worst_set_edit_wall_ms() const {
 Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,
                                                 int width, int height, int repeats,
                                                 Diagnostics& diagnostics,
-                                                const std::function<void()>& done) {
+                                                const std::function<void()>& done,
+                                                std::optional<bool> of_device) {
   GlPredicateReport report;
   CollectingDiagnostics unheard;
   for (const auto& volume : volumes) {
     for (const auto& look : volume.looks) {
-      auto engines = make_engines(report.rows.empty() ? diagnostics : unheard);
+      auto engines = make_engines(report.rows.empty() ? diagnostics : unheard, of_device);
       if (!engines) return engines.error();
       report.device = engines->standard->device();
       report.width = engines->software ? width / 2 : width;
@@ -213,7 +234,7 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
       if (auto ok = check_pictures(*engines, scene, row); !ok) return ok.error();
       const Scene plain = plain_set(scene);
       if (auto ok = time_edits(*engines, scene, plain, row); !ok) return ok.error();
-      if (auto ok = time_waiting(scene, plain, row); !ok) return ok.error();
+      if (auto ok = time_waiting(scene, plain, engines->software, row); !ok) return ok.error();
       report.rows.push_back(std::move(row));
       done();
     }

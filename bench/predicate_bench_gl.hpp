@@ -14,7 +14,7 @@ namespace nav::bench {
 
 /// One scene on the GL engine: predicates beside the standard transfer function, beside brute force
 /// and beside the paper's own shader. Times of a frame: process time where OpenGL runs in software,
-/// otherwise wall time from the first command of the frame to its end.
+/// otherwise what the device took for the rays of a frame that stays on it.
 struct GlPredicateRow {
   std::string scene;
   double standard_ms = 0;
@@ -56,11 +56,12 @@ struct GlPredicateReport {
 };
 
 /// kUnavailable without OpenGL. Pictures of half the size where OpenGL runs in software. done():
-/// called after each scene.
+/// called after each scene. of_device: instead of what the device's name says, for tests.
 Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolume>& volumes,
                                                 int width, int height, int repeats,
                                                 Diagnostics& diagnostics,
-                                                const std::function<void()>& done);
+                                                const std::function<void()>& done,
+                                                std::optional<bool> of_device = {});
 
 /// Plain-text table.
 std::string to_text(const GlPredicateReport& report);

@@ -143,10 +143,9 @@ class Comparison {
  private:
   /// Pictures of the last contestant stay on the device when they are timed.
   Result<void> draw_on_device(const render::GlOptions& options) {
-    auto frames = GlFrames::create(options);
+    auto frames = make_gl_frames(options);
     if (!frames) return frames.error();
-    ours_.back().draw = [kept = std::shared_ptr<GlFrames>(std::move(frames).value())](
-                            const render::Scene& scene) { return kept->draw(scene); };
+    ours_.back().draw = contestant(std::shared_ptr<render::Engine>(*std::move(frames))).draw;
     return {};
   }
   Result<Picture> truth_of(const render::Scene& scene, double step) const;
@@ -230,7 +229,8 @@ Result<void> Comparison::run(const NamedScene& named) {
   for (const double step : options_.step_voxels) {
     if (auto ok = run_step(named, all, {step, 0}, *truth, own_truths); !ok) return ok;
   }
-  std::vector<SparsePoint> own = options_.own_sparse;
+  std::vector<SparsePoint> own;
+  if (!report_.of_device) own = options_.own_sparse;  // Which has a ray for every pixel.
   for (const double step : options_.own_step_voxels) own.push_back({step, 0});
   for (const SparsePoint& quality : own) {
     if (auto ok = run_step(named, ours_, quality, *truth, own_truths); !ok) return ok;

@@ -26,7 +26,7 @@ struct RenderBenchOptions {
   std::vector<double> step_voxels{2, 1, 0.5, 0.25};  ///< Of the smallest spacing; every engine.
   /// Sonde's engines alone, so that their curves span the errors of VTK's.
   std::vector<double> own_step_voxels{4, 0.125};
-  /// And with fewer rays: quality.pixel_error.
+  /// And with fewer rays: quality.pixel_error. Not of a device.
   std::vector<SparsePoint> own_sparse{{1, 0.3},     {1, 0.15},    {1, 0.08},
                                       {0.5, 0.15},  {0.5, 0.08},  {0.5, 0.04},
                                       {0.25, 0.08}, {0.25, 0.04}, {0.25, 0.02}};

@@ -49,7 +49,9 @@ class GlRaycaster {
   /// What the last picture cost; reads the number of samples back from the device.
   /// All zero when no ray was cast.
   [[nodiscard]] RenderStatistics statistics() const;
-  /// Of these, what its rays took; reads nothing back.
+  /// The same without samples and rays, for which it would have to be read back.
+  [[nodiscard]] const RenderStatistics& timings() const { return statistics_; }
+  /// Of these, what its rays took.
   [[nodiscard]] double cast_s() const { return statistics_.cast_s; }
   [[nodiscard]] bool is_provisional() const { return statistics_.provisional; }
 

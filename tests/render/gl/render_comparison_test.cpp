@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <iostream>
 
+#include "bench/predicate_bench_gl.hpp"
+#include "bench/predicate_phantom.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
@@ -120,6 +122,29 @@ TEST(RenderComparisonTest, RefusesWhatVtkCannotDraw) {
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::refuses(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
                             {"scene ball", "CT alone"}));
+}
+
+TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnADeviceOfItsOwn) {
+  auto neck = neck_phantom(32);
+  ASSERT_TRUE(test::has_value(neck));
+  neck->looks.resize(1);
+  for (const bool of_device : {false, true}) {
+    CollectingDiagnostics diagnostics;
+    int done = 0;
+    const auto report = measure_gl_predicates(
+        {*neck}, 64, 48, 1, diagnostics, [&] { ++done; }, of_device);
+    ASSERT_TRUE(test::has_value(report));
+    EXPECT_EQ(done, 1);
+    ASSERT_EQ(report->rows.size(), 1U);
+    EXPECT_EQ(report->width, of_device ? 64 : 32);
+    const GlPredicateRow& row = report->rows[0];
+    for (const double ms : {row.standard_ms, row.predicate_ms, row.brute_ms, row.paper_ms})
+      EXPECT_GT(ms, 0);
+    EXPECT_TRUE(row.identical);
+    EXPECT_LE(row.max_error, 1.0 / 255);
+    EXPECT_LE(row.paper_difference, 1.0 / 255);
+    EXPECT_EQ(row.cpu_engine_ms.has_value(), !of_device);
+  }
 }
 
 /// White where something is drawn on the black background.
