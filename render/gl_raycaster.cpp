@@ -346,7 +346,7 @@ Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
   return {};
 }
 
-std::vector<RgbaF> GlRaycaster::read() const {
+std::vector<RgbaF> GlRaycaster::read() {
   const GlStateGuard guard;
   const auto height = static_cast<std::size_t>(height_);
   const auto width = static_cast<std::ptrdiff_t>(width_);
@@ -365,25 +365,16 @@ std::vector<RgbaF> GlRaycaster::read() const {
   return pixels;
 }
 
-RenderStatistics GlRaycaster::statistics() const {
+RenderStatistics GlRaycaster::statistics() {
   RenderStatistics statistics = statistics_;
   if (!cast_) return statistics;
   const bool sparse = drawn_with_ && drawn_with_->sparse;
   const GlStateGuard guard;
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
-  read_buffer_.read(GL_COLOR_ATTACHMENT1, width_, height_, in_software_.value_or(false), costs_);
-  Eigen::Array4d sum = Eigen::Array4d::Zero();  // Whole numbers, exact.
-  Eigen::Array2i rays = Eigen::Array2i::Zero();
-  for (const auto& [samples, gradients, faded, kind] : costs_) {
-    sum += Eigen::Array4d(samples, gradients, faded, kind);
-    rays += Eigen::Array2i(kind > 0 ? 1 : 0, kind > 1 ? 1 : 0);
-  }
-  statistics.volume_samples += static_cast<std::uint64_t>(sum[0]);
-  statistics.gradient_samples += static_cast<std::uint64_t>(sum[1]);
-  statistics.faded_cells += static_cast<std::uint64_t>(sum[2]);
-  statistics.rays += static_cast<std::uint64_t>(rays[0]);
-  if (sparse) statistics.pixels_without_ray += costs_.size() - static_cast<std::uint64_t>(rays[0]);
-  statistics.cutaway_rays += static_cast<std::uint64_t>(rays[1]);
+  const std::uint64_t rays_before = statistics.rays;
+  const GlCostSums::Source source{framebuffer_, targets_.spent.id(), width_, height_};
+  cost_sums_.add(source, in_software_.value_or(false), read_buffer_, statistics);
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  if (sparse) statistics.pixels_without_ray += pixels - (statistics.rays - rays_before);
   return statistics;
 }
 
@@ -479,7 +470,7 @@ void GlRaycaster::release() {
   in_software_.reset();
   read_buffer_.release();
   timer_.release();
-  costs_ = {};
+  cost_sums_.release();
 }
 
 }  // namespace nav::render

@@ -10,6 +10,7 @@
 #include "nav/result.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
+#include "render/gl_cost_sums.hpp"
 #include "render/gl_lattice.hpp"
 #include "render/gl_packed_rays.hpp"
 #include "render/gl_predicates.hpp"
@@ -45,10 +46,10 @@ class GlRaycaster {
   /// corner, width, height. A picture of fewer pixels is enlarged, bilinear between its rays.
   Result<void> composite(const std::array<int, 4>& at);
   /// The last picture, premultiplied, top row first. Waits for the device.
-  [[nodiscard]] std::vector<RgbaF> read() const;
+  [[nodiscard]] std::vector<RgbaF> read();
   /// What the last picture cost; reads the number of samples back from the device.
   /// All zero when no ray was cast.
-  [[nodiscard]] RenderStatistics statistics() const;
+  [[nodiscard]] RenderStatistics statistics();
   /// The same without samples and rays, for which it would have to be read back.
   [[nodiscard]] const RenderStatistics& timings() const { return statistics_; }
   /// Of these, what its rays took.
@@ -194,9 +195,9 @@ class GlRaycaster {
   std::optional<bool> in_software_;
   RenderStatistics statistics_;
   GlTimer timer_;
-  mutable GlReadBuffer read_buffer_;
-  mutable std::vector<RgbaF> costs_;  ///< As statistics() reads them.
-  bool cast_ = false;                 ///< The last picture took rays through the volume.
+  GlReadBuffer read_buffer_;
+  GlCostSums cost_sums_;
+  bool cast_ = false;  ///< The last picture took rays through the volume.
 };
 
 }  // namespace nav::render

@@ -151,13 +151,26 @@ TEST_F(GlComputeTest, PredicatesOneCellAtATimeDrawTheSamePicture) {
 
 TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
+  scene.cutaway.emplace().around_spheres = true;
+  scene.spheres = {{scene.ct->grid().centre(), 4}};
+  scene.shading.enabled = true;
   caster().set_in_software(true);
   const auto direct = draw(scene);
-  const std::uint64_t samples = statistics().volume_samples;
-  EXPECT_GT(samples, 0U);
+  const RenderStatistics summed = statistics();
+  EXPECT_GT(summed.volume_samples, 0U);
+  EXPECT_GT(summed.gradient_samples, 0U);
+  EXPECT_GT(summed.faded_cells, 0U);
+  EXPECT_GT(summed.cutaway_rays, 0U);
+  EXPECT_LT(summed.cutaway_rays, summed.rays);
   caster().set_in_software(false);
   EXPECT_TRUE(test::same_bits(caster().read(), direct));
-  EXPECT_EQ(statistics().volume_samples, samples);
+  for (int time = 0; time < 2; ++time) {
+    EXPECT_EQ(statistics().volume_samples, summed.volume_samples);
+    EXPECT_EQ(statistics().gradient_samples, summed.gradient_samples);
+    EXPECT_EQ(statistics().faded_cells, summed.faded_cells);
+    EXPECT_EQ(statistics().rays, summed.rays);
+    EXPECT_EQ(statistics().cutaway_rays, summed.cutaway_rays);
+  }
   caster().forget_picture();
   EXPECT_TRUE(test::same_bits(draw(scene), direct));
   EXPECT_GT(statistics().cast_s, 0);

@@ -137,8 +137,8 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
     features.beside_ct = true;
     add_features("two_volumes" + std::to_string(count++), features);
   }
-  for (const char* name :
-       {"fullscreen.vert", "composite.frag", "filter_probe.frag", "resolve.frag"}) {
+  for (const char* name : {"fullscreen.vert", "composite.frag", "cost_sums.frag",
+                           "filter_probe.frag", "resolve.frag"}) {
     add(name, assembled_shader(name));
   }
   add("speed_probe.frag", assembled_shader("speed_probe.frag"));

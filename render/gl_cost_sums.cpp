@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/gl_state.hpp"
+// GLEW first: every other GL header depends on it.
+#include <Eigen/Core>
+
+#include "render/gl_cost_sums.hpp"
+#include "render/gl_uniforms.hpp"
+#include "render/gl_upload.hpp"
+
+namespace nav::render {
+
+void GlCostSums::add(const Source& source, bool in_software, GlReadBuffer& buffer,
+                     RenderStatistics& statistics) {
+  constexpr int kBlock = 16;                    // As in shaders/cost_sums.frag.
+  constexpr std::uint32_t kCut = 512;           // More than the rays of a block.
+  Eigen::Array3d sum = Eigen::Array3d::Zero();  // Whole numbers, exact.
+  std::uint64_t rays = 0;
+  std::uint64_t cut = 0;
+  const int columns = (source.width + kBlock - 1) / kBlock;
+  const int rows = (source.height + kBlock - 1) / kBlock;
+  if (in_software || !sum_blocks(source, columns, rows)) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, source.framebuffer);
+    buffer.read(GL_COLOR_ATTACHMENT1, source.width, source.height, in_software, read_);
+    for (const auto& [samples, gradients, faded, kind] : read_) {
+      sum += Eigen::Array3d(samples, gradients, faded);
+      rays += kind > 0 ? 1 : 0;
+      cut += kind > 1 ? 1 : 0;
+    }
+  } else {
+    buffer.read(GL_COLOR_ATTACHMENT0, columns, rows, false, read_);
+    for (const auto& [samples, gradients, faded, both] : read_) {
+      sum += Eigen::Array3d(samples, gradients, faded);
+      rays += static_cast<std::uint32_t>(both) % kCut;
+      cut += static_cast<std::uint32_t>(both) / kCut;
+    }
+  }
+  statistics.volume_samples += static_cast<std::uint64_t>(sum[0]);
+  statistics.gradient_samples += static_cast<std::uint64_t>(sum[1]);
+  statistics.faded_cells += static_cast<std::uint64_t>(sum[2]);
+  statistics.rays += rays;
+  statistics.cutaway_rays += cut;
+}
+
+/// Into the framebuffer that is then bound.
+Result<void> GlCostSums::sum_blocks(const Source& source, int columns, int rows) {
+  if (!program_) {
+    auto linked =
+        GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("cost_sums.frag"));
+    if (!linked) return linked.error();
+    program_ = std::move(linked).value();
+  }
+  if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
+  if (vertex_array_ == 0) glGenVertexArrays(1, &vertex_array_);
+  glActiveTexture(GL_TEXTURE0 + kTarget);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  if (columns != columns_ || rows != rows_) {
+    gl::attach(sums_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, columns, rows);
+    if (auto ok = gl::complete_framebuffer(); !ok) return ok;
+    columns_ = columns;
+    rows_ = rows;
+  }
+  write_everything();
+  glViewport(0, 0, columns, rows);
+  program_->use();
+  program_->set("spent", kTarget);
+  glBindTexture(GL_TEXTURE_2D, source.texture);
+  glBindVertexArray(vertex_array_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  return {};
+}
+
+void GlCostSums::release() {
+  program_.reset();
+  sums_.release();
+  if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
+  if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
+  framebuffer_ = vertex_array_ = 0;
+  columns_ = rows_ = 0;
+  read_ = {};
+}
+
+}  // namespace nav::render

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/engine.hpp"
+#include "render/gl_program.hpp"
+#include "render/gl_read.hpp"
+#include "render/gl_textures.hpp"
+
+namespace nav::render {
+
+/// Counts what the rays of a picture cost, from the texture that they have written it to
+/// (shaders/include/lattice.glsl). Needs the context current, also to be released. Internal to
+/// render/.
+class GlCostSums {
+ public:
+  GlCostSums() = default;
+  ~GlCostSums() { release(); }
+  GlCostSums(const GlCostSums&) = delete;
+  GlCostSums& operator=(const GlCostSums&) = delete;
+
+  /// The second attachment of a framebuffer, which a picture of that size has been drawn to.
+  struct Source {
+    unsigned framebuffer;
+    unsigned texture;
+    int width;
+    int height;
+  };
+  /// Adds samples, gradients, faded cells and rays. in_software: every pixel is read and summed
+  /// here, else the device sums blocks of them, if it can. Under a GlStateGuard.
+  void add(const Source& source, bool in_software, GlReadBuffer& buffer,
+           RenderStatistics& statistics);
+  void release();
+
+ private:
+  Result<void> sum_blocks(const Source& source, int columns, int rows);
+
+  std::unique_ptr<GlProgram> program_;
+  GlTexture sums_;
+  unsigned framebuffer_ = 0;
+  unsigned vertex_array_ = 0;
+  int columns_ = 0;  ///< Of the target.
+  int rows_ = 0;
+  std::vector<RgbaF> read_;
+};
+
+}  // namespace nav::render
