@@ -8,8 +8,12 @@ namespace nav::render {
 namespace {
 
 bool same_leaf(const PredicateSet::Leaf& a, const PredicateSet::Leaf& b) {
-  // What depends on the place may have moved.
-  return a.kind == b.kind && a.values == b.values && a.channels == b.channels && !a.position;
+  return a.kind == b.kind && a.values == b.values && a.channels == b.channels;
+}
+
+bool by_position(const PredicateSet& set) {
+  return std::any_of(set.leaves().begin(), set.leaves().end(),
+                     [](const PredicateSet::Leaf& leaf) { return leaf.position; });
 }
 
 bool same_channel(const PredicateSet::Channel& a, const PredicateSet::Channel& b) {
@@ -23,6 +27,7 @@ bool same_labels(const std::optional<LabelVolume>& a, const std::optional<LabelV
 
 bool same_leaves(const PredicateSet& a, const PredicateSet& b) {
   return same_labels(a.labels(), b.labels()) &&
+         (!by_position(b) || same_surroundings(a.place(), b.place())) &&
          std::equal(a.leaves().begin(), a.leaves().end(), b.leaves().begin(), b.leaves().end(),
                     same_leaf) &&
          std::equal(a.channels().begin(), a.channels().end(), b.channels().begin(),

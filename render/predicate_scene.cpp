@@ -18,19 +18,6 @@ Error refusal(const std::string& field, const std::string& expected, double foun
   return {ErrorCode::kMalformedData, text.str()};
 }
 
-bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeometry>& b) {
-  if (!a || !b || a->index() != b->index()) return !a && !b;
-  if (const auto* parallel = std::get_if<ParallelScan>(&*a)) {
-    const auto& other = std::get<ParallelScan>(*b);
-    return parallel->face_ct.mm == other.face_ct.mm && parallel->into_ct.v == other.into_ct.v;
-  }
-  if (const auto* fan = std::get_if<FanScan>(&*a)) {
-    const auto& other = std::get<FanScan>(*b);
-    return fan->apex_ct.mm == other.apex_ct.mm && fan->face_radius_mm == other.face_radius_mm;
-  }
-  return std::get<VoxelScan>(*a).into_ct == std::get<VoxelScan>(*b).into_ct;
-}
-
 bool same_features(const Features& a, const Features& b) {
   if (a.volumes.size() != b.volumes.size() || a.labels.has_value() != b.labels.has_value()) {
     return false;

@@ -54,4 +54,25 @@ Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid) {
   return std::visit([&](const auto& s) { return check(s, grid); }, scan);
 }
 
+bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeometry>& b) {
+  if (!a || !b || a->index() != b->index()) return !a && !b;
+  if (const auto* parallel = std::get_if<ParallelScan>(&*a)) {
+    const auto& other = std::get<ParallelScan>(*b);
+    return parallel->face_ct.mm == other.face_ct.mm && parallel->into_ct.v == other.into_ct.v;
+  }
+  if (const auto* fan = std::get_if<FanScan>(&*a)) {
+    const auto& other = std::get<FanScan>(*b);
+    return fan->apex_ct.mm == other.apex_ct.mm && fan->face_radius_mm == other.face_radius_mm;
+  }
+  return std::get<VoxelScan>(*a).into_ct == std::get<VoxelScan>(*b).into_ct;
+}
+
+bool same_surroundings(const PredicatePlace& a, const PredicatePlace& b) {
+  const auto same = [](const std::optional<Segment>& x, const std::optional<Segment>& y) {
+    if (!x || !y) return !x && !y;
+    return x->a == y->a && x->b == y->b && x->radius_mm == y->radius_mm;
+  };
+  return same_scan(a.scan, b.scan) && same(a.needle, b.needle) && same(a.target, b.target);
+}
+
 }  // namespace nav::render

@@ -41,6 +41,9 @@ struct VoxelScan {
 /// Where the ultrasound came from.
 using ScanGeometry = std::variant<ParallelScan, FanScan, VoxelScan>;
 
+/// Both absent, or the same numbers, or the same directions of voxels in one place.
+bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeometry>& b);
+
 /// Refuses zero directions, NaN, a negative radius, a number of directions other than the grid's.
 Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid);
 
@@ -63,5 +66,9 @@ struct PredicatePlace {
     return grid.directions.transpose() * (p.mm - grid.origin_mm);
   }
 };
+
+/// Of one volume: whether places in it lie the same to the scan, the needle and the target. Never
+/// with a lost needle.
+bool same_surroundings(const PredicatePlace& a, const PredicatePlace& b);
 
 }  // namespace nav::render

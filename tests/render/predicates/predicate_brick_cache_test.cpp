@@ -45,6 +45,43 @@ TEST_F(PredicateBrickCacheTest, RangesStayAsLongAsTheirVoxels) {
   EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U);
 }
 
+TEST_F(PredicateBrickCacheTest, LeavesOfAPlaceAreClassifiedAnewWhenItMoves) {
+  Scene scene = test::plain_scene(ct_, test::fog(0.1), test::frontal(80, 30, false));
+  scene.predicates.emplace();
+  scene.predicates->scan = ParallelScan{{{0, 0, 0}}, {{0, 1, 0}}};
+  scene.needle = test::needle({-3, 0, 0}, {5, 2, 1});
+  scene.spheres.push_back({{{2, 1, 0}}, 3});
+  const auto set_of_kind = [&](const char* kind) {
+    scene.predicates->model = test::model_of({{E::kind(kind, {1, 6}), 1}});
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    EXPECT_TRUE(test::has_value(set));
+    return *std::move(set);
+  };
+  const auto moved = [&](const char* kind) {
+    (void)cache_.update(set_of_kind(kind), 1);
+    EXPECT_FALSE(cache_.update(set_of_kind(kind), 1)) << kind;
+    const auto before = cache_.leaves().open;
+    Scene kept = scene;
+    scene.needle->tip_ct.mm.y() += 4;
+    scene.spheres[0].centre_ct.mm.y() += 4;
+    scene.predicates->scan = ParallelScan{{{0, 4, 0}}, {{0, 1, 0}}};
+    EXPECT_TRUE(cache_.update(set_of_kind(kind), 1)) << kind;
+    EXPECT_NE(cache_.leaves().open, before) << kind;
+    scene = std::move(kept);
+  };
+  moved("needle_distance");
+  moved("target_distance");
+  moved("depth");
+  // What asks for no place does not care.
+  (void)cache_.update(set_of_kind("intensity"), 1);
+  scene.needle->tip_ct.mm.y() += 4;
+  EXPECT_FALSE(cache_.update(set_of_kind("intensity"), 1));
+  // One that is lost has no place.
+  scene.needle->safety = {SafetyState::kLost, "lost"};
+  (void)cache_.update(set_of_kind("needle_distance"), 1);
+  (void)cache_.update(set_of_kind("needle_distance"), 1);
+}
+
 TEST_F(PredicateBrickCacheTest, NothingIsHeldButWhatTheLastSetReads) {
   const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
   cache_.update(set_of("snr"), 1);
