@@ -269,11 +269,10 @@ Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads) {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   (*window)->window().MakeCurrent();
-  const auto compute = render::compute_is_faster();
+  const bool compute = render::compute_is_faster();
   (*window)->release_thread();
-  if (!compute) return compute.error();
   return std::unique_ptr<render::Engine>(
-      std::make_unique<PaperShader>(std::move(window).value(), *compute, reads));
+      std::make_unique<PaperShader>(std::move(window).value(), compute, reads));
 }
 
 }  // namespace nav::bench

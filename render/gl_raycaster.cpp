@@ -126,6 +126,10 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   if (!packed) packed_rays_.release();
   const int compiled = programs_.compiled();
   auto program = programs_.get(features);
+  if (!program && features.compute && programs_.fits(features)) {
+    compute_ = false;  // A driver that does not take it as a compute shader.
+    return cast(scene, depth, same_view);
+  }
   if (!program) return program.error();
   const bool first = programs_.compiled() > compiled;
   (*program)->use();
@@ -173,11 +177,7 @@ Result<void> GlRaycaster::know_device() {
     if (!coarse) return coarse.error();
     manual_filter_ = *coarse;
   }
-  if (!compute_) {
-    auto faster = compute_is_faster();
-    if (!faster) return faster.error();
-    compute_ = *faster;
-  }
+  if (!compute_) compute_ = compute_is_faster();
   return {};
 }
 
