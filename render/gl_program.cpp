@@ -310,6 +310,9 @@ Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
                      std::to_string(samplers_of_device(most_samplers_)) +
                      "; the CPU engine draws it"};
   }
+  if (features.compute && refuses_compute_) {
+    return Error{ErrorCode::kUnsupportedData, "shader: expected it to compile, found it refused"};
+  }
   ++compiled_;
   const std::string text = raycast_source(features);
   auto program = features.compute ? GlProgram::link_compute(text)

@@ -128,6 +128,8 @@ class GlProgramCache {
   [[nodiscard]] bool fits(const GlFeatures& features) const;
   /// An artificial limit of the device's textures, for tests.
   void set_most_samplers(int most) { most_samplers_ = most; }
+  /// Compute shaders do not link, for tests.
+  void refuse_compute() { refuses_compute_ = true; }
   [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
   /// How many programs have been compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }
@@ -137,6 +139,7 @@ class GlProgramCache {
   std::map<GlFeatures, std::unique_ptr<GlProgram>> programs_;
   int compiled_ = 0;
   int most_samplers_ = std::numeric_limits<int>::max();
+  bool refuses_compute_ = false;
 };
 
 }  // namespace nav::render

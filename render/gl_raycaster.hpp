@@ -92,6 +92,8 @@ class GlRaycaster {
     compute_ = wanted;
     last_.reset();
   }
+  /// As on a driver that takes none of them, for tests.
+  void refuse_compute() { programs_.refuse_compute(); }
   /// Known after the first draw().
   [[nodiscard]] bool computes() const { return compute_.value_or(false); }
   /// Whether several cells are written one after the other: where the device draws in software,

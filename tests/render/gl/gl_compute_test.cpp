@@ -177,6 +177,18 @@ TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
   EXPECT_GE(statistics().prepare_s, 0);
 }
 
+TEST_F(GlComputeTest, ADriverThatRefusesThemDrawsFragments) {
+  Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
+  const Drawn fragment = drawn(scene, false);
+  caster().refuse_compute();
+  scene.quality.jitter = true;  // Another program.
+  const Drawn jittered = drawn(scene, true);
+  EXPECT_FALSE(caster().computes());
+  EXPECT_GT(jittered.statistics.rays, 0U);
+  scene.quality.jitter = false;
+  EXPECT_TRUE(test::same_bits(draw(scene), fragment.pixels));
+}
+
 TEST_F(GlComputeTest, IsChosenByMeasurement) {
   window_->window().MakeCurrent();
   const bool faster = compute_is_faster();
