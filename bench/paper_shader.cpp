@@ -141,7 +141,7 @@ class PaperShader final : public render::Engine {
     std::string text = fragment_text(set);
     if (text != text_) {
       auto linked = compute_ ? GlProgram::link_compute(render::as_compute(text))
-                             : GlProgram::link(render::assembled_shader("fullscreen.vert"), text);
+                             : GlProgram::link_fullscreen(text);
       if (!linked) return linked.error();
       program_ = std::move(linked).value();
       text_ = std::move(text);

@@ -45,8 +45,7 @@ void GlCostSums::add(const Source& source, bool in_software, GlReadBuffer& buffe
 /// Into the framebuffer that is then bound.
 Result<void> GlCostSums::sum_blocks(const Source& source, int columns, int rows) {
   if (!program_) {
-    auto linked =
-        GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("cost_sums.frag"));
+    auto linked = GlProgram::link_fullscreen(assembled_shader("cost_sums.frag"));
     if (!linked) return linked.error();
     program_ = std::move(linked).value();
   }

@@ -17,8 +17,7 @@ Result<bool> filter_is_coarse() {
   constexpr int kUnit = kTarget;
   constexpr int kFractions = 1024;
   constexpr double kTolerance = 1e-4;  // 0.1 HU at a step of 1000 HU; 8-bit fractions miss by 2e-3.
-  auto program =
-      GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader("filter_probe.frag"));
+  auto program = GlProgram::link_fullscreen(assembled_shader("filter_probe.frag"));
   if (!program) return program.error();
   glActiveTexture(GL_TEXTURE0 + kUnit);
   GlTexture texels;

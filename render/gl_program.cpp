@@ -215,6 +215,10 @@ Result<std::unique_ptr<GlProgram>> GlProgram::link(const std::string& vertex,
   return linked({*vs, *fs}, fragment);
 }
 
+Result<std::unique_ptr<GlProgram>> GlProgram::link_fullscreen(const std::string& fragment) {
+  return link(assembled_shader("fullscreen.vert"), fragment);
+}
+
 Result<std::unique_ptr<GlProgram>> GlProgram::link_compute(const std::string& text) {
   auto shader = compile(GL_COMPUTE_SHADER, text);
   if (!shader) return shader.error();
@@ -315,8 +319,8 @@ Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
   }
   ++compiled_;
   const std::string text = raycast_source(features);
-  auto program = features.compute ? GlProgram::link_compute(text)
-                                  : GlProgram::link(assembled_shader("fullscreen.vert"), text);
+  auto program =
+      features.compute ? GlProgram::link_compute(text) : GlProgram::link_fullscreen(text);
   if (!program) return program.error();
   return (programs_[features] = std::move(program).value()).get();
 }

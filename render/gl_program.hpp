@@ -83,6 +83,8 @@ class GlProgram {
   /// kUnsupportedData with the first line of the driver's log.
   static Result<std::unique_ptr<GlProgram>> link(const std::string& vertex,
                                                  const std::string& fragment);
+  /// The same with one triangle that covers the viewport: fullscreen.vert.
+  static Result<std::unique_ptr<GlProgram>> link_fullscreen(const std::string& fragment);
   /// The same of a compute shader; needs OpenGL 4.3.
   static Result<std::unique_ptr<GlProgram>> link_compute(const std::string& text);
   ~GlProgram();

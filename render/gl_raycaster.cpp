@@ -41,7 +41,7 @@ void unbind_all() {
 /// Links a program that fills the viewport, on first use.
 Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) {
   if (program) return {};
-  auto linked = GlProgram::link(assembled_shader("fullscreen.vert"), assembled_shader(fragment));
+  auto linked = GlProgram::link_fullscreen(assembled_shader(fragment));
   if (!linked) return linked.error();
   program = std::move(linked).value();
   return {};

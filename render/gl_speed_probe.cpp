@@ -40,7 +40,7 @@ bool measure_compute() {
   constexpr double kWorthIt = 1.25;
   constexpr int kArithmetic = 500;
   const std::string text = assembled_shader("speed_probe.frag");
-  auto fragment = GlProgram::link(assembled_shader("fullscreen.vert"), text);
+  auto fragment = GlProgram::link_fullscreen(text);
   auto compute = GlProgram::link_compute(as_compute(text));
   if (!fragment || !compute) return false;
   glActiveTexture(GL_TEXTURE0 + kTarget);
