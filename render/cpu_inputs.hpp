@@ -16,6 +16,9 @@ int cells_per_look(const Quality& quality);
 /// The same of cells in runs of kMarchRun: whole runs, since parts of one cost as much.
 int cells_per_look_in_runs(const Quality& quality);
 
+/// MarchInputs::prefetch.
+MarchPrefetch march_prefetch(const VoxelGrid& grid, const Quality& quality);
+
 /// How rays start. first_sample: where sample 0 of a ray lies in its cell 0, in cells.
 RayInputs ray_inputs(const Scene& scene, double first_sample);
 

@@ -165,7 +165,7 @@ class Marcher {
       front_classified_ = front_faded_ = false;
       counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, active)));
     }
-    if (in_.prefetches) prefetch_run(V::add(cell, cells(run)));
+    if (in_.prefetch != MarchPrefetch::kNone) prefetch_run(V::add(cell, cells(run)));
     F value[kMarchRun + 1];
     value[0] = front_;
     for (int i = 1; i <= run; ++i) value[i] = sampler_.value(V::add(cell, cells(i)));
@@ -236,10 +236,16 @@ class Marcher {
   }
 
   /// Of the run that begins there if nothing is leapt over.
-  void prefetch_run(F cell) const {
-    for (int i = 1; i <= kMarchRun; ++i) {
+  __attribute__((always_inline)) void prefetch_run(F cell) const {
+    const bool all = in_.prefetch == MarchPrefetch::kAll;
+    const int every = all ? 1 : 2;
+    for (int i = every; i <= kMarchRun; i += every) {
       const auto place = sampler_.locate(V::add(cell, V::set(static_cast<float>(i))));
-      V::prefetch_cells(in_.voxels, in_.slice_stride, place.base);
+      if (all) {
+        sampler_.prefetch_cells(in_.voxels, in_.slice_stride, place.base);
+      } else {
+        sampler_.prefetch_corners(in_.voxels, in_.slice_stride, place.base);
+      }
     }
   }
 

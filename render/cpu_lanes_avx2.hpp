@@ -107,14 +107,6 @@ struct Avx2 : LaneMath<Avx2> {
       }
     }
   }
-  /// Asks for what load_cells() will read there.
-  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
-    const Lanes lanes(at);
-    for (const auto lane : lanes.at) {
-      __builtin_prefetch(p + lane);
-      __builtin_prefetch(p + lane + slice);
-    }
-  }
   static __m128 low_lanes(F x) { return _mm256_castps256_ps128(x); }
   static __m128 high_lanes(F x) { return _mm256_extractf128_ps(x, 1); }
   static __m128 lerp4(__m128 a, __m128 b, __m128 w) { return _mm_fmadd_ps(w, _mm_sub_ps(b, a), a); }

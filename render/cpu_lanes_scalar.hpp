@@ -15,6 +15,10 @@ struct Scalar {
   using I = int;
   using M = bool;
   static constexpr int kLanes = 1;
+  struct Lanes {
+    I at[kLanes];
+    explicit Lanes(I i) : at{i} {}
+  };
   static constexpr bool kPacks = false;
 
   static double root(double x) { return std::sqrt(x); }
@@ -71,11 +75,6 @@ struct Scalar {
         rows[2 * z + 1][x] = upper_half(pair);
       }
     }
-  }
-  /// Asks for what load_cells() will read there.
-  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
-    __builtin_prefetch(p + at);
-    __builtin_prefetch(p + at + slice);
   }
   /// Trilinear central differences along each axis, index steps of two.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,

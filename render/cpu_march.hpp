@@ -43,6 +43,11 @@ inline constexpr int kMarchRun = 4;
 /// found nothing to leap over.
 inline constexpr int kMarchPatience = 3;
 
+/// Whose voxels of the next run of cells are asked for before those of this one are read: what lies
+/// in the cache is not asked for, and where rays lie close together, those at the corners of a
+/// packet of every second cell will do.
+enum class MarchPrefetch { kNone, kCorners, kAll };
+
 /// What all rays of a picture share.
 struct MarchInputs {
   const std::int32_t* voxels;  ///< CpuVolume::origin().
@@ -81,8 +86,7 @@ struct MarchInputs {
   float quantum;  ///< HU/mm.
 
   float step_mm;
-  bool
-      prefetches;  ///< Voxels of the next run are asked for: steps so long that they are far apart.
+  MarchPrefetch prefetch;
   float opaque_at;  ///< Infinity: never.
 
   float half_per_spacing[3];   ///< 1 / (2 spacing), per mm.

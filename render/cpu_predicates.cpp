@@ -347,6 +347,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   base.row_stride = ct.volume->row_stride();
   base.slice_stride = ct.volume->slice_stride();
   base.step_mm = static_cast<float>(step);
+  base.prefetch = march_prefetch(grid, scene.quality);
   base.opaque_at = kInfinity;
   for (int axis = 0; axis < 3; ++axis) {
     base.last[axis] = static_cast<float>(grid.size[as_size(axis)] - 1);

@@ -95,14 +95,6 @@ struct SamplingAvx512 : Avx512 {
       }
     }
   }
-  /// Asks for what load_cells() will read there.
-  static void prefetch_cells(const std::int32_t* p, int slice, I at) {
-    const Lanes lanes(at);
-    for (const std::uint32_t lane : lanes.at) {
-      __builtin_prefetch(p + lane);
-      __builtin_prefetch(p + lane + slice);
-    }
-  }
 
   /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
   /// not.

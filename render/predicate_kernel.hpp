@@ -418,6 +418,7 @@ class PredicateMarcher {
   /// one before it. What turns out to be left out was sampled in vain.
   F add_run(F cell, int run, M& active) {
     Part parts[kMarchRun];
+    if (in_.base.prefetch != MarchPrefetch::kNone) prefetch_run(ahead(cell, run));
     for (int i = 0; i < run; ++i) sample(ahead(cell, i), active, parts[i]);
     find_leaves(cell, run, active, parts);
     for (int i = 0; i < run; ++i) classify(parts[i]);
@@ -435,6 +436,23 @@ class PredicateMarcher {
       active = V::both(active, V::negate(finished(at, shown, active)));
     }
     return V::max(next, ahead(cell, run));
+  }
+
+  /// Of the run that begins there if nothing is leapt over, at the corners of the packet: the
+  /// volume and the features that were last asked for.
+  __attribute__((always_inline)) void prefetch_run(F cell) const {
+    const int slice = in_.base.slice_stride;
+    for (int i = 1; i < kMarchRun; i += 2) {
+      const I base = sampler_.locate(ahead(cell, i)).base;
+      sampler_.prefetch_corners(in_.codes[0], slice, base);
+      for (int n = in_.cheap_leaves; n < in_.leaf_count; ++n) {
+        if ((ask_ >> in_.order[n] & 1U) == 0) continue;
+        const PredicateAtom& atom = in_.atoms[in_.order[n]];
+        for (int c = 0; c < channels_of(atom.kind); ++c) {
+          sampler_.prefetch_corners(in_.codes[atom.channel[c]], slice, base);
+        }
+      }
+    }
   }
 
   static F ahead(F cell, int cells) { return V::add(cell, V::set(static_cast<float>(cells))); }

@@ -34,6 +34,12 @@ struct PredicateAtom {
   float foot[3];  ///< axis / |axis|², or 0.
 };
 
+/// Of how many of its channels a leaf reads the voxels.
+constexpr int channels_of(std::int32_t kind) {
+  if (kind == PredicateAtom::kWedge) return 2;
+  return kind == PredicateAtom::kRange ? 1 : 0;
+}
+
 /// What samples look like for which the same leaves are true.
 struct alignas(16) PredicateLook {
   float tint[3];     ///< spec::hsl_tint().
