@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "bench/support/synthetic_ct.hpp"
+#include "render/cpu_inputs.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
@@ -471,6 +472,47 @@ TEST(CpuEngineTest, AllVectorsDrawTheSameBytes) {
     const RenderedImage image = test::draw(*sixteen, scene);
     EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), image)) << i << description(scene);
     EXPECT_TRUE(test::same_bytes(test::draw(*gathers, scene), image)) << i << description(scene);
+  }
+}
+
+TEST(CpuEngineTest, AsksForVoxelsInTimeWhereTheyLieFarFromTheProcessor) {
+  struct Row {
+    int side;
+    double step_voxels;
+    MarchPrefetch expected;
+  };
+  for (const Row& row :
+       {Row{144, 0.5, MarchPrefetch::kNone}, Row{145, 0.5, MarchPrefetch::kCorners},
+        Row{256, 1, MarchPrefetch::kCorners}, Row{289, 0.5, MarchPrefetch::kAll},
+        Row{125, 1.2, MarchPrefetch::kNone}, Row{126, 1.2, MarchPrefetch::kAll}}) {
+    Quality quality;
+    quality.step_voxels = row.step_voxels;
+    const VoxelGrid grid = test::centred_grid({row.side, row.side, row.side}, {1, 1, 1});
+    EXPECT_EQ(march_prefetch(grid, quality), row.expected) << row.side << ' ' << row.step_voxels;
+  }
+}
+
+TEST(CpuEngineTest, VoxelsThatAreAskedForAreThoseOfTheReference) {
+  // More than 3 million voxels, noise: what is asked for ahead lies outside of it too.
+  const auto ct = test::make_volume(
+      test::centred_grid({150, 145, 142}, {0.5, 0.5, 0.5}),
+      [](int i, int j, int k) { return (i * 37 + j * 101 + k * 53) % 400 - 100; });
+  const auto reference = make_reference_engine();
+  for (const bool orthographic : {false, true}) {
+    Scene scene = test::plain_scene(ct, test::fog(0.02), test::frontal(120, 60, orthographic));
+    scene.width = 40;
+    scene.height = 30;
+    for (const double step : {0.5, 1.5}) {
+      scene.quality.step_voxels = step;
+      const RenderedImage expected = test::draw(*reference, scene);
+      ASSERT_GT(std::abs(expected.pixels.at(20, 15).r - scene.background_rgb[0]), 0.05);
+      for (const CpuLanes lanes :
+           {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512, CpuLanes::kAvx512Gathers}) {
+        const auto engine = make_cpu_engine({0, lanes});
+        EXPECT_LT(test::max_difference(test::draw(*engine, scene), expected), 1e-3F)
+            << engine->device() << ' ' << orthographic << ' ' << step;
+      }
+    }
   }
 }
 

@@ -196,6 +196,27 @@ TEST(PredicateCpuEngineTest, AllVectorsDrawTheSameBytes) {
   }
 }
 
+TEST(PredicateCpuEngineTest, VoxelsAndFeaturesThatAreAskedForAreThoseOfTheReference) {
+  // More than 3 million voxels; the features are asked for with them.
+  constexpr float kTwoGreyLevels = 2.0F / 255;
+  constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+  const auto ct = test::small_ultrasound(test::centred_grid({150, 145, 142}, {0.5, 0.5, 0.5}), 5);
+  std::mt19937 random(7);
+  Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 5));
+  scene.cutaway.reset();
+  scene.camera = test::frontal(120, 60, false);
+  scene.width = 40;
+  scene.height = 30;
+  const RenderedImage expected = test::draw(*make_reference_engine(), scene);
+  ASSERT_GT(std::abs(expected.pixels.at(20, 15).r - scene.background_rgb[0]), 0.05);
+  for (const CpuLanes lanes :
+       {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512, CpuLanes::kAvx512Gathers}) {
+    const auto engine = make_cpu_engine({0, lanes});
+    EXPECT_LE(share_beyond(test::draw(*engine, scene), expected, kTwoGreyLevels), kShare)
+        << engine->device();
+  }
+}
+
 TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
   constexpr float kTolerance = 1e-4F;
   const auto vector = make_cpu_engine({0});
