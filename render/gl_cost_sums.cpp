@@ -6,7 +6,6 @@
 
 #include "render/gl_cost_sums.hpp"
 #include "render/gl_uniforms.hpp"
-#include "render/gl_upload.hpp"
 
 namespace nav::render {
 
@@ -49,23 +48,11 @@ Result<void> GlCostSums::sum_blocks(const Source& source, int columns, int rows)
     if (!linked) return linked.error();
     program_ = std::move(linked).value();
   }
-  if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
-  if (vertex_array_ == 0) glGenVertexArrays(1, &vertex_array_);
-  glActiveTexture(GL_TEXTURE0 + kTarget);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  if (columns != columns_ || rows != rows_) {
-    gl::attach(sums_, GL_COLOR_ATTACHMENT0, GL_RGBA32F, columns, rows);
-    if (auto ok = gl::complete_framebuffer(); !ok) return ok;
-    columns_ = columns;
-    rows_ = rows;
-  }
-  write_everything();
-  glViewport(0, 0, columns, rows);
+  if (auto ok = sums_.bind(columns, rows); !ok) return ok;
   program_->use();
   program_->set("spent", kTarget);
   glBindTexture(GL_TEXTURE_2D, source.texture);
-  glBindVertexArray(vertex_array_);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  sums_.draw();
   glBindTexture(GL_TEXTURE_2D, 0);
   return {};
 }
@@ -73,10 +60,6 @@ Result<void> GlCostSums::sum_blocks(const Source& source, int columns, int rows)
 void GlCostSums::release() {
   program_.reset();
   sums_.release();
-  if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
-  if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
-  framebuffer_ = vertex_array_ = 0;
-  columns_ = rows_ = 0;
   read_ = {};
 }
 

@@ -10,7 +10,7 @@
 #include "render/engine.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_read.hpp"
-#include "render/gl_textures.hpp"
+#include "render/gl_target.hpp"
 
 namespace nav::render {
 
@@ -19,11 +19,6 @@ namespace nav::render {
 /// render/.
 class GlCostSums {
  public:
-  GlCostSums() = default;
-  ~GlCostSums() { release(); }
-  GlCostSums(const GlCostSums&) = delete;
-  GlCostSums& operator=(const GlCostSums&) = delete;
-
   /// The second attachment of a framebuffer, which a picture of that size has been drawn to.
   struct Source {
     unsigned framebuffer;
@@ -41,11 +36,7 @@ class GlCostSums {
   Result<void> sum_blocks(const Source& source, int columns, int rows);
 
   std::unique_ptr<GlProgram> program_;
-  GlTexture sums_;
-  unsigned framebuffer_ = 0;
-  unsigned vertex_array_ = 0;
-  int columns_ = 0;  ///< Of the target.
-  int rows_ = 0;
+  GlTarget sums_;
   std::vector<RgbaF> read_;
 };
 

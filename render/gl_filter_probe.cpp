@@ -8,7 +8,7 @@
 
 #include "render/gl_filter_probe.hpp"
 #include "render/gl_program.hpp"
-#include "render/gl_textures.hpp"
+#include "render/gl_target.hpp"
 #include "render/gl_uniforms.hpp"
 
 namespace nav::render {
@@ -21,32 +21,19 @@ Result<bool> filter_is_coarse() {
   if (!program) return program.error();
   glActiveTexture(GL_TEXTURE0 + kUnit);
   GlTexture texels;
-  GlTexture target;
+  GlTarget target;
   constexpr std::array<std::int16_t, 2> kZeroAndOne{0, 32767};
   glBindTexture(GL_TEXTURE_3D, texels.id());
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, 2, 1, 1, 0, GL_RED, GL_SHORT, kZeroAndOne.data());
-  glBindTexture(GL_TEXTURE_2D, target.id());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kFractions, 1, 0, GL_RGBA, GL_FLOAT, nullptr);
-  GLuint framebuffer = 0;
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.id(), 0);
-  glBindTexture(GL_TEXTURE_2D, 0);
+  if (auto ok = target.bind(kFractions, 1); !ok) return ok.error();
   (*program)->use();
   (*program)->set("two_texels", kUnit);
   (*program)->set("sample_count", static_cast<double>(kFractions));
-  glViewport(0, 0, kFractions, 1);
-  write_everything();
-  GLuint vertex_array = 0;
-  glGenVertexArrays(1, &vertex_array);
-  glBindVertexArray(vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  target.draw();
   std::array<float, std::size_t{4} * kFractions> values{};
   glReadPixels(0, 0, kFractions, 1, GL_RGBA, GL_FLOAT, values.data());
-  glDeleteVertexArrays(1, &vertex_array);
-  glDeleteFramebuffers(1, &framebuffer);
   glBindTexture(GL_TEXTURE_3D, 0);
   double worst = 0;
   for (int i = 0; i < kFractions; ++i) {

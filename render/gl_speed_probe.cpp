@@ -14,8 +14,7 @@
 #include "render/gl_device.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_speed_probe.hpp"
-#include "render/gl_textures.hpp"
-#include "render/gl_uniforms.hpp"
+#include "render/gl_target.hpp"
 
 namespace nav::render {
 namespace {
@@ -43,29 +42,15 @@ bool measure_compute() {
   auto fragment = GlProgram::link_fullscreen(text);
   auto compute = GlProgram::link_compute(as_compute(text));
   if (!fragment || !compute) return false;
-  glActiveTexture(GL_TEXTURE0 + kTarget);
-  GlTexture target;
-  glBindTexture(GL_TEXTURE_2D, target.id());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSpeedSide, kSpeedSide, 0, GL_RGBA, GL_FLOAT, nullptr);
-  GLuint framebuffer = 0;
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.id(), 0);
-  glBindTexture(GL_TEXTURE_2D, 0);
-  glViewport(0, 0, kSpeedSide, kSpeedSide);
-  write_everything();
-  GLuint vertex_array = 0;
-  glGenVertexArrays(1, &vertex_array);
-  glBindVertexArray(vertex_array);
+  GlTarget target;
+  if (!target.bind(kSpeedSide, kSpeedSide)) return false;
   (*fragment)->use();
   (*fragment)->set("turns", kArithmetic);
-  const double fragment_s = least_time([] { glDrawArrays(GL_TRIANGLES, 0, 3); });
+  const double fragment_s = least_time([&] { target.draw(); });
   (*compute)->use();
   (*compute)->set("turns", kArithmetic);
-  const gl::ImageTargets bound({{target.id(), GL_RGBA32F}});
+  const gl::ImageTargets bound({{target.texture(), GL_RGBA32F}});
   const double compute_s = least_time([] { gl::dispatch(kSpeedSide, kSpeedSide); });
-  glDeleteVertexArrays(1, &vertex_array);
-  glDeleteFramebuffers(1, &framebuffer);
   return compute_s * kWorthIt < fragment_s;
 }
 
