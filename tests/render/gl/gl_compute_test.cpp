@@ -175,6 +175,16 @@ TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
   EXPECT_TRUE(test::same_bits(draw(scene), direct));
   EXPECT_GT(statistics().cast_s, 0);
   EXPECT_GE(statistics().prepare_s, 0);
+  // More and fewer blocks than before.
+  for (const int side : {150, 33}) {
+    scene.width = scene.height = side;
+    draw(scene);
+    const RenderStatistics on_device = statistics();
+    caster().set_in_software(true);
+    EXPECT_EQ(on_device.volume_samples, statistics().volume_samples) << side;
+    EXPECT_EQ(on_device.rays, statistics().rays) << side;
+    caster().set_in_software(false);
+  }
 }
 
 TEST_F(GlComputeTest, ADriverThatRefusesThemDrawsFragments) {
