@@ -26,7 +26,6 @@ constexpr Duration kImageLatency = std::chrono::milliseconds(45);
 constexpr int kAnimationMs = 120;
 
 constexpr const char* kDemoPoseLogFile = "pose_log.csv";
-constexpr const char* kDemoRegistrationFile = "registration.png";
 constexpr const char* kDemoAnimationFile = "demo.webp";
 constexpr const char* kSweepSeries = "sweep";
 constexpr const char* kApproachSeries = "approach";
@@ -169,7 +168,7 @@ Result<void> Demo::register_ct() {
   console_.end(decision_.accepted ? "accepted" : "refused");
   const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
   if (const auto written = out_.write_picture(
-          kDemoRegistrationFile,
+          kRegistrationPicture,
           registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
                                decision_.accepted, {}));
       !written) {
@@ -266,7 +265,7 @@ Result<void> Demo::write_report() {
        "The whole procedure: sweep, registration, needle approach. Left: the live "
        "ultrasound plane inside the CT with needle and target. Right: the ultrasound "
        "picture and the CT along the same plane."},
-      {kDemoRegistrationFile, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
+      {kRegistrationPicture, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
   for (const std::string& file : out_.files()) {
     if (file.starts_with(kApproachSeries) && file.ends_with("0.png")) {
       html.pictures.emplace_back(file, file);
@@ -351,7 +350,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
   const auto fresh =
-      out->forget_earlier_run({kDemoPoseLogFile, kDemoRegistrationFile, kDemoAnimationFile},
+      out->forget_earlier_run({kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile},
                               {kSweepSeries, kApproachSeries});
   if (!fresh) return fresh;
   Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));

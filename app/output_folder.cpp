@@ -74,13 +74,13 @@ Result<void> OutputFolder::forget_earlier_run(const std::set<std::string>& files
   return {};
 }
 
-Result<void> forget_earlier_reports(const std::filesystem::path& folder) {
+Result<void> forget_earlier_reports(const std::filesystem::path& folder,
+                                    const std::set<std::string>& files) {
   std::error_code status;
   if (folder.empty() || !std::filesystem::exists(folder, status)) return {};
   const auto out = OutputFolder::create(folder);
   if (!out) return out.error();
-  out->forget_reports();
-  return {};
+  return out->forget_earlier_run(files, {});
 }
 
 Result<void> OutputFolder::write_text(const std::string& name, const std::string& text) {

@@ -47,9 +47,10 @@ class OutputFolder {
   std::string picture_digests_;
 };
 
-/// Removes the reports of an earlier run before anything can stop this one. Where there is no
-/// folder yet, none is made: a run may be refused.
-Result<void> forget_earlier_reports(const std::filesystem::path& folder);
+/// Removes the reports of an earlier run, and files of these names, before anything can stop this
+/// one. Where there is no folder yet, none is made: a run may be refused.
+Result<void> forget_earlier_reports(const std::filesystem::path& folder,
+                                    const std::set<std::string>& files = {});
 
 /// SHA-256 of a text.
 std::string digest_of(const std::string& text);

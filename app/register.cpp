@@ -312,7 +312,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
     std::filesystem::remove(*json_file, ignored);
   }
-  if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
+  if (auto ok = forget_earlier_reports(config.output.folder, {kRegistrationPicture}); !ok) {
+    return ok;
+  }
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
   const bool by_shape = !options.shape.points.empty();
@@ -422,7 +424,7 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     if (!out) return out.error();
     const auto& middle = sweep->frames()[sweep->frames().size() / 2];
     if (auto written = out->write_picture(
-            "registration.png",
+            kRegistrationPicture,
             registration_picture(*ground->ct, middle, initial, answer.ct_from_reference,
                                  decision.accepted, {}));
         !written) {

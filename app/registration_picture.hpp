@@ -9,6 +9,9 @@
 
 namespace nav::app {
 
+/// What the picture of a registration is written as.
+inline constexpr const char* kRegistrationPicture = "registration.png";
+
 /// One ultrasound picture of a sweep beside checkerboards of it with the CT, before and after
 /// registration: structures that run on across the squares are aligned. One that was not accepted
 /// is captioned as refused, in red.

@@ -3,6 +3,7 @@
 #include "app/slice_planes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 
 #include "app/plane_view.hpp"
@@ -10,6 +11,14 @@
 
 namespace nav::app {
 namespace {
+
+constexpr const char* kAxial = "axial";
+constexpr const char* kCoronal = "coronal";
+constexpr const char* kSagittal = "sagittal";
+constexpr const char* kOblique = "oblique";
+constexpr const char* kUltrasound = "ultrasound";
+constexpr std::array<const char*, 2> kNeedle{"needle-1", "needle-2"};
+constexpr std::array<const char*, 2> kPath{"path-1", "path-2"};
 
 using Vec3 = Eigen::Vector3d;
 using Needle = std::array<Point<frames::Ct>, 2>;  ///< Hub and tip, or entry and target.
@@ -90,6 +99,11 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
 
 }  // namespace
 
+std::vector<std::string> slice_names() {
+  return {kAxial,     kCoronal, kSagittal, kOblique,   kNeedle[0],
+          kNeedle[1], kPath[0], kPath[1],  kUltrasound};
+}
+
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
                                              const std::optional<NeedlePlan>& plan,
                                              const Volume& ct,
@@ -122,9 +136,9 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
     return options.mm_per_pixel > 0 ? options.mm_per_pixel
                                     : fitted(ct.grid(), plane, options.size_px);
   };
-  std::vector<NamedPlane> planes{{"axial", render::axial_slice(at), 0},
-                                 {"coronal", render::coronal_slice(at), 0},
-                                 {"sagittal", render::sagittal_slice(at), 0}};
+  std::vector<NamedPlane> planes{{kAxial, render::axial_slice(at), 0},
+                                 {kCoronal, render::coronal_slice(at), 0},
+                                 {kSagittal, render::sagittal_slice(at), 0}};
   // In one scale, so that they can be compared.
   double common = 0;
   for (const NamedPlane& slice : planes) common = std::max(common, scale(slice.plane));
@@ -132,19 +146,17 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
   if (options.normal_ct || options.right_ct) {
     const auto plane = oblique(options, at);
     if (!plane) return plane.error();
-    planes.push_back({"oblique", *plane, scale(*plane)});
+    planes.push_back({kOblique, *plane, scale(*plane)});
   }
-  const auto add_along = [&](const std::string& name, const Needle& line) {
+  const auto add_along = [&](const std::array<const char*, 2>& names, const Needle& line) {
     const auto two = render::needle_slices(line[0], line[1]);
-    planes.push_back({name + "-1", two[0], scale(two[0]), line});
-    planes.push_back({name + "-2", two[1], scale(two[1]), line});
+    for (std::size_t i = 0; i < 2; ++i) planes.push_back({names[i], two[i], scale(two[i]), line});
   };
-  if (*needle) add_along("needle", **needle);
-  if (plan) add_along("path", {plan->entry_ct, plan->target_ct});
+  if (*needle) add_along(kNeedle, **needle);
+  if (plan) add_along(kPath, {plan->entry_ct, plan->target_ct});
   if (along) {
     const double fits = extent_mm(picture->plane.frame) / options.size_px;
-    planes.push_back(
-        {"ultrasound", *along, options.mm_per_pixel > 0 ? options.mm_per_pixel : fits});
+    planes.push_back({kUltrasound, *along, options.mm_per_pixel > 0 ? options.mm_per_pixel : fits});
   }
   return planes;
 }

@@ -22,6 +22,9 @@ struct NamedPlane {
   std::optional<std::array<Point<frames::Ct>, 2>> line_ct{};
 };
 
+/// The names of all slices that there can be.
+std::vector<std::string> slice_names();
+
 /// The slices that options and the session's plan ask for. Unless options give a scale, the whole
 /// CT fits, in one scale for axial, coronal and sagittal; along a picture that fits. Refuses, by
 /// option or key: points outside the CT or not finite, a normal or in-plane directions that span no

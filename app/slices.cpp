@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "app/output_folder.hpp"
@@ -171,6 +172,10 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   if (!planes) return planes.error();
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
+  // A needle or a plan that this run does not have must not seem to be its own.
+  std::set<std::string> earlier;
+  for (const std::string& name : slice_names()) earlier.insert(name + ".png");
+  if (const auto ok = out->forget_earlier_run(earlier, {}); !ok) return ok;
   const std::string warning =
       overlay->picture && !overlay->picture->registered ? "CT NOT REGISTERED" : "";
   for (const NamedPlane& slice : *planes) {

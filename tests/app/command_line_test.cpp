@@ -332,9 +332,14 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
     EXPECT_FALSE(bytes(name).empty()) << name;
   }
   const std::string oblique = bytes("oblique.png");
+  std::ofstream(out / "my-needle.png") << "mine";
   // The same plane by two directions of it: seen from the feet, the patient's left to the right.
   ASSERT_EQ(sonde(arguments + " --right 2 0 0 --down 1 3 -3 --slab 8").code, 0);
   EXPECT_EQ(bytes("oblique.png"), oblique);
+  // This run knows of no needle; that of the one before must not seem to be its own.
+  EXPECT_FALSE(std::filesystem::exists(out / "needle-1.png"));
+  EXPECT_FALSE(std::filesystem::exists(out / "needle-2.png"));
+  EXPECT_EQ(bytes("my-needle.png"), "mine");
 
   expect_refusal(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
   expect_refusal(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
@@ -640,13 +645,17 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             std::string::npos);
 }
 
-TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNoReportOfAnEarlierOne) {
+TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNothingOfAnEarlierOne) {
   std::filesystem::create_directories(folder_ / "out");
-  std::ofstream(folder_ / "out/report.json") << "{}";
+  for (const char* name : {"report.json", "registration.png", "mine.png"}) {
+    std::ofstream(folder_ / "out" / name) << "{}";
+  }
   expect_refusal(
       "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string(), 3,
       {"missing.mha"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/registration.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/mine.png"));
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
