@@ -48,6 +48,11 @@ void OutputFolder::forget_reports() const {
 Result<void> OutputFolder::forget_earlier_run(const std::set<std::string>& files,
                                               const std::set<std::string>& series) const {
   forget_reports();
+  return forget(files, series);
+}
+
+Result<void> OutputFolder::forget(const std::set<std::string>& files,
+                                  const std::set<std::string>& series) const {
   const auto is_earlier = [&](const std::string& name) {
     if (files.contains(name)) return true;
     const std::size_t end = name.rfind('_');

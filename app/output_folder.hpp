@@ -28,6 +28,9 @@ class OutputFolder {
   /// reports, files and numbered pictures ("sweep_012.png" of "sweep"). Links stay.
   [[nodiscard]] Result<void> forget_earlier_run(const std::set<std::string>& files,
                                                 const std::set<std::string>& series) const;
+  /// The same of files and numbered pictures alone, in a folder whose reports may be of others.
+  [[nodiscard]] Result<void> forget(const std::set<std::string>& files,
+                                    const std::set<std::string>& series = {}) const;
   Result<void> write_text(const std::string& name, const std::string& text);
   /// Lists a file that something else wrote.
   void list(const std::string& name) { files_.push_back(name); }

@@ -175,7 +175,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   // A needle or a plan that this run does not have must not seem to be its own.
   std::set<std::string> earlier;
   for (const std::string& name : slice_names()) earlier.insert(name + ".png");
-  if (const auto ok = out->forget_earlier_run(earlier, {}); !ok) return ok;
+  if (const auto ok = out->forget(earlier); !ok) return ok;
   const std::string warning =
       overlay->picture && !overlay->picture->registered ? "CT NOT REGISTERED" : "";
   for (const NamedPlane& slice : *planes) {

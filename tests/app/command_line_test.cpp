@@ -332,7 +332,7 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
     EXPECT_FALSE(bytes(name).empty()) << name;
   }
   const std::string oblique = bytes("oblique.png");
-  std::ofstream(out / "my-needle.png") << "mine";
+  for (const char* name : {"my-needle.png", "report.json"}) std::ofstream(out / name) << "mine";
   // The same plane by two directions of it: seen from the feet, the patient's left to the right.
   ASSERT_EQ(sonde(arguments + " --right 2 0 0 --down 1 3 -3 --slab 8").code, 0);
   EXPECT_EQ(bytes("oblique.png"), oblique);
@@ -340,6 +340,7 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   EXPECT_FALSE(std::filesystem::exists(out / "needle-1.png"));
   EXPECT_FALSE(std::filesystem::exists(out / "needle-2.png"));
   EXPECT_EQ(bytes("my-needle.png"), "mine");
+  EXPECT_EQ(bytes("report.json"), "mine");
 
   expect_refusal(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
   expect_refusal(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
