@@ -13,7 +13,7 @@ using CtFromImage = Transform<frames::Ct, frames::Image>;
 
 constexpr int kScanLinesVersion = 1;
 
-constexpr double kFurthestMm = 1e6;
+constexpr double kFurthestLineMm = 1e6;
 
 struct ScannedPlanes {
   double reach_mm = 1;
@@ -25,7 +25,7 @@ Eigen::Vector2d read_point(JsonMember& member, const char* key) {
   member.numbers(key, 2, numbers);
   if (numbers.empty()) member.fail(key, "2 numbers", Json());
   for (const double x : numbers) {
-    if (!(std::abs(x) <= kFurthestMm)) member.fail(key, "numbers within 1e6 mm", x);
+    if (!(std::abs(x) <= kFurthestLineMm)) member.fail(key, "numbers within 1e6 mm", x);
   }
   return numbers.empty() ? Eigen::Vector2d::Zero() : Eigen::Vector2d(numbers[0], numbers[1]);
 }
@@ -40,10 +40,10 @@ std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& a
   member.number("radius_max_mm", sector.radius_max_mm);
   member.angle("half_angle_deg", sector.half_angle_rad);
   member.finish();
-  if (!(sector.radius_min_mm >= 0 && sector.radius_min_mm <= kFurthestMm)) {
+  if (!(sector.radius_min_mm >= 0 && sector.radius_min_mm <= kFurthestLineMm)) {
     member.fail("radius_min_mm", "a number in [0, 1e6]", sector.radius_min_mm);
   }
-  if (!(sector.radius_max_mm > sector.radius_min_mm && sector.radius_max_mm <= kFurthestMm)) {
+  if (!(sector.radius_max_mm > sector.radius_min_mm && sector.radius_max_mm <= kFurthestLineMm)) {
     member.fail("radius_max_mm", "more than radius_min_mm, at most 1e6", sector.radius_max_mm);
   }
   if (!(sector.half_angle_rad > 0 && sector.half_angle_rad <= M_PI)) {
@@ -58,7 +58,7 @@ CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Er
   plane.numbers("ct_from_image", 16, numbers);
   if (numbers.empty()) plane.fail("ct_from_image", "16 numbers, row by row", Json());
   for (const double x : numbers) {
-    if (!(std::abs(x) <= kFurthestMm)) plane.fail("ct_from_image", "numbers within 1e6", x);
+    if (!(std::abs(x) <= kFurthestLineMm)) plane.fail("ct_from_image", "numbers within 1e6", x);
   }
   if (error) return none;
   const Eigen::Matrix4d matrix =

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kCellMm = 5;
 // Half way between air and fat.
-constexpr double kAirHu = -500;
+constexpr double kAirBelowHu = -500;
 // A plane smoothed by it tells its distance up to 2.5 of it.
 constexpr double kSmoothMm = 8;
 
@@ -115,7 +115,7 @@ BodySurface::BodySurface(const Volume& ct) : directions_(ct.grid().directions) {
   std::vector<std::array<int, 3>> front;
   const auto visit = [&](const std::array<int, 3>& cell) {
     const std::size_t at = index(cell[0], cell[1], cell[2]);
-    if (body_[at] == 0 || !(hu[at] < kAirHu)) return;
+    if (body_[at] == 0 || !(hu[at] < kAirBelowHu)) return;
     body_[at] = 0;
     front.push_back(cell);
   };

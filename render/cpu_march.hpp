@@ -45,7 +45,7 @@ inline constexpr int kMarchPatience = 3;
 
 /// Whose voxels of the next run of cells are asked for before those of this one are read: what lies
 /// in the cache is not asked for, and where rays lie close together, those at the corners of a
-/// packet of every second cell will do.
+/// packet of every second cell will do. Marches by predicates always ask at the corners.
 enum class MarchPrefetch { kNone, kCorners, kAll };
 
 /// What all rays of a picture share.

@@ -4,7 +4,9 @@
 """Fails when an include crosses the floor plan of the house (docs/STYLE.md).
 
 Includes point down only; siblings never see each other (sole exception: sim -> io). No
-third-party type of one folder's trade appears in a header that others include.
+third-party type of one folder's trade appears in a header that others include. A constant of a
+.cpp file's own has no name that a header it might see declares: where files are compiled several
+at a time, the file next to it would take one for the other.
 """
 import pathlib
 import re
@@ -44,6 +46,8 @@ TRADES = {
 # Private headers (of use to their own folder, tests and benchmarks alone) may show trade types.
 PRIVATE_HEADER = re.compile(
     r"^(render/(vtk_|gl_|cpu_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
+# At the left margin: constants of a namespace, not those of a class or a function.
+CONSTANT = re.compile(r"^(?:inline |static )*constexpr [^=;{(]*?\b(k[A-Z]\w*)\s*[={\[]")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -80,9 +84,33 @@ def problems_in(root: pathlib.Path) -> list[str]:
     return found
 
 
+def constants_in(path: pathlib.Path):
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        match = CONSTANT.match(line)
+        if match:
+            yield number, match.group(1)
+
+
+def shadowed_in(root: pathlib.Path) -> list[str]:
+    declared = {}
+    for folder in ALLOWED:
+        for path in sorted((root / folder).rglob("*.hpp")):
+            for _, constant in constants_in(path):
+                declared.setdefault(constant, []).append(path.relative_to(root).as_posix())
+    found = []
+    for folder, allowed in ALLOWED.items():
+        for path in sorted((root / folder).rglob("*.cpp")):
+            for number, constant in constants_in(path):
+                headers = [h for h in declared.get(constant, []) if h.split("/")[0] in allowed]
+                if headers:
+                    found.append(f"{path.relative_to(root).as_posix()}:{number}: {constant} is "
+                                 f"also a constant of {headers[0]}")
+    return found
+
+
 def main() -> int:
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
-    found = problems_in(root)
+    found = problems_in(root) + shadowed_in(root)
     for problem in found:
         print(problem)
     print(f"layers: {len(found)} problem(s)")

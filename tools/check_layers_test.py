@@ -36,6 +36,17 @@ class CheckLayersTest(unittest.TestCase):
     def test_a_relative_include_is_refused(self):
         self.assertEqual(len(self.problems("nav/a.cpp", '#include "transform.hpp"\n')), 1)
 
+    def test_a_constant_that_a_header_declares_is_refused_in_a_file(self):
+        for where, count in (("nav/volume.hpp", 1), ("render/other.hpp", 0)):
+            with self.subTest(where), tempfile.TemporaryDirectory() as folder:
+                root = pathlib.Path(folder)
+                for name, text in ((where, "inline constexpr std::int16_t kAirHu = -1024;\n"),
+                                   ("io/a.cpp", "constexpr double kAirHu = -500;\n"
+                                                "  constexpr double kAirHu = -500;\n")):
+                    (root / name).parent.mkdir(parents=True, exist_ok=True)
+                    (root / name).write_text(text)
+                self.assertEqual(len(check_layers.shadowed_in(root)), count)
+
 
 if __name__ == "__main__":
     unittest.main()

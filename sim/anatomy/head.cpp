@@ -11,7 +11,7 @@ using shapes::Capsule;
 using shapes::Ellipsoid;
 
 // Depths below the scalp, mm.
-constexpr double kSkinMm = 2.0;
+constexpr double kScalpMm = 2.0;
 constexpr double kSkullMm = 5.5;
 constexpr double kDiploeMm = 7.3;
 constexpr double kInnerTableMm = 9.6;
@@ -71,7 +71,7 @@ struct Head {
 void add_shells(const Head& h, Layout& layout) {
   const auto below = [h](double mm) { return [h, mm](const auto& p) { return mm - h.depth(p); }; };
   layout.add(Tissue::kSkin, below(0));
-  layout.add(Tissue::kFat, below(kSkinMm));
+  layout.add(Tissue::kFat, below(kScalpMm));
   layout.add(Tissue::kBone, below(kSkullMm));
   layout.add(Tissue::kMarrow, below(kDiploeMm));
   layout.add(Tissue::kBone, below(kInnerTableMm));

@@ -14,7 +14,7 @@
 namespace nav::app {
 namespace {
 
-constexpr double kRadPerDeg = M_PI / 180;
+constexpr double kRadOfDeg = M_PI / 180;
 
 class ResolveLookTest : public ::testing::Test {
  protected:
@@ -27,8 +27,8 @@ class ResolveLookTest : public ::testing::Test {
     shading.style = render::ShadingStyle::kGooch;
     shading.emphasis = 0.25;
     render::Cutaway cutaway;
-    cutaway.theta1_rad = 10 * kRadPerDeg;
-    cutaway.theta2_rad = 20 * kRadPerDeg;
+    cutaway.theta1_rad = 10 * kRadOfDeg;
+    cutaway.theta2_rad = 20 * kRadOfDeg;
     cutaway.around_needle = true;
     const auto path = folder_ / "look.json";
     const LookFile look{*render::TransferFunction::create(
@@ -63,7 +63,7 @@ TEST_F(ResolveLookTest, TakesTheFileAndTheSessionOnTop) {
   EXPECT_EQ(look->transfer.name(), "mine");
   EXPECT_EQ(look->shading.style, render::ShadingStyle::kGooch);
   EXPECT_EQ(look->shading.emphasis, 0.25);
-  EXPECT_NEAR(look->cutaway->theta2_rad, 20 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(look->cutaway->theta2_rad, 20 * kRadOfDeg, 1e-12);
   EXPECT_TRUE(look->cutaway->around_needle);
   said.style = "phong";
   said.emphasis = 0.75;
@@ -78,8 +78,8 @@ TEST_F(ResolveLookTest, TakesTheFileAndTheSessionOnTop) {
   EXPECT_EQ(look->shading.style, render::ShadingStyle::kPhong);
   EXPECT_EQ(look->shading.emphasis, 0.75);
   EXPECT_FALSE(look->shading.enabled);
-  EXPECT_NEAR(look->cutaway->theta1_rad, 10 * kRadPerDeg, 1e-12) << "the file's";
-  EXPECT_NEAR(look->cutaway->theta2_rad, 60 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(look->cutaway->theta1_rad, 10 * kRadOfDeg, 1e-12) << "the file's";
+  EXPECT_NEAR(look->cutaway->theta2_rad, 60 * kRadOfDeg, 1e-12);
   EXPECT_TRUE(std::isinf(look->cutaway->overlay_mm));
   EXPECT_FALSE(look->cutaway->around_needle);
   EXPECT_EQ(look->transfer.at(5).importance, 1);
@@ -118,7 +118,7 @@ TEST_F(ResolveLookTest, ASavedLookIsTheSameOnItsVolumeAndFollowsTheValuesOfAnoth
   EXPECT_NEAR(same->transfer.at(80).importance, 0.75, 1e-9) << "what was said over the preset";
   EXPECT_EQ(same->shading.style, render::ShadingStyle::kGooch);
   EXPECT_EQ(same->shading.emphasis, 0.25);
-  EXPECT_NEAR(same->cutaway->theta1_rad, 20 * kRadPerDeg, 1e-9);
+  EXPECT_NEAR(same->cutaway->theta1_rad, 20 * kRadOfDeg, 1e-9);
   EXPECT_TRUE(same->cutaway->around_spheres);
 
   said.cutaway = {.enabled = false};
@@ -199,7 +199,7 @@ TEST_F(ResolveLookTest, HowToCutIsNotSaidOfALookThatDoesNotCut) {
   said.cutaway.enabled = false;
   EXPECT_FALSE(resolve_look(said, voxel())->cutaway);
   said.cutaway.enabled = true;
-  EXPECT_NEAR(resolve_look(said, voxel())->cutaway->theta1_rad, 20 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(resolve_look(said, voxel())->cutaway->theta1_rad, 20 * kRadOfDeg, 1e-12);
 }
 
 TEST_F(ResolveLookTest, ChecksEveryValueOfASession) {

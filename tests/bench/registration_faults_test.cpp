@@ -28,7 +28,7 @@ constexpr double kPoseRad = 1e-9;
 constexpr double kOutlineMm = 1e-12;
 // Half a grey for rounding of the picture, half for that of its original, and one where the grey is
 // not linear between pixels.
-constexpr double kGrey = 2;
+constexpr double kGreyLevels = 2;
 
 /// A hand that slides and turns evenly: poses between samples are exact.
 ReferenceFromImage hand_at(double seconds) {
@@ -126,7 +126,7 @@ void expect_deepened(double factor, bool convex) {
       const Eigen::Vector2d inner(p.x(), p.y() - 2);  // Its source and that one's neighbours too.
       if (convex && !(outline->contains(p) && outline->contains(inner))) continue;
       EXPECT_NEAR(shown.pixels.at(column, row), ideal.frames()[0].frame.pixels.at(column, row),
-                  kGrey)
+                  kGreyLevels)
           << factor << ' ' << column << ' ' << row;
       ++compared;
     }

@@ -27,8 +27,8 @@ constexpr double kStartMm = 10;
 constexpr double kStartRad = 8 * M_PI / 180;
 constexpr int kFrames = 30;
 // As an optical tracker with a well-calibrated probe.
-constexpr double kTrackerMm = 0.15;
-constexpr double kTrackerRad = 0.0015;
+constexpr double kPoseNoiseMm = 0.15;
+constexpr double kPoseNoiseRad = 0.0015;
 
 /// Repeatable on every platform.
 class Random {
@@ -74,10 +74,10 @@ struct Patient {
       const Timestamp time = procedure.frame_time(i);
       const auto ct_from_image = procedure.ct_from_image(time);
       const auto exact = procedure.ct_from_reference().inverse() * ct_from_image;
-      const auto wobble = exp_rotation(kTrackerRad * random.normal_vector());
+      const auto wobble = exp_rotation(kPoseNoiseRad * random.normal_vector());
       const Transform<frames::Reference, frames::Image> measured(
           (wobble * exact.rotation()).normalized(),
-          exact.translation_mm() + kTrackerMm * random.normal_vector());
+          exact.translation_mm() + kPoseNoiseMm * random.normal_vector());
       frames.push_back({probe.simulate(ct_from_image, time, static_cast<std::uint64_t>(i)),
                         measured, Duration{0}});
     }

@@ -20,7 +20,7 @@ namespace nav::registration {
 namespace {
 
 // Sums of a few hundred floats of the size of 1.
-constexpr double kRounding = 3e-6;
+constexpr double kTexelRounding = 3e-6;
 
 Volume random_ct(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm) {
   VoxelGrid grid;
@@ -122,7 +122,7 @@ TEST(CtChannelsTest, AreTheSmoothedBlockMeansAndTheirDifferencesAtEveryTexel) {
           }
         }
       }
-      EXPECT_LT(worst, kRounding) << "sigma " << sigma_mm << ", texels " << texel_sigmas;
+      EXPECT_LT(worst, kTexelRounding) << "sigma " << sigma_mm << ", texels " << texel_sigmas;
     }
   }
 }
@@ -225,7 +225,7 @@ TEST(CtChannelsTest, ManyRowsOfOneBlockDoNotOverflow) {
   const auto channels = make_ct_channels(*ct, box_of(grid), 4.3);
   ASSERT_TRUE(test::has_value(channels));
   EXPECT_EQ(channels->size, (std::array<int, 3>{2, 2, 2}));
-  for (const auto& texel : channels->texels) EXPECT_NEAR(texel[0], 2.5, kRounding);
+  for (const auto& texel : channels->texels) EXPECT_NEAR(texel[0], 2.5, kTexelRounding);
 }
 
 TEST(CtChannelsTest, AnAxisOfOneVoxelIsRepeatedAndHasNoSlope) {
@@ -257,7 +257,7 @@ TEST(CtChannelsTest, GaussiansReachNoFartherThanTheTexels) {
   ASSERT_EQ(found->texels.size(), expected->texels.size());
   for (std::size_t i = 0; i < found->texels.size(); ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
-      EXPECT_NEAR(found->texels[i][c], expected->texels[i][c], kRounding);
+      EXPECT_NEAR(found->texels[i][c], expected->texels[i][c], kTexelRounding);
     }
   }
 }

@@ -13,7 +13,7 @@
 namespace nav::registration {
 namespace {
 
-constexpr double kRoundingMm = 1e-10;
+constexpr double kSolvedToMm = 1e-10;
 constexpr double kRoundingRad = 1e-7;  // acos near 1 loses half the digits.
 
 std::vector<LandmarkPair> exact_pairs(const Eigen::Vector3d& offset_mm = Eigen::Vector3d::Zero()) {
@@ -32,12 +32,12 @@ TEST(LandmarksTest, RecoversThePlantedTransform) {
   const auto result = register_landmarks(exact_pairs());
   ASSERT_TRUE(test::has_value(result));
   EXPECT_TRUE(
-      test::is_near(result->ct_from_reference, test::true_pose(), kRoundingMm, kRoundingRad));
-  EXPECT_LT(result->fre_rms_mm, kRoundingMm);
-  EXPECT_LT(result->sigma_scale, kRoundingMm);
+      test::is_near(result->ct_from_reference, test::true_pose(), kSolvedToMm, kRoundingRad));
+  EXPECT_LT(result->fre_rms_mm, kSolvedToMm);
+  EXPECT_LT(result->sigma_scale, kSolvedToMm);
   ASSERT_EQ(result->residuals.size(), 6u);
   for (const auto& residual : result->residuals) {
-    EXPECT_LT(residual.leave_one_out_mm, kRoundingMm) << residual.name;
+    EXPECT_LT(residual.leave_one_out_mm, kSolvedToMm) << residual.name;
   }
 }
 
@@ -47,7 +47,7 @@ TEST(LandmarksTest, ThreePointsDetermineAPoseButNoLeaveOneOut) {
   const auto result = register_landmarks(pairs);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_TRUE(
-      test::is_near(result->ct_from_reference, test::true_pose(), kRoundingMm, kRoundingRad));
+      test::is_near(result->ct_from_reference, test::true_pose(), kSolvedToMm, kRoundingRad));
   EXPECT_TRUE(std::isnan(result->residuals[0].leave_one_out_mm));
 }
 

@@ -11,7 +11,7 @@ namespace nav::render::spec {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRounding = 1e-12;
+constexpr double kDoubleRounding = 1e-12;
 const CutawaySpan<double> kSpan{100, 80};  // T2, T1.
 constexpr double kOverlay = 20;            // Clear below 60 mm.
 
@@ -23,11 +23,11 @@ TEST(OcclusionTest, MeetsEveryBoundaryWithinAnUlp) {
   EXPECT_EQ(omega(up(100)), 0);
   EXPECT_EQ(omega(100), 0);
   EXPECT_GT(omega(down(100)), 0);
-  EXPECT_NEAR(omega(down(100)), 0, kRounding);
+  EXPECT_NEAR(omega(down(100)), 0, kDoubleRounding);
   EXPECT_EQ(omega(90), 0.25);
-  EXPECT_NEAR(omega(up(80)), 0.5, kRounding);
+  EXPECT_NEAR(omega(up(80)), 0.5, kDoubleRounding);
   EXPECT_EQ(omega(80), 0.5);
-  EXPECT_NEAR(omega(down(80)), 0.5, kRounding);
+  EXPECT_NEAR(omega(down(80)), 0.5, kDoubleRounding);
   EXPECT_GT(omega(down(80)), 0.5);
   EXPECT_EQ(omega(70), 0.75);
   EXPECT_LT(omega(up(60)), 1);
@@ -52,7 +52,7 @@ TEST(OcclusionTest, NeverGrowsAlongTheRay) {
 TEST(OcclusionTest, EqualAnglesAndNoOverlayAreSteps) {
   const CutawaySpan<double> equal{100, 100};
   EXPECT_EQ(occlusion(equal, 20.0, 100.0), 0);
-  EXPECT_NEAR(occlusion(equal, 20.0, down(100)), 0.5, kRounding);
+  EXPECT_NEAR(occlusion(equal, 20.0, down(100)), 0.5, kDoubleRounding);
   EXPECT_EQ(occlusion(equal, 20.0, 80.0), 1);
   EXPECT_EQ(occlusion(kSpan, 0.0, 80.0), 0.5) << "still the transition's end";
   EXPECT_EQ(occlusion(kSpan, 0.0, down(80)), 1);
@@ -94,7 +94,8 @@ TEST(VisibilityTest, ThePrintedRampContradictsThePapersText) {
   // Nowhere else do the two differ.
   for (double importance = 1.0 / 64; importance < 1; importance += 1.0 / 64) {
     for (double omega = 0; omega <= 1; omega += 1.0 / 128) {
-      EXPECT_NEAR(visibility(importance, omega), printed_visibility(importance, omega), kRounding)
+      EXPECT_NEAR(visibility(importance, omega), printed_visibility(importance, omega),
+                  kDoubleRounding)
           << importance << ' ' << omega;
     }
   }
@@ -147,7 +148,7 @@ TEST(FadedTest, DoesNotDependOnTheStep) {
   for (const int steps : {1, 4, 64, 4096}) {
     double through = 1;
     for (int i = 0; i < steps; ++i) through *= std::exp(-faded(tau, 0.5) / steps);
-    EXPECT_NEAR(1 - through, 0.3, kRounding) << steps;
+    EXPECT_NEAR(1 - through, 0.3, kDoubleRounding) << steps;
   }
 }
 
@@ -170,7 +171,7 @@ TEST(FadedTest, KeepsTinyOpacitiesAndTheEnds) {
   EXPECT_EQ(faded(3.0, 1.0), 3.0);
   EXPECT_EQ(faded(3.0, 0.0), 0);
   EXPECT_EQ(faded(0.0, 0.5), 0);
-  EXPECT_NEAR(faded(700.0, 0.5), std::log(2.0), kRounding) << "an opaque sample half faded";
+  EXPECT_NEAR(faded(700.0, 0.5), std::log(2.0), kDoubleRounding) << "an opaque sample half faded";
 }
 
 /// Everything up to visible_from() is invisible to the last bit, in the precision of S, and not
@@ -203,9 +204,9 @@ TEST(VisibleFromTest, SkipsOnlyWhatIsInvisibleToTheLastBit) {
 TEST(VisibleFromTest, MostImportantIsNeverSkipped) {
   EXPECT_EQ(visible_from(kSpan, kOverlay, 1.0), -kInfinity);
   EXPECT_EQ(visible_from(kSpan, kInfinity, 0.75), -kInfinity) << "no clear region to vanish in";
-  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.75), 70, kRounding * 100);
-  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.25), 90, kRounding * 100);
-  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.0), 100, kRounding * 100);
+  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.75), 70, kDoubleRounding * 100);
+  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.25), 90, kDoubleRounding * 100);
+  EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.0), 100, kDoubleRounding * 100);
 }
 
 }  // namespace

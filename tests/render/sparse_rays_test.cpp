@@ -103,7 +103,8 @@ TEST_P(SparseRaysTest, EveryPixelHasARayOrIsAMeanOfRaysThatAgree) {
         EXPECT_GT(spared, before);
         before = spared;
         // Rays that lie apart look at bricks elsewhere: a few samples more in vain.
-        EXPECT_LE(sparse.statistics.volume_samples, 1.01 * dense.statistics.volume_samples);
+        EXPECT_LE(static_cast<double>(sparse.statistics.volume_samples),
+                  1.01 * static_cast<double>(dense.statistics.volume_samples));
         // Waves hold nothing narrower than the lattice.
         EXPECT_LT(test::max_difference(sparse, dense), error);
         int equal = 0;

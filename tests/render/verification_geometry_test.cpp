@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, GeometryVerificationTest,
                          ::testing::ValuesIn(test::verified_engines()),
                          [](const auto& c) { return c.param.name; });
 
-constexpr double kTau = 0.03;
+constexpr double kFogTau = 0.03;
 
 /// Length of a ray inside the box of a grid, t >= 0, by the six planes of its faces, in long
 /// double and CT coordinates.
@@ -65,7 +65,7 @@ void expect_chords(Engine& engine, const Scene& scene, double tolerance, const s
   for (int y = 0; y < scene.height; ++y) {
     for (int x = 0; x < scene.width; ++x) {
       const auto [eye, d] = ray(scene, x, y);
-      const double exact = -std::expm1(-kTau * chord_mm(scene.ct->grid(), eye, d));
+      const double exact = -std::expm1(-kFogTau * chord_mm(scene.ct->grid(), eye, d));
       ASSERT_NEAR(image.pixels.at(x, y).g, exact, tolerance)
           << what << ", pixel " << x << ", " << y;
     }
@@ -103,7 +103,7 @@ Scene fog_scene(const VoxelGrid& grid, const Eigen::Vector3d& from_centre, bool 
   camera.orthographic_height_mm = 30;
   camera.vertical_fov_rad = 2 * std::atan(15 / from_centre.norm());
   Scene scene = test::plain_scene(test::make_volume(grid, [](int, int, int) { return 0; }),
-                                  test::fog(kTau), camera);
+                                  test::fog(kFogTau), camera);
   scene.quality.step_voxels = 0.7;
   return scene;
 }
@@ -148,7 +148,7 @@ TEST_P(GeometryVerificationTest, EyeAThousandKilometresAwayKeepsFiveDigits) {
 TEST_P(GeometryVerificationTest, GrazingRaysSeeTheWholeFaceOrNothing) {
   constexpr double kTolerance = 2e-5;
   const VoxelGrid grid = test::centred_grid({17, 17, 17}, {1, 1, 1});
-  const double whole = -std::expm1(-kTau * 16);
+  const double whole = -std::expm1(-kFogTau * 16);
   for (const double off : {0.0, 1e-9, -1e-9, 1e-3, -1e-3}) {
     Scene scene = fog_scene(grid, {0, -50, 0}, true);
     scene.width = scene.height = 1;

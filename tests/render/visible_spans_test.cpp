@@ -11,7 +11,7 @@
 namespace nav::render {
 namespace {
 
-constexpr int kAirHu = -1000;
+constexpr int kOutsideHu = -1000;
 constexpr int kBoneHu = 900;
 
 TransferFunction bone() {
@@ -22,7 +22,7 @@ TransferFunction bone() {
 /// A ball of bone of so many voxels of radius in the middle of 65^3 voxels of 1 mm.
 std::shared_ptr<const Volume> ball(double radius) {
   return test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [&](int i, int j, int k) {
-    return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBoneHu : kAirHu;
+    return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBoneHu : kOutsideHu;
   });
 }
 
@@ -48,7 +48,7 @@ TEST(VisibleSpansTest, TheShellIsWhatAFaceOpens) {
   // Voxels 20 to 44 lie in bricks 2 to 5.
   const auto box =
       test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [](int i, int j, int k) {
-        return std::min({i, j, k}) >= 20 && std::max({i, j, k}) <= 44 ? kBoneHu : kAirHu;
+        return std::min({i, j, k}) >= 20 && std::max({i, j, k}) <= 44 ? kBoneHu : kOutsideHu;
       });
   EXPECT_EQ(shell_of(*box).bricks.size(), 4U * 4 * 4 - 2U * 2 * 2);
 }

@@ -11,7 +11,7 @@ namespace {
 
 using E = PredicateExpression;
 
-constexpr std::size_t kBytesAPicture = std::size_t{16} << 10U;
+constexpr std::size_t kFewBytesAPicture = std::size_t{16} << 10U;
 constexpr int kMostPictures = 200;  // More than everything here takes.
 
 /// As pairs of voxels, or as textures.
@@ -21,7 +21,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
   void SetUp() override {
     test::GlPredicateViewTest::SetUp();
     caster().set_voxel_pairs(GetParam());
-    caster().set_bytes_a_picture(kBytesAPicture);
+    caster().set_bytes_a_picture(kFewBytesAPicture);
     ct_ = test::small_ultrasound(test::centred_grid({37, 33, 26}, {1, 0.8, 0.9}), 5);
     features_ = test::random_features(ct_, 4);
   }
@@ -92,7 +92,7 @@ TEST_P(GlProvisionalTest, SendingEndsAfterAsManyPicturesAsItHasParts) {
   // Two features, marks of voxels without a value, labels, and two ranges of bricks to look
   // through; a texture holds four components.
   const std::size_t bytes = voxels * (2 * (GetParam() ? 4 : 8) + 2 + 4 + 2 * 2);
-  const auto parts = static_cast<int>(bytes / kBytesAPicture);
+  const auto parts = static_cast<int>(bytes / kFewBytesAPicture);
   const int pictures = pictures_until_whole(features());
   EXPECT_LE(pictures, parts + 2);
   EXPECT_GE(pictures, parts / 2);

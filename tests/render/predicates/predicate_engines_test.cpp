@@ -7,6 +7,8 @@
 namespace nav::render {
 namespace {
 
+using E = PredicateExpression;
+
 double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit) {
   std::size_t beyond = 0;
   for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
@@ -143,7 +145,6 @@ TEST_P(PredicateEngineTest, LayersOfNearlyTheSameImportanceStayWithinTheirError)
 TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
-  using E = PredicateExpression;
   const VoxelGrid grid = test::centred_grid({33, 30, 20}, {1, 1, 1});
   const auto ct = test::small_ultrasound(grid, 9);
   const auto engine = make_cpu_engine({1, GetParam()});
