@@ -8,5 +8,5 @@ cd "$(dirname "$0")/.."
 tools/install-dependencies.sh build
 # Half of the build's time is reading the same headers.
 cmake --preset release -Wno-dev -DSONDE_PRECOMPILE=ON -DSONDE_BUILD_TESTS=OFF -DSONDE_BUILD_BENCH=OFF -B build/demo
-cmake --build build/demo --parallel "$(nproc)" --target sonde
+cmake --build build/demo --parallel "$(tools/jobs.sh)" --target sonde
 build/demo/app/sonde demo --out demo-output "$@"
