@@ -45,6 +45,7 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"brute_force_ms", row.brute_ms},
                     {"paper_shader_ms", row.paper_ms},
                     {"max_difference_to_paper_shader", row.paper_difference},
+                    {"rms_difference_to_paper_shader", row.paper_rms},
                     {"cpu_engine_ms", json_number(row.cpu_engine_ms)},
                     {"cpu_max_difference_to_paper_shader", json_number(row.cpu_paper_difference)},
                     {"max_error_early_termination", row.max_error},
@@ -84,7 +85,7 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
             {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
             {"gl_worst_set_edit_wall_ms", of_gl(&Gl::worst_set_edit_wall_ms)},
-            {"vs_paper_shader", of_gl(&Gl::vs_paper_shader)},
+            {"vs_paper_shader", report.gl ? json_number(report.gl->vs_paper_shader()) : Json()},
             {"cpu_vs_paper_shader",
              report.gl ? json_number(report.gl->cpu_vs_paper_shader()) : Json()}}}};
 }

@@ -14,6 +14,7 @@
 #include "render/gl_program.hpp"
 #include "render/gl_read.hpp"
 #include "render/gl_speed_probe.hpp"
+#include "render/gl_target.hpp"
 #include "render/gl_textures.hpp"
 #include "render/gl_timer.hpp"
 #include "render/gl_uniforms.hpp"
@@ -82,8 +83,6 @@ class PaperShader final : public render::Engine {
     target_.release();
     read_buffer_.release();
     timer_.release();
-    if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
-    if (vertex_array_ != 0) glDeleteVertexArrays(1, &vertex_array_);
     window_->release_thread();
   }
   PaperShader(const PaperShader&) = delete;
@@ -111,19 +110,15 @@ class PaperShader final : public render::Engine {
     auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
     if (!set) return set.error();
     if (auto ok = prepare(*set); !ok) return ok.error();
-    prepare_target(scene.width, scene.height);
+    if (auto ok = target_.bind(scene.width, scene.height); !ok) return ok.error();
     program_->use();
     set_uniforms(scene, *set);
     timer_.begin(render::runs_in_software(window_->device()));
-    glViewport(0, 0, scene.width, scene.height);
-    glDisable(GL_BLEND);
-    glDisable(GL_DEPTH_TEST);
-    glBindVertexArray(vertex_array_);
     if (compute_) {
-      const render::gl::ImageTargets bound({{target_.id(), GL_RGBA32F}});
+      const render::gl::ImageTargets bound({{target_.texture(), GL_RGBA32F}});
       render::gl::dispatch(scene.width, scene.height);
     } else {
-      glDrawArrays(GL_TRIANGLES, 0, 3);
+      target_.draw();
     }
     const double cast_s = timer_.end_s();
     RenderedImage image =
@@ -187,17 +182,6 @@ class PaperShader final : public render::Engine {
     render::gl::set_sampling(GL_TEXTURE_3D, filter);
   }
 
-  void prepare_target(int width, int height) {
-    if (vertex_array_ == 0) glGenVertexArrays(1, &vertex_array_);
-    if (framebuffer_ == 0) glGenFramebuffers(1, &framebuffer_);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-    glActiveTexture(GL_TEXTURE0 + render::kTarget);
-    glBindTexture(GL_TEXTURE_2D, target_.id());
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target_.id(), 0);
-    glDrawBuffer(GL_COLOR_ATTACHMENT0);
-  }
-
   void set_uniforms(const Scene& scene, const PredicateSet& set) {
     GlProgram& p = *program_;
     set_rays(p, scene);
@@ -256,23 +240,21 @@ class PaperShader final : public render::Engine {
   std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.
   std::vector<std::shared_ptr<const Volume>> volumes_;
   const std::uint32_t* labels_of_ = nullptr;
-  render::GlTexture target_;
+  render::GlTarget target_;
   render::GlReadBuffer read_buffer_;
   render::GlTimer timer_;
-  unsigned framebuffer_ = 0;
-  unsigned vertex_array_ = 0;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads) {
+Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads, std::optional<bool> compute) {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   (*window)->window().MakeCurrent();
-  const bool compute = render::compute_is_faster();
+  if (!compute) compute = render::compute_is_faster();
   (*window)->release_thread();
   return std::unique_ptr<render::Engine>(
-      std::make_unique<PaperShader>(std::move(window).value(), compute, reads));
+      std::make_unique<PaperShader>(std::move(window).value(), *compute, reads));
 }
 
 }  // namespace nav::bench

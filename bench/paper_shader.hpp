@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "nav/result.hpp"
@@ -14,8 +15,10 @@ namespace nav::bench {
 /// feature, Eqs. 3 to 8 and 10 to 12 for every sample; see shaders/paper_predicates.frag. A peer
 /// for measurements, on the device of the GL engine. Draws the volume by predicates and nothing
 /// else; hues have the linear mean, whatever the scene says. Refuses features with undefined
-/// voxels. reads: else pictures stay on the device, and black is returned. kUnavailable without
+/// voxels. reads: else pictures stay on the device, and black is returned. compute: by a
+/// compute shader, empty: where the device draws faster so, as the GL engine. kUnavailable without
 /// OpenGL.
-Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads = true);
+Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads = true,
+                                                          std::optional<bool> compute = {});
 
 }  // namespace nav::bench

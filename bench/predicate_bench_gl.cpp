@@ -115,6 +115,7 @@ Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow
   const auto paper = engines.read_paper->render(as_printed(scene));
   if (!paper) return paper.error();
   row.paper_difference = largest_difference(*printed, *paper);
+  row.paper_rms = rms_difference(*printed, *paper);
   if (!engines.cpu) return {};
   const auto cpu = engines.cpu->render(as_printed(without_tricks(scene)));
   if (!cpu) return cpu.error();
@@ -194,12 +195,14 @@ double GlPredicateReport::predicate_over_standard() const {
   return median_of(rows, [](const auto& r) { return r.standard_ms / r.predicate_ms; });
 }
 
-double GlPredicateReport::vs_paper_shader() const {
+std::optional<double> GlPredicateReport::vs_paper_shader() const {
+  const auto same = [](const GlPredicateRow& row) { return row.paper_rms <= kSamePictureRms; };
+  if (!std::all_of(rows.begin(), rows.end(), same)) return std::nullopt;
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
 }
 
 std::optional<double> GlPredicateReport::cpu_vs_paper_shader() const {
-  if (rows.empty() || !rows.front().cpu_engine_ms) return std::nullopt;
+  if (rows.empty() || !rows.front().cpu_engine_ms || !vs_paper_shader()) return std::nullopt;
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.cpu_engine_ms.value(); });
 }
 
@@ -250,25 +253,29 @@ std::string to_text(const GlPredicateReport& report) {
   out +=
       "scene                          standard  predicates      brute      paper   ratios: "
       "standard "
-      " paper   max error /255  paper differs /255  identical  edit ms  set ms  set wall ms  "
+      " paper   max error /255  paper differs /255   by rms  identical  edit ms  set ms  set wall "
+      "ms  "
       "set whole ms  settle ms\n";
   for (const auto& row : report.rows) {
-    std::snprintf(line, sizeof line,
-                  "%-30s %8.1f %11.1f %10.1f %10.1f %17.2f %6.1f %16.3f %19.3f %10s %8.1f %7.1f "
-                  "%12.1f %13.1f %10.1f\n",
-                  row.scene.c_str(), row.standard_ms, row.predicate_ms, row.brute_ms, row.paper_ms,
-                  row.standard_ms / row.predicate_ms, row.paper_ms / row.predicate_ms,
-                  255 * row.max_error, 255 * row.paper_difference, row.identical ? "yes" : "NO",
-                  row.edit_ms, row.set_edit_ms, row.edit.first_ms, row.edit.whole_ms,
-                  row.settle_ms);
+    std::snprintf(
+        line, sizeof line,
+        "%-30s %8.2f %11.2f %10.2f %10.2f %17.2f %6.1f %16.3f %19.3f %8.3f %10s %8.1f %7.1f "
+        "%12.1f %13.1f %10.1f\n",
+        row.scene.c_str(), row.standard_ms, row.predicate_ms, row.brute_ms, row.paper_ms,
+        row.standard_ms / row.predicate_ms, row.paper_ms / row.predicate_ms, 255 * row.max_error,
+        255 * row.paper_difference, 255 * row.paper_rms, row.identical ? "yes" : "NO", row.edit_ms,
+        row.set_edit_ms, row.edit.first_ms, row.edit.whole_ms, row.settle_ms);
     out += line;
   }
-  std::snprintf(
-      line, sizeof line,
-      "median predicates / standard (frame rates): %.2f; predicates / the paper's shader: "
-      "%.2f\n",
-      report.predicate_over_standard(), report.vs_paper_shader());
+  std::snprintf(line, sizeof line, "median predicates / standard (frame rates): %.2f; ",
+                report.predicate_over_standard());
   out += line;
+  if (const auto paper = report.vs_paper_shader()) {
+    std::snprintf(line, sizeof line, "predicates / the paper's shader: %.2f\n", *paper);
+    out += line;
+  } else {
+    out += "the paper's shader draws another picture: not compared\n";
+  }
   if (const auto cpu = report.cpu_vs_paper_shader()) {
     std::snprintf(line, sizeof line,
                   "median the CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);

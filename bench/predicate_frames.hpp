@@ -22,6 +22,18 @@ inline double largest_difference(const render::RenderedImage& a, const render::R
   return most;
 }
 
+/// Root mean square of all channels, [0, 1].
+inline double rms_difference(const render::RenderedImage& a, const render::RenderedImage& b) {
+  double sum = 0;
+  const std::size_t count = a.pixels.pixels().size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const RgbaF& p = a.pixels.pixels()[i];
+    const RgbaF& q = b.pixels.pixels()[i];
+    for (const double d : {p.r - q.r, p.g - q.g, p.b - q.b}) sum += d * d;
+  }
+  return std::sqrt(sum / (3.0 * static_cast<double>(count)));
+}
+
 /// Draws frames that differ by micrometres, so that every one is cast. cast_s, where there is one,
 /// gets what the device took for each.
 inline Task frames(render::Engine& engine, render::Scene scene, int& frame,

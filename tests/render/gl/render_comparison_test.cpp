@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 #include <iostream>
 
+#include "bench/paper_shader.hpp"
 #include "bench/predicate_bench_gl.hpp"
+#include "bench/predicate_frames.hpp"
 #include "bench/predicate_phantom.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
@@ -143,8 +145,45 @@ TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnADeviceOfItsOwn) {
     EXPECT_TRUE(row.identical);
     EXPECT_LE(row.max_error, 1.0 / 255);
     EXPECT_LE(row.paper_difference, 1.0 / 255);
+    EXPECT_LE(row.paper_rms, row.paper_difference);
+    EXPECT_GT(report->vs_paper_shader().value_or(0), 0);
     EXPECT_EQ(row.cpu_engine_ms.has_value(), !of_device);
   }
+}
+
+TEST(GlPredicateBenchTest, ComparesNoTimesOfDifferentPictures) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (const double rms : {1.01 * kSamePictureRms, kNone}) {
+    GlPredicateReport report;
+    report.rows.resize(3);
+    for (GlPredicateRow& row : report.rows) {
+      row.standard_ms = row.predicate_ms = 1;
+      row.paper_ms = 4;
+      row.cpu_engine_ms = 2;
+      row.paper_difference = 1;  // A single sample.
+    }
+    EXPECT_EQ(report.vs_paper_shader(), 4);
+    EXPECT_EQ(report.cpu_vs_paper_shader(), 2);
+    report.rows[1].paper_rms = rms;
+    EXPECT_EQ(report.vs_paper_shader(), std::nullopt);
+    EXPECT_EQ(report.cpu_vs_paper_shader(), std::nullopt);
+    EXPECT_NE(to_text(report).find("another picture: not compared"), std::string::npos);
+  }
+}
+
+TEST(PaperShaderTest, DrawsTheSameByEitherKindOfProgram) {
+  const auto neck = neck_phantom(32);
+  ASSERT_TRUE(test::has_value(neck));
+  const auto scene = predicate_scene(*neck, neck->looks.back(), 40, 30);
+  std::vector<render::RenderedImage> pictures;
+  for (const bool compute : {false, true}) {
+    const auto shader = make_paper_shader(true, compute);
+    ASSERT_TRUE(test::has_value(shader));
+    auto picture = (*shader)->render(scene);
+    ASSERT_TRUE(test::has_value(picture));
+    pictures.push_back(*std::move(picture));
+  }
+  EXPECT_LT(largest_difference(pictures[0], pictures[1]), 2e-5);
 }
 
 /// White where something is drawn on the black background.
