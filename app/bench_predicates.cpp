@@ -46,6 +46,9 @@ Json gl_json(const bench::GlPredicateReport& report) {
                     {"paper_shader_ms", row.paper_ms},
                     {"max_difference_to_paper_shader", row.paper_difference},
                     {"rms_difference_to_paper_shader", row.paper_rms},
+                    {"paper_shader_own_filter_ms", json_number(row.paper_own_filter_ms)},
+                    {"max_difference_to_paper_shader_own_filter",
+                     json_number(row.paper_own_filter_difference)},
                     {"cpu_engine_ms", json_number(row.cpu_engine_ms)},
                     {"cpu_max_difference_to_paper_shader", json_number(row.cpu_paper_difference)},
                     {"max_error_early_termination", row.max_error},
@@ -69,6 +72,9 @@ Json report_json(const bench::PredicateBenchReport& report) {
   const auto of_gl = [&](double (bench::GlPredicateReport::*value)() const) {
     return report.gl ? Json((*report.gl.*value)()) : Json();
   };
+  const auto maybe_of_gl = [&](std::optional<double> (bench::GlPredicateReport::*value)() const) {
+    return report.gl ? json_number((*report.gl.*value)()) : Json();
+  };
   using Gl = bench::GlPredicateReport;
   return {{"scenes", std::move(rows)},
           {"gl", report.gl ? gl_json(*report.gl) : Json()},
@@ -85,9 +91,9 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
             {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},
             {"gl_worst_set_edit_wall_ms", of_gl(&Gl::worst_set_edit_wall_ms)},
-            {"vs_paper_shader", report.gl ? json_number(report.gl->vs_paper_shader()) : Json()},
-            {"cpu_vs_paper_shader",
-             report.gl ? json_number(report.gl->cpu_vs_paper_shader()) : Json()}}}};
+            {"vs_paper_shader", maybe_of_gl(&Gl::vs_paper_shader)},
+            {"vs_paper_shader_own_filter", maybe_of_gl(&Gl::vs_paper_shader_own_filter)},
+            {"cpu_vs_paper_shader", maybe_of_gl(&Gl::cpu_vs_paper_shader)}}}};
 }
 
 Json report_json(const bench::TwoVolumesReport& report) {

@@ -57,4 +57,15 @@ Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Re
   return taken;
 }
 
+Result<void> keep_busy(const std::vector<Task>& tasks) {
+  constexpr double kLongEnough_s = 0.1;
+  const auto start = std::chrono::steady_clock::now();
+  do {
+    for (const Task& task : tasks) {
+      if (auto done = task(); !done) return done;
+    }
+  } while (seconds_since(start) < kLongEnough_s);
+  return {};
+}
+
 }  // namespace nav::bench

@@ -51,4 +51,8 @@ struct Repeats {
 /// alike.
 Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Repeats& repeats);
 
+/// Runs tasks in turn for a tenth of a second, once each at least: devices lower their clock while
+/// they have little to do.
+Result<void> keep_busy(const std::vector<Task>& tasks);
+
 }  // namespace nav::bench

@@ -11,6 +11,7 @@
 #include "bench/paper_shader.hpp"
 #include "render/gl_compute.hpp"
 #include "render/gl_device.hpp"
+#include "render/gl_filter_probe.hpp"
 #include "render/gl_program.hpp"
 #include "render/gl_read.hpp"
 #include "render/gl_speed_probe.hpp"
@@ -49,22 +50,25 @@ std::string bars_text(const PredicateSet& set) {
 std::string fetches_text(std::size_t features) {
   std::string uniforms =
       "#define FEATURES " + std::to_string(std::max<std::size_t>(features, 1)) + "\n";
-  std::string body = "void fetch_features(out vec4 texels[FEATURES], vec3 at) {\n";
+  std::string body =
+      "vec4 trilinear(sampler3D volume, vec3 index);\n"
+      "void fetch_features(out vec4 texels[FEATURES], vec3 index) {\n";
   if (features == 0) body += "  texels[0] = vec4(0.0);\n";
   for (std::size_t i = 0; i < features; ++i) {
     const std::string name = "paper_feature" + std::to_string(i);
     uniforms += "uniform sampler3D " + name + ";\n";
-    body += "  texels[" + std::to_string(i) + "] = textureLod(" + name + ", at, 0.0) * 32767.0;\n";
+    body += "  texels[" + std::to_string(i) + "] = trilinear(" + name + ", index);\n";
   }
   return uniforms + body + "}\n";
 }
 
-std::string fragment_text(const PredicateSet& set) {
+std::string fragment_text(const PredicateSet& set, bool manual_filter) {
   std::string text = render::assembled_shader("paper_predicates.frag");
   const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
-  return text.insert(after_version, (set.labels() ? "#define LABELS\n" : "") +
-                                        fetches_text(set.channels().size() - 1) + bars_text(set) +
-                                        render::plain_predicate_shader(set));
+  const std::string defines = std::string(set.labels() ? "#define LABELS\n" : "") +
+                              (manual_filter ? "#define MANUAL_FILTER\n" : "");
+  return text.insert(after_version, defines + fetches_text(set.channels().size() - 1) +
+                                        bars_text(set) + render::plain_predicate_shader(set));
 }
 
 void bind(int unit, GLuint texture) {
@@ -74,8 +78,12 @@ void bind(int unit, GLuint texture) {
 
 class PaperShader final : public render::Engine {
  public:
-  PaperShader(std::unique_ptr<render::OffscreenWindow> window, bool compute, bool reads)
-      : window_(std::move(window)), compute_(compute), reads_(reads) {}
+  PaperShader(std::unique_ptr<render::OffscreenWindow> window, const PaperShaderOptions& options,
+              bool compute, bool manual_filter)
+      : window_(std::move(window)),
+        reads_(options.reads),
+        compute_(compute),
+        manual_filter_(manual_filter) {}
   ~PaperShader() override {
     current();
     program_.reset();
@@ -133,7 +141,7 @@ class PaperShader final : public render::Engine {
   }
 
   Result<void> prepare(const PredicateSet& set) {
-    std::string text = fragment_text(set);
+    std::string text = fragment_text(set, manual_filter_);
     if (text != text_) {
       auto linked = compute_ ? GlProgram::link_compute(render::as_compute(text))
                              : GlProgram::link_fullscreen(text);
@@ -232,8 +240,9 @@ class PaperShader final : public render::Engine {
   }
 
   std::unique_ptr<render::OffscreenWindow> window_;
-  bool compute_;  ///< As the GL engine: what the device does faster.
   bool reads_;
+  bool compute_;        ///< As the GL engine: what the device does faster.
+  bool manual_filter_;  ///< As the GL engine: where the device's filter is coarse.
   BlankPicture blank_;
   std::unique_ptr<GlProgram> program_;
   std::string text_;
@@ -247,14 +256,17 @@ class PaperShader final : public render::Engine {
 
 }  // namespace
 
-Result<std::unique_ptr<render::Engine>> make_paper_shader(bool reads, std::optional<bool> compute) {
+Result<std::unique_ptr<render::Engine>> make_paper_shader(const PaperShaderOptions& options) {
   auto window = render::OffscreenWindow::create(16, 16);
   if (!window) return window.error();
   (*window)->window().MakeCurrent();
-  if (!compute) compute = render::compute_is_faster();
+  const bool compute = options.compute ? *options.compute : render::compute_is_faster();
+  const auto manual_filter =
+      options.manual_filter ? Result<bool>(*options.manual_filter) : render::filter_is_coarse();
   (*window)->release_thread();
+  if (!manual_filter) return manual_filter.error();
   return std::unique_ptr<render::Engine>(
-      std::make_unique<PaperShader>(std::move(window).value(), *compute, reads));
+      std::make_unique<PaperShader>(std::move(window).value(), options, compute, *manual_filter));
 }
 
 }  // namespace nav::bench

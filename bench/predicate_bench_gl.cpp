@@ -11,6 +11,7 @@
 #include "bench/gl_frames.hpp"
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
+#include "nav/stopwatch.hpp"
 #include "render/gl_device.hpp"
 #include "render/gl_raycaster.hpp"
 
@@ -26,6 +27,8 @@ struct Engines {
   std::shared_ptr<Engine> standard, predicates, brute, paper;  ///< What is timed.
   /// The same for pictures to look at: a device keeps those that are timed.
   std::shared_ptr<Engine> read_predicates, read_paper;
+  /// By the device's own filter, on devices.
+  std::shared_ptr<Engine> paper_own_filter, read_paper_own_filter;
   bool software = false;
   std::unique_ptr<Engine> cpu;  ///< Where OpenGL runs on the same processor, else null.
 };
@@ -42,17 +45,22 @@ Result<Engines> make_engines(Diagnostics& diagnostics, std::optional<bool> of_de
   Engines out;
   out.read_predicates = *std::move(read);
   out.software = of_device ? !*of_device : render::runs_in_software(out.read_predicates->device());
-  auto read_paper = make_paper_shader();
-  if (!read_paper) return read_paper.error();
-  out.read_paper = *std::move(read_paper);
+  const auto add_paper = [](std::shared_ptr<Engine>& into, bool reads,
+                            std::optional<bool> manual_filter) -> Result<void> {
+    auto made = make_paper_shader({.reads = reads, .compute = {}, .manual_filter = manual_filter});
+    if (!made) return made.error();
+    into = *std::move(made);
+    return {};
+  };
+  if (auto ok = add_paper(out.read_paper, true, {}); !ok) return ok.error();
   out.predicates = out.read_predicates;
   out.paper = out.read_paper;
   std::vector<std::shared_ptr<Engine>*> timed{&out.standard, &out.brute};
   if (!out.software) {
     timed.push_back(&out.predicates);
-    auto paper = make_paper_shader(false);
-    if (!paper) return paper.error();
-    out.paper = *std::move(paper);
+    if (auto ok = add_paper(out.paper, false, {}); !ok) return ok.error();
+    if (auto ok = add_paper(out.paper_own_filter, false, false); !ok) return ok.error();
+    if (auto ok = add_paper(out.read_paper_own_filter, true, false); !ok) return ok.error();
   }
   for (auto* engine : timed) {
     auto made = make_timed(out.software);
@@ -71,7 +79,7 @@ Scene as_printed(Scene scene) {
 
 Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPredicateRow& row) {
   int frame = 0;
-  std::vector<double> cast_s[4];
+  std::vector<double> cast_s[5];
   std::vector<Task> tasks{frames(*engines.standard, standard_scene(scene), frame, &cast_s[0]),
                           frames(*engines.predicates, scene, frame, &cast_s[1]),
                           frames(*engines.brute, without_tricks(scene), frame, &cast_s[2]),
@@ -83,8 +91,14 @@ Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPr
     }
   }
   if (engines.cpu) tasks.push_back(frames(*engines.cpu, scene, frame));
+  if (engines.paper_own_filter) {
+    tasks.push_back(frames(*engines.paper_own_filter, as_printed(scene), frame, &cast_s[4]));
+  }
   for (const Task& task : tasks) {
     if (auto ok = task(); !ok) return ok;
+  }
+  if (!engines.software) {
+    if (auto ok = keep_busy(tasks); !ok) return ok;
   }
   for (auto& times : cast_s) times.clear();
   const auto taken = time_in_turn(tasks, {repeats, 4});
@@ -94,6 +108,7 @@ Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPr
     *into[i] = 1e3 * (engines.software ? (*taken)[i].cpu_s : median(cast_s[i]));
   }
   if (engines.cpu) row.cpu_engine_ms = 1e3 * taken->back().cpu_s;
+  if (engines.paper_own_filter) row.paper_own_filter_ms = 1e3 * median(cast_s[4]);
   return {};
 }
 
@@ -116,6 +131,11 @@ Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow
   if (!paper) return paper.error();
   row.paper_difference = largest_difference(*printed, *paper);
   row.paper_rms = rms_difference(*printed, *paper);
+  if (engines.read_paper_own_filter) {
+    const auto own = engines.read_paper_own_filter->render(as_printed(scene));
+    if (!own) return own.error();
+    row.paper_own_filter_difference = largest_difference(*printed, *own);
+  }
   if (!engines.cpu) return {};
   const auto cpu = engines.cpu->render(as_printed(without_tricks(scene)));
   if (!cpu) return cpu.error();
@@ -201,6 +221,12 @@ std::optional<double> GlPredicateReport::vs_paper_shader() const {
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
 }
 
+std::optional<double> GlPredicateReport::vs_paper_shader_own_filter() const {
+  if (rows.empty() || !rows.front().paper_own_filter_ms) return std::nullopt;
+  return median_of(rows,
+                   [](const auto& r) { return r.paper_own_filter_ms.value() / r.predicate_ms; });
+}
+
 std::optional<double> GlPredicateReport::cpu_vs_paper_shader() const {
   if (rows.empty() || !rows.front().cpu_engine_ms || !vs_paper_shader()) return std::nullopt;
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.cpu_engine_ms.value(); });
@@ -275,6 +301,19 @@ std::string to_text(const GlPredicateReport& report) {
     out += line;
   } else {
     out += "the paper's shader draws another picture: not compared\n";
+  }
+  if (const auto own = report.vs_paper_shader_own_filter()) {
+    std::snprintf(line, sizeof line,
+                  "the paper's shader by the device's own filter: predicates / it %.2f, ms per "
+                  "picture (differs by /255):",
+                  *own);
+    out += line;
+    for (const auto& row : report.rows) {
+      std::snprintf(line, sizeof line, " %.2f (%.1f)", row.paper_own_filter_ms.value(),
+                    255 * row.paper_own_filter_difference.value_or(0));
+      out += line;
+    }
+    out += '\n';
   }
   if (const auto cpu = report.cpu_vs_paper_shader()) {
     std::snprintf(line, sizeof line,

@@ -22,7 +22,11 @@ struct GlPredicateRow {
   double brute_ms = 0;
   double paper_ms = 0;
   double paper_difference = 0;  ///< Of any channel to the same scene drawn by brute force, [0, 1].
-  double paper_rms = 0;         ///< The same over all pixels and channels.
+  double paper_rms = 0;         ///< Likewise, over all pixels and channels.
+  /// On a device, the paper's shader with the filter of its textures, which may be too coarse for
+  /// the same picture.
+  std::optional<double> paper_own_filter_ms;
+  std::optional<double> paper_own_filter_difference;  ///< As paper_difference.
   /// Where OpenGL runs in software, the same on the CPU engine.
   std::optional<double> cpu_engine_ms;
   std::optional<double> cpu_paper_difference;
@@ -54,6 +58,9 @@ struct GlPredicateReport {
   /// Median over scenes of paper_ms / predicate_ms; empty unless all are the same picture, within
   /// kSamePictureRms.
   [[nodiscard]] std::optional<double> vs_paper_shader() const;
+  /// Median over scenes of paper_own_filter_ms / predicate_ms, whatever it draws; empty where
+  /// OpenGL runs in software.
+  [[nodiscard]] std::optional<double> vs_paper_shader_own_filter() const;
   /// Median over scenes of paper_ms / cpu_engine_ms, likewise; empty where OpenGL has a device of
   /// its own.
   [[nodiscard]] std::optional<double> cpu_vs_paper_shader() const;

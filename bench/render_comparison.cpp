@@ -44,6 +44,7 @@ struct Contestant {
   bool ours;
   bool by_rays;  ///< Without a pixel error no pixel depends on others: a small picture shows the
                  ///< error as a large one.
+  bool by_opengl;
   std::function<Result<void>(const render::Scene&)> draw;  ///< What is timed.
   /// What is compared, 8 bits: middles() of a picture.
   std::function<Result<Picture>(const render::Scene&, int factor)> picture;
@@ -59,7 +60,7 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (!image) return image.error();
     return colours(middles(render::to_8bit(image->pixels), factor));
   };
-  return {engine->name(), true, true, draw, picture};
+  return {engine->name(), true, true, engine->name() == "gl", draw, picture};
 }
 
 /// stays: the picture that is timed is not read back.
@@ -72,7 +73,12 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
   const auto picture = [baseline](const render::Scene& scene, int factor) {
     return Result<Picture>(colours(middles(baseline->render_unsmoothed(scene), factor)));
   };
-  return {to_string(mapper), false, mapper != VtkBaseline::Mapper::kGpuHalf, draw, picture};
+  return {to_string(mapper),
+          false,
+          mapper != VtkBaseline::Mapper::kGpuHalf,
+          mapper != VtkBaseline::Mapper::kFixedPoint,
+          draw,
+          picture};
 }
 
 /// Root mean square and greatest difference over pixels and channels.
@@ -155,6 +161,7 @@ class Comparison {
                         const std::vector<Picture>& own_truths);
   Result<void> run_chosen(const NamedScene& named, const Picture& truth,
                           const std::vector<Picture>& own_truths);
+  Result<std::vector<Taken>> time_on_device(const std::vector<Task>& tasks);
   void add_ratios(const NamedScene& named);
   void add_ratio(const NamedScene& named, const std::string& name, const RenderBenchCurve& ours,
                  const RenderBenchCurve& theirs);
@@ -298,6 +305,7 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
   scene.quality.pixel_error = quality.pixel_error;
   std::vector<RenderBenchRow> rows;
   std::vector<Task> tasks;
+  std::vector<Task> on_device;  // Not in turn with what lets the device wait.
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Contestant& who = all[i];
     const auto found = seen(who, scene);
@@ -307,17 +315,30 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
     std::tie(row.rms, row.max) = difference(*found, truth);
     if (!who.ours) row.rms_own = difference(*found, own_truths[i]).first;
     rows.push_back(std::move(row));
-    tasks.push_back(
-        [&who, &scene, frame = 0]() mutable { return who.draw(nudged(scene, ++frame)); });
+    (report_.of_device && who.by_opengl ? on_device : tasks)
+        .push_back(
+            [&who, &scene, frame = 0]() mutable { return who.draw(nudged(scene, ++frame)); });
   }
+  const auto of_device = time_on_device(on_device);
+  if (!of_device) return of_device.error();
   const auto taken = time_in_turn(tasks, options_.repeats);
   if (!taken) return taken.error();
+  auto next_of_device = of_device->begin();
+  auto next = taken->begin();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i].cpu_s = (*taken)[i].cpu_s;
-    rows[i].wall_s = (*taken)[i].wall_s;
+    const Taken& own = report_.of_device && all[i].by_opengl ? *next_of_device++ : *next++;
+    rows[i].cpu_s = own.cpu_s;
+    rows[i].wall_s = own.wall_s;
     report_.rows.push_back(std::move(rows[i]));
   }
   return {};
+}
+
+Result<std::vector<Taken>> Comparison::time_on_device(const std::vector<Task>& tasks) {
+  if (tasks.empty()) return std::vector<Taken>{};
+  if (auto busy = keep_busy(tasks); !busy) return busy.error();
+  constexpr int kTimes = 9;  // Of milliseconds.
+  return time_in_turn(tasks, {std::max(options_.repeats.times, kTimes), options_.repeats.enough_s});
 }
 
 void Comparison::add_ratio(const NamedScene& named, const std::string& name,

@@ -45,7 +45,7 @@ vec4 cast_ray(vec2 fragment_centre) {
     vec3 index = clamp(index_at(float(n) + 0.5), vec3(0.0), vec3(ct_size - 1));
     float volume = ct_hu(index);
     vec4 texels[FEATURES];
-    fetch_features(texels, (index + 0.5) / vec3(ct_size));
+    fetch_features(texels, index);
     uint labels = 0u;
 #ifdef LABELS
     labels = texelFetch(paper_labels, ivec3(index + 0.5), 0).r;
