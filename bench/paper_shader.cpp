@@ -51,12 +51,12 @@ std::string fetches_text(std::size_t features) {
   std::string uniforms =
       "#define FEATURES " + std::to_string(std::max<std::size_t>(features, 1)) + "\n";
   std::string body =
-      "vec4 trilinear(sampler3D volume, vec3 index);\n"
+      "vec4 trilinear(VOLUME volume, vec3 index);\n"
       "void fetch_features(out vec4 texels[FEATURES], vec3 index) {\n";
   if (features == 0) body += "  texels[0] = vec4(0.0);\n";
   for (std::size_t i = 0; i < features; ++i) {
     const std::string name = "paper_feature" + std::to_string(i);
-    uniforms += "uniform sampler3D " + name + ";\n";
+    uniforms += "uniform VOLUME " + name + ";\n";
     body += "  texels[" + std::to_string(i) + "] = trilinear(" + name + ", index);\n";
   }
   return uniforms + body + "}\n";
@@ -65,15 +65,18 @@ std::string fetches_text(std::size_t features) {
 std::string fragment_text(const PredicateSet& set, bool manual_filter) {
   std::string text = render::assembled_shader("paper_predicates.frag");
   const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
-  const std::string defines = std::string(set.labels() ? "#define LABELS\n" : "") +
-                              (manual_filter ? "#define MANUAL_FILTER\n" : "");
+  // Gathers are as fast as the device's filter.
+  const std::string defines =
+      std::string(set.labels() ? "#define LABELS\n" : "") +
+      (manual_filter ? "#define MANUAL_FILTER\n#define GATHERS\n#define VOLUME sampler2DArray\n"
+                     : "#define VOLUME sampler3D\n");
   return text.insert(after_version, defines + fetches_text(set.channels().size() - 1) +
                                         bars_text(set) + render::plain_predicate_shader(set));
 }
 
-void bind(int unit, GLuint texture) {
+void bind(int unit, GLenum kind, GLuint texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-  glBindTexture(GL_TEXTURE_3D, texture);
+  glBindTexture(kind, texture);
 }
 
 class PaperShader final : public render::Engine {
@@ -169,25 +172,27 @@ class PaperShader final : public render::Engine {
     textures_.clear();
     for (const auto& volume : volumes) {
       const auto& n = volume->grid().size;
-      start_texture(GL_LINEAR);
-      glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, n[0], n[1], n[2], 0, GL_RED, GL_SHORT,
+      start_texture(volumes_kind(), GL_LINEAR);
+      glTexImage3D(volumes_kind(), 0, GL_R16_SNORM, n[0], n[1], n[2], 0, GL_RED, GL_SHORT,
                    volume->hu().data());
     }
     volumes_ = std::move(volumes);
     labels_of_ = nullptr;
     if (!set.labels()) return {};
     const auto& n = set.labels()->grid().size;
-    start_texture(GL_NEAREST);
+    start_texture(GL_TEXTURE_3D, GL_NEAREST);
     glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, n[0], n[1], n[2], 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
                  set.labels()->bits().data());
     labels_of_ = set.labels()->bits().data();
     return {};
   }
 
-  void start_texture(GLint filter) {
+  [[nodiscard]] GLenum volumes_kind() const { return render::gl::kind_of_volumes(manual_filter_); }
+
+  void start_texture(GLenum kind, GLint filter) {
     textures_.push_back(std::make_unique<render::GlTexture>());
-    bind(render::kTarget, textures_.back()->id());
-    render::gl::set_sampling(GL_TEXTURE_3D, filter);
+    bind(render::kTarget, kind, textures_.back()->id());
+    render::gl::set_sampling(kind, filter);
   }
 
   void set_uniforms(const Scene& scene, const PredicateSet& set) {
@@ -207,7 +212,7 @@ class PaperShader final : public render::Engine {
       const auto& w = set.weights()[j];
       p.set("bar" + std::to_string(j), Eigen::Vector3d(w.impact, w.saturation, w.hue_deg));
     }
-    bind(render::kCt, textures_[0]->id());
+    bind(render::kCt, volumes_kind(), textures_[0]->id());
     for (std::size_t c = 0; c < set.channels().size(); ++c) {
       const auto& channel = set.channels()[c];
       p.set("channel" + std::to_string(c) + "_scale",
@@ -215,10 +220,10 @@ class PaperShader final : public render::Engine {
       if (c == 0) continue;
       const int unit = kFirstFeature + static_cast<int>(c);
       p.set("paper_feature" + std::to_string(c - 1), unit);
-      bind(unit, textures_[c]->id());
+      bind(unit, volumes_kind(), textures_[c]->id());
     }
     p.set("paper_labels", kLabelUnit);
-    if (set.labels()) bind(kLabelUnit, textures_.back()->id());
+    if (set.labels()) bind(kLabelUnit, GL_TEXTURE_3D, textures_.back()->id());
   }
 
   RenderedImage read(const Scene& scene) {

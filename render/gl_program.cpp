@@ -123,7 +123,8 @@ std::string common_defines(const GlFeatures& features) {
   define(defines, features.shared_depth, "SHARED_DEPTH");
   define(defines, features.signature(), "SIGNATURE");
   define(defines, features.voxel_pairs, "VOXEL_PAIRS");
-  define(defines, features.manual_filter, "MANUAL_FILTER");
+  define(defines, features.filter != GlFilter::kDevice, "MANUAL_FILTER");
+  define(defines, features.filter == GlFilter::kGathers, "GATHERS");
   return defines;
 }
 

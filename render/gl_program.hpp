@@ -31,6 +31,13 @@ struct GlPredicateForm {
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 
+/// How shaders interpolate between voxels of textures.
+enum class GlFilter {
+  kDevice,   ///< By the device's filter.
+  kFetches,  ///< By hand, where that one is coarse, from eight fetches.
+  kGathers,  ///< The same numbers from two gathers of four voxels: of arrays of slices.
+};
+
 /// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
 /// share a program. Internal to render/.
 struct GlFeatures {
@@ -47,17 +54,17 @@ struct GlFeatures {
   bool skipping = false;   ///< Leaps over bricks that show nothing.
   bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
-  bool compute = false;        ///< A compute shader instead of a fragment shader.
-  bool unrolled = false;       ///< Several cells are written one after the other: march.glsl.
-  bool means = false;          ///< sparse_means.frag instead.
-  bool sparse = false;         ///< Fewer rays than pixels.
-  bool listed = false;         ///< Pixels of rays come from a list: render/gl_packed_rays.hpp.
-  bool plane = false;          ///< Ultrasound picture or its border.
-  bool solids = false;         ///< Needle, spheres or lines.
-  bool capsules = false;       ///< Some of them are longer than a sphere.
-  bool shared_depth = false;   ///< Rays stop at VTK's opaque geometry.
-  bool voxel_pairs = false;    ///< Volumes are tables of pairs of voxels.
-  bool manual_filter = false;  ///< Trilinear by eight fetches, where the hardware filter is coarse.
+  bool compute = false;       ///< A compute shader instead of a fragment shader.
+  bool unrolled = false;      ///< Several cells are written one after the other: march.glsl.
+  bool means = false;         ///< sparse_means.frag instead.
+  bool sparse = false;        ///< Fewer rays than pixels.
+  bool listed = false;        ///< Pixels of rays come from a list: render/gl_packed_rays.hpp.
+  bool plane = false;         ///< Ultrasound picture or its border.
+  bool solids = false;        ///< Needle, spheres or lines.
+  bool capsules = false;      ///< Some of them are longer than a sphere.
+  bool shared_depth = false;  ///< Rays stop at VTK's opaque geometry.
+  bool voxel_pairs = false;   ///< Volumes are tables of pairs of voxels.
+  GlFilter filter = GlFilter::kDevice;
   std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
   bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
   /// Something can move while the view stays: rays note what they meet.

@@ -26,14 +26,15 @@ void bind(GlUnit unit, GLenum target, GLuint texture) {
 
 void bind_volume(GlUnit unit, GlTextures& textures) {
   const bool pairs = textures.has_voxel_pairs();
-  bind(unit, pairs ? GL_TEXTURE_BUFFER : GL_TEXTURE_3D,
+  bind(unit, pairs ? GL_TEXTURE_BUFFER : gl::kind_of_volumes(textures.has_slices()),
        pairs ? textures.ct_pairs.texture.id() : textures.ct.id());
 }
 
 void unbind_all() {
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-    for (const GLenum target : {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_BUFFER})
+    for (const GLenum target :
+         {GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BUFFER})
       glBindTexture(target, 0);
   }
 }
@@ -237,6 +238,14 @@ void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
 
 Result<void> GlRaycaster::update(const Scene& scene) {
   auto& [textures, predicates] = *source_;
+  const auto fits = [&](const Volume& volume) {
+    return gl::fits_slices(volume.grid().size) && volume.grid().size[2] <= most_slices_;
+  };
+  const bool slices = *manual_filter_ && gathers_ && fits(*scene.ct) &&
+                      (!has_two_volumes(scene) || fits(*scene.ultrasound->volume));
+  textures.set_slices(slices);
+  second_.set_slices(slices);
+  predicates.set_slices(slices);
   textures.set_voxel_pairs(*voxel_pairs_);
   if (auto sent = textures.update(scene); !sent) return sent;
   predicates.set_voxel_pairs(drawn_by_predicates(scene) && textures.has_voxel_pairs());
@@ -262,7 +271,7 @@ Result<void> GlRaycaster::update_second(const Scene& scene) {
 
 void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene& scene) {
   if (!has_two_volumes(scene)) return source_->predicates.bind(program, generic, scene);
-  bind(kSecondVolume, GL_TEXTURE_3D, second_.ct.id());
+  bind_volume(kSecondVolume, second_);
   source_->predicates.bind(program, generic, ultrasound_scene(scene),
                            GlPredicates::Beside{scene.ultrasound->ct_importance, reach_mm(scene)});
 }
@@ -270,7 +279,7 @@ void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene&
 void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
   GlTextures& textures = source_->textures;
   bind_volume(kCt, textures);
-  bind(kGradients, GL_TEXTURE_3D, textures.gradients.id());
+  bind(kGradients, gl::kind_of_volumes(textures.has_slices()), textures.gradients.id());
   bind(kTransfer, GL_TEXTURE_BUFFER, textures.transfer.texture.id());
   bind(kImportances, GL_TEXTURE_BUFFER, textures.importances.texture.id());
   bind(kIntegrals, GL_TEXTURE_BUFFER, textures.integrals.texture.id());

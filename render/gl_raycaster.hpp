@@ -62,8 +62,12 @@ class GlRaycaster {
   /// Of the ultrasound volume beside the CT.
   [[nodiscard]] const GlUploads& second_uploads() const { return second_.uploads(); }
   /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
-  /// eight fetches replace its filter. Known after the first draw().
+  /// shaders interpolate by hand. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
+  /// By GlFilter::kGathers, in the last picture.
+  [[nodiscard]] bool gathers() const { return whole_.textures.has_slices(); }
+  /// An artificial limit of the device's arrays of slices, for tests.
+  void set_most_slices(int slices) { most_slices_ = slices; }
   /// Volumes are pairs of voxels: known after the first draw().
   [[nodiscard]] bool voxel_pairs() const { return whole_.textures.has_voxel_pairs(); }
   [[nodiscard]] const GlPredicates& predicates() const { return whole_.predicates; }
@@ -76,8 +80,9 @@ class GlRaycaster {
   /// Instead of kBytesAPicture, for tests.
   void set_bytes_a_picture(std::size_t bytes) { bytes_a_picture_ = bytes; }
   /// Decides instead of the measurement, for tests.
-  void set_manual_filter(bool manual) {
-    manual_filter_ = manual;
+  void set_filter(GlFilter filter) {
+    manual_filter_ = filter != GlFilter::kDevice;
+    gathers_ = filter == GlFilter::kGathers;
     last_.reset();
   }
   /// Whether volumes are kept as pairs of voxels (VOXEL_PAIRS of shaders/include/ct.glsl): where
@@ -191,6 +196,8 @@ class GlRaycaster {
   int width_ = 0;
   int height_ = 0;
   std::optional<bool> manual_filter_;
+  bool gathers_ = true;  ///< By hand, where volumes fit.
+  int most_slices_ = std::numeric_limits<int>::max();
   std::optional<bool> voxel_pairs_;
   std::optional<bool> compute_;
   std::optional<bool> unrolled_;

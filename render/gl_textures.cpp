@@ -128,6 +128,14 @@ Result<void> GlTextures::update(const Scene& scene) {
   return {};
 }
 
+void GlTextures::set_slices(bool wanted) {
+  if (wanted == slices_) return;
+  slices_ = wanted;
+  // A texture is of one kind as long as it lives.
+  for (GlTexture* texture : {&ct, &gradients}) texture->release();
+  volume_ = gradients_of_ = gradients_tried_ = nullptr;
+}
+
 bool GlTextures::accepts(const std::array<int, 3>& size) const {
   glTexImage3D(GL_PROXY_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                nullptr);
@@ -212,9 +220,10 @@ bool GlTextures::send_volume(const Volume& volume) {
            gl::fill_pairs(ct_pairs, 0, volume, {0, size[2]}, [](std::int16_t v) { return v; });
   }
   ct_pairs.release();
-  glBindTexture(GL_TEXTURE_3D, ct.id());
-  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
+  const GLenum kind = gl::kind_of_volumes(slices_);
+  glBindTexture(kind, ct.id());
+  gl::set_sampling(kind, GL_LINEAR);
+  glTexImage3D(kind, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
                volume.hu().data());
   return glGetError() == GL_NO_ERROR;
 }
@@ -239,9 +248,10 @@ void GlTextures::update_gradients() {
   const std::vector<std::int16_t> differences = neighbour_differences(*volume_);
   if (differences.empty()) return;
   const auto& size = volume_->grid().size;
-  glBindTexture(GL_TEXTURE_3D, gradients.id());
-  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
+  const GLenum kind = gl::kind_of_volumes(slices_);
+  glBindTexture(kind, gradients.id());
+  gl::set_sampling(kind, GL_LINEAR);
+  glTexImage3D(kind, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                differences.data());
   // Not enough memory is no reason not to draw: six fetches do as well.
   if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;

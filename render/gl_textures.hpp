@@ -112,6 +112,9 @@ class GlTextures {
   /// enough.
   void set_voxel_pairs(bool wanted);
   [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
+  /// Volumes are arrays of slices instead of 3D textures: GlFilter::kGathers.
+  void set_slices(bool wanted);
+  [[nodiscard]] bool has_slices() const { return slices_; }
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
   GlTable transfer, importances, integrals, ct_pairs;
@@ -141,6 +144,7 @@ class GlTextures {
   std::shared_ptr<const Volume> volume_;
   bool wants_pairs_ = false;
   bool pairs_ = false;  ///< What volume_ is on the device.
+  bool slices_ = false;
   bool gradient_texture_ = true;
   std::shared_ptr<const Volume> gradients_of_;  ///< Of the texture; absent: it is not worth one.
   std::shared_ptr<const Volume> gradients_tried_;

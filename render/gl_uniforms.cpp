@@ -205,7 +205,9 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   features.jitter = scene.quality.jitter;
   features.sparse = sparse_rays(scene).has_value();
   features.shared_depth = shared_depth;
-  features.manual_filter = manual_filter;
+  if (manual_filter) {
+    features.filter = textures.has_slices() ? GlFilter::kGathers : GlFilter::kFetches;
+  }
   features.voxel_pairs = textures.has_voxel_pairs();
   // Leaps over cells longer than a brick would not be exact, nor worth it.
   features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
@@ -298,7 +300,7 @@ GlFeatures means_features(const GlFeatures& features) {
   means.solids = features.solids;
   means.capsules = features.capsules;
   means.shared_depth = features.shared_depth;
-  means.manual_filter = features.manual_filter;
+  means.filter = features.filter;
   means.voxel_pairs = features.voxel_pairs;
   return means;
 }

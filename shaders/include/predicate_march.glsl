@@ -36,7 +36,7 @@ uniform vec3 spacing_mm;
 uniform int feature_words;              // From one to the next.
 uniform ivec3 feature_counts;           // In each table.
 #else
-#define FEATURE_TEXTURE sampler3D
+#define FEATURE_TEXTURE VOLUME
 #endif
 uniform FEATURE_TEXTURE features0;
 #if FEATURES > 1
@@ -130,7 +130,7 @@ vec4 features_at(isamplerBuffer texels, int count, vec3 index) {
   return found;
 }
 #else
-vec4 features_at(sampler3D texels, int count, vec3 index) { return trilinear(texels, index); }
+vec4 features_at(VOLUME texels, int count, vec3 index) { return trilinear(texels, index); }
 #endif
 #endif
 

@@ -4,6 +4,7 @@
 // second_names_end.glsl.
 
 #define between second_between
+#define between_eight second_between_eight
 #define brick_count second_brick_count
 #define brick_margin second_brick_margin
 #define brick_of second_brick_of

@@ -3,6 +3,7 @@
 // The end of second_names.glsl.
 
 #undef between
+#undef between_eight
 #undef brick_count
 #undef brick_margin
 #undef brick_of

@@ -323,28 +323,6 @@ TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
   EXPECT_EQ(test::difference(picture(), whole, 0).max, 0);
 }
 
-TEST_F(GlRaycasterTest, ManualFilterIsChosenByMeasurement) {
-  draw();
-  // Mesa's software rasteriser interpolates in single precision.
-  if (window_->device().find("llvmpipe") == std::string::npos) {
-    GTEST_SKIP() << "only llvmpipe's filter is known, this is " << window_->device();
-  }
-  EXPECT_FALSE(caster().manual_filter());
-}
-
-TEST_F(GlRaycasterTest, ManualFilterDrawsTheSamePicture) {
-  scene_ = test::ball_scene(test::oblique_grid());
-  caster().set_voxel_pairs(false);
-  caster().set_manual_filter(false);
-  draw();
-  const Image2d<RgbaF> by_device(96, 72, caster().read());
-  caster().set_manual_filter(true);
-  draw();
-  const Image2d<RgbaF> by_hand(96, 72, caster().read());
-  EXPECT_EQ(caster().compiled(), 2);
-  EXPECT_TRUE(test::agree(by_hand, by_device, 0.5));
-}
-
 TEST_F(GlRaycasterTest, LeapsOverPartsOfBricks) {
   // A wall across x in the first part of each brick of a row; rays run along it.
   scene_ = test::plain_scene(

@@ -32,7 +32,7 @@ std::vector<GlFeatures> many_features() {
     f.solids = bit(5);
     f.capsules = f.solids && bit(6);
     f.shared_depth = bit(7);
-    f.manual_filter = bit(8);
+    f.filter = static_cast<GlFilter>(i / 9 % 3);
     f.voxel_pairs = bit(13);
     f.sparse = bit(11) && !f.jitter;
     f.means = f.sparse && bit(12);
@@ -89,7 +89,7 @@ TEST(ShadersTest, ASecondVolumeIsInNoProgramOfOne) {
     EXPECT_EQ(one.find("slab"), std::string::npos);
   }
   features.beside_ct = true;
-  EXPECT_NE(raycast_source(features).find("uniform sampler3D ct;"), std::string::npos);
+  EXPECT_NE(raycast_source(features).find("uniform VOLUME ct;"), std::string::npos);
   EXPECT_NE(raycast_source(features).find("#define ct second_ct\n"), std::string::npos);
 }
 
