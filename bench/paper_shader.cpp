@@ -47,17 +47,20 @@ std::string bars_text(const PredicateSet& set) {
   return uniforms + body + "  return sum;\n}\n";
 }
 
-std::string fetches_text(std::size_t features) {
+/// gathers: of slices, as fast as the device's filter.
+std::string fetches_text(std::size_t features, bool gathers) {
+  const std::string kind = gathers ? "sampler2DArray" : "sampler3D";
+  const std::string function = gathers ? "gathered" : "trilinear";
   std::string uniforms =
       "#define FEATURES " + std::to_string(std::max<std::size_t>(features, 1)) + "\n";
-  std::string body =
-      "vec4 trilinear(VOLUME volume, vec3 index);\n"
-      "void fetch_features(out vec4 texels[FEATURES], vec3 index) {\n";
+  std::string body = (gathers ? "float " : "vec4 ") + function + "(" + kind +
+                     " volume, vec3 index);\n"
+                     "void fetch_features(out vec4 texels[FEATURES], vec3 index) {\n";
   if (features == 0) body += "  texels[0] = vec4(0.0);\n";
   for (std::size_t i = 0; i < features; ++i) {
     const std::string name = "paper_feature" + std::to_string(i);
-    uniforms += "uniform VOLUME " + name + ";\n";
-    body += "  texels[" + std::to_string(i) + "] = trilinear(" + name + ", index);\n";
+    uniforms += "uniform " + kind + " " + name + ";\n";
+    body += "  texels[" + std::to_string(i) + "] = vec4(" + function + "(" + name + ", index));\n";
   }
   return uniforms + body + "}\n";
 }
@@ -65,12 +68,10 @@ std::string fetches_text(std::size_t features) {
 std::string fragment_text(const PredicateSet& set, bool manual_filter) {
   std::string text = render::assembled_shader("paper_predicates.frag");
   const std::size_t after_version = text.find('\n', text.find("#version")) + 1;
-  // Gathers are as fast as the device's filter.
-  const std::string defines =
-      std::string(set.labels() ? "#define LABELS\n" : "") +
-      (manual_filter ? "#define MANUAL_FILTER\n#define GATHERS\n#define VOLUME sampler2DArray\n"
-                     : "#define VOLUME sampler3D\n");
-  return text.insert(after_version, defines + fetches_text(set.channels().size() - 1) +
+  const std::string defines = std::string(set.labels() ? "#define LABELS\n" : "") +
+                              (manual_filter ? "#define MANUAL_FILTER\n#define GATHERS\n" : "");
+  return text.insert(after_version, defines +
+                                        fetches_text(set.channels().size() - 1, manual_filter) +
                                         bars_text(set) + render::plain_predicate_shader(set));
 }
 

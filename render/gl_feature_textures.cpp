@@ -192,12 +192,11 @@ bool GlFeatureTextures::send_texture(Group& group, gl::SendLimit& limit) const {
   const int count = limit.take(size[2] - group.slices, slice);
   if (count == 0) return true;
   const gl::SliceRange slices{group.slices, group.slices + count};
-  const GLenum kind = gl::kind_of_volumes(slices_);
-  glBindTexture(kind, group.texture.id());
-  gl::set_sampling(kind, GL_LINEAR);
+  glBindTexture(GL_TEXTURE_3D, group.texture.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   // Also for one alone: drivers compile anew for other kinds of textures.
   gl::send_slices<std::int16_t>(
-      kind, GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, size, slices, kChannels,
+      GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, size, slices, kChannels,
       [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });
   group.slices = slices.end % size[2];
   if (group.slices == 0) group.sent = group.members.size();
@@ -244,8 +243,7 @@ Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set, gl::Send
   const gl::SliceRange slices{undefined_slices_, undefined_slices_ + count};
   glBindTexture(GL_TEXTURE_3D, undefined_.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  gl::send_slices<std::uint16_t>(GL_TEXTURE_3D, GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, size,
-                                 slices, 1,
+  gl::send_slices<std::uint16_t>(GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, size, slices, 1,
                                  [&](int k, std::uint16_t* to) { mark_undefined(marked, k, to); });
   ++uploads_;
   undefined_slices_ = 0;
@@ -261,11 +259,6 @@ GlFeatureTextures::Slot GlFeatureTextures::slot(std::size_t channel) const {
   const auto used = std::find(used_.begin(), used_.end(), at.group);
   return {static_cast<std::size_t>(used - used_.begin()), static_cast<int>(at.component),
           1U << (at.group * kChannels + at.component)};
-}
-
-void GlFeatureTextures::set_slices(bool wanted) {
-  if (wanted != slices_) release();
-  slices_ = wanted;
 }
 
 void GlFeatureTextures::release() {

@@ -28,8 +28,6 @@ class GlFeatureTextures {
   /// Features are tables of pairs of voxels, without the volume, where such tables are large
   /// enough.
   void set_voxel_pairs(bool wanted) { wants_pairs_ = wanted; }
-  /// Textures are arrays of slices, as GlTextures::set_slices().
-  void set_slices(bool wanted);
   /// What the last set's are.
   [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
   /// Sends what the channels of a set need and what is not there, as far as a limit allows, which
@@ -101,7 +99,6 @@ class GlFeatureTextures {
   bool has_undefined_ = false;
   bool wants_pairs_ = false;
   bool pairs_ = false;
-  bool slices_ = false;
   int uploads_ = 0;
 };
 

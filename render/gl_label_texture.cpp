@@ -47,8 +47,7 @@ void send_bits(const LabelVolume& labels, std::uint32_t kept, gl::SliceRange sli
     std::transform(from.begin(), from.end(), to,
                    [&](std::uint32_t b) { return static_cast<T>(packed_bits(b, kept)); });
   };
-  gl::send_slices<T>(GL_TEXTURE_3D, internal, GL_RED_INTEGER, type, labels.grid().size, slices, 1,
-                     fill);
+  gl::send_slices<T>(internal, GL_RED_INTEGER, type, labels.grid().size, slices, 1, fill);
 }
 
 }  // namespace

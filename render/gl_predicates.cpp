@@ -88,7 +88,6 @@ Result<void> GlPredicates::update(const Scene& scene) {
     return error;
   };
   features_.set_voxel_pairs(voxel_pairs_);
-  features_.set_slices(slices_);
   gl::SendLimit limit;
   if (auto sent = features_.update(*set_, scene.predicates->features, limit); !sent) {
     return fail(sent.error());
@@ -133,7 +132,6 @@ Result<void> GlPredicates::send_some(const PredicateSet& set, const Features& of
   const gl::PackedRows packed;
   gl::SendLimit limit{bytes};
   features_.set_voxel_pairs(voxel_pairs_);
-  features_.set_slices(slices_);
   if (auto sent = features_.update(set, offered, limit); !sent) return sent;
   if (set.labels()) {
     if (auto sent = labels_.update(*set.labels(), limit); !sent) return sent;
@@ -236,15 +234,14 @@ void GlPredicates::bind_features(GlProgram& program, bool generic) {
     program.set("features" + std::to_string(i), kFeatures + static_cast<int>(i));
     const bool pairs = features_.has_voxel_pairs();
     const unsigned stand_in = pairs ? stand_ins_.pairs() : stand_ins_.feature();
-    bind_texture(kFeatures + static_cast<int>(i),
-                 pairs ? GL_TEXTURE_BUFFER : gl::kind_of_volumes(slices_),
+    bind_texture(kFeatures + static_cast<int>(i), pairs ? GL_TEXTURE_BUFFER : GL_TEXTURE_3D,
                  i < features_.used() ? features_.texture(i) : stand_in);
   }
 }
 
 void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
                         const std::optional<Beside>& beside) {
-  if (generic) stand_ins_.update(scene.ct->grid().size, slices_);
+  if (generic) stand_ins_.update(scene.ct->grid().size);
   set_march(program, scene, beside);
   beside ? set_beside(program, scene, *beside) : set_ends(program, scene);
   generic ? set_rows(program) : set_leaves(program);
@@ -259,6 +256,8 @@ void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
   }
   bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
   bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
+  gl::bind_storage(gl::kOpacityStorage, opacity_table_.buffer_id());
+  gl::bind_storage(gl::kLooksStorage, look_table_.buffer_id());
   bind_texture(kLooks, GL_TEXTURE_BUFFER,
                form_.look_table ? look_table_.texture.id() : weight_table_.texture.id());
 }

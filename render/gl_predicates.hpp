@@ -52,8 +52,6 @@ class GlPredicates {
 
   /// The volume is read as pairs of voxels, which is cheaper than with the features.
   void set_voxel_pairs(bool wanted) { voxel_pairs_ = wanted; }
-  /// Features are arrays of slices, as the volume.
-  void set_slices(bool wanted) { slices_ = wanted; }
 
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
@@ -81,7 +79,6 @@ class GlPredicates {
   GlPredicateForm form_;
   bool unchanged_ = false;
   bool voxel_pairs_ = false;
-  bool slices_ = false;
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   GlLabelTexture labels_;

@@ -199,6 +199,7 @@ std::string raycast_source(const GlFeatures& features) {
   std::string defines;
   define(defines, both, "TWO_VOLUMES");
   define(defines, features.unrolled, "UNROLLED");
+  define(defines, features.storage, "STORAGE");
   if (features.predicates) defines += predicate_defines(*features.predicates);
   if (both || !features.predicates) defines += transfer_defines(features);
   return text.insert(after_version, defines + common_defines(features) + constants());

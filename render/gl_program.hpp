@@ -35,7 +35,7 @@ struct GlPredicateForm {
 enum class GlFilter {
   kDevice,   ///< By the device's filter.
   kFetches,  ///< By hand, where that one is coarse, from eight fetches.
-  kGathers,  ///< The same numbers from two gathers of four voxels: of arrays of slices.
+  kGathers,  ///< The same numbers, of the volume from two gathers of four voxels of its slices.
 };
 
 /// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
@@ -55,6 +55,7 @@ struct GlFeatures {
   bool adaptive = false;   ///< Several cells may be one.
   bool jitter = false;
   bool compute = false;       ///< A compute shader instead of a fragment shader.
+  bool storage = false;       ///< Tables are storage buffers; of a compute shader.
   bool unrolled = false;      ///< Several cells are written one after the other: march.glsl.
   bool means = false;         ///< sparse_means.frag instead.
   bool sparse = false;        ///< Fewer rays than pixels.

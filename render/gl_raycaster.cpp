@@ -31,6 +31,9 @@ void bind_volume(GlUnit unit, GlTextures& textures) {
 }
 
 void unbind_all() {
+  for (const auto unit :
+       {gl::kOpacityStorage, gl::kLooksStorage, gl::kPointsStorage, gl::kTransferStorage})
+    gl::bind_storage(unit, 0);
   for (int unit = kCt; unit <= kTarget; ++unit) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
     for (const GLenum target :
@@ -107,6 +110,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   GlFeatures features = features_of(scene, textures, depth.has_value(), *manual_filter_);
   features.unrolled = *unrolled_;
   features.compute = *compute_;
+  features.storage = *compute_ && *storage_;
   // A ray for every pixel errs less, and costs such a device less than to choose among them.
   if (features.compute) features.sparse = features.listed = false;
   if (shows_predicates(scene)) features.predicates = form_now(features);
@@ -173,6 +177,8 @@ Result<void> GlRaycaster::know_device() {
   if (!voxel_pairs_) voxel_pairs_ = software;
   if (!unrolled_) unrolled_ = software;
   if (!in_software_) in_software_ = software;
+  // Mesa's rasteriser takes other values from storage buffers for rays that have left a loop.
+  if (!storage_) storage_ = !software;
   if (!manual_filter_) {
     auto coarse = filter_is_coarse();
     if (!coarse) return coarse.error();
@@ -245,7 +251,6 @@ Result<void> GlRaycaster::update(const Scene& scene) {
                       (!has_two_volumes(scene) || fits(*scene.ultrasound->volume));
   textures.set_slices(slices);
   second_.set_slices(slices);
-  predicates.set_slices(slices);
   textures.set_voxel_pairs(*voxel_pairs_);
   if (auto sent = textures.update(scene); !sent) return sent;
   predicates.set_voxel_pairs(drawn_by_predicates(scene) && textures.has_voxel_pairs());
@@ -279,10 +284,12 @@ void GlRaycaster::bind_predicates(GlProgram& program, bool generic, const Scene&
 void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool projects) {
   GlTextures& textures = source_->textures;
   bind_volume(kCt, textures);
-  bind(kGradients, gl::kind_of_volumes(textures.has_slices()), textures.gradients.id());
+  bind(kGradients, GL_TEXTURE_3D, textures.gradients.id());
   bind(kTransfer, GL_TEXTURE_BUFFER, textures.transfer.texture.id());
   bind(kImportances, GL_TEXTURE_BUFFER, textures.importances.texture.id());
   bind(kIntegrals, GL_TEXTURE_BUFFER, textures.integrals.texture.id());
+  gl::bind_storage(gl::kPointsStorage, textures.integrals.buffer_id());
+  gl::bind_storage(gl::kTransferStorage, textures.transfer.buffer_id());
   bind(kBricks, GL_TEXTURE_3D, projects ? textures.brick_ranges.id() : textures.bricks.id());
   bind(kBrickCells, GL_TEXTURE_3D, textures.brick_cells.id());
   bind(kSolids, GL_TEXTURE_2D, textures.solids.id());
@@ -477,6 +484,7 @@ void GlRaycaster::release() {
   compute_.reset();
   unrolled_.reset();
   in_software_.reset();
+  storage_.reset();
   read_buffer_.release();
   timer_.release();
   cost_sums_.release();

@@ -107,6 +107,12 @@ class GlRaycaster {
     unrolled_ = wanted;
     last_.reset();
   }
+  /// Whether compute shaders read tables as storage buffers: not where the device draws in
+  /// software, unless told otherwise, for tests.
+  void set_storage(bool wanted) {
+    storage_ = wanted;
+    last_.reset();
+  }
   /// Whether pictures are read back and timed as software rasterisers need it, unless told
   /// otherwise, for tests.
   void set_in_software(bool wanted) { in_software_ = wanted; }
@@ -202,6 +208,7 @@ class GlRaycaster {
   std::optional<bool> compute_;
   std::optional<bool> unrolled_;
   std::optional<bool> in_software_;
+  std::optional<bool> storage_;
   RenderStatistics statistics_;
   GlTimer timer_;
   GlReadBuffer read_buffer_;

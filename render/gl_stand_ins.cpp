@@ -26,27 +26,24 @@ constexpr StandInKind kFeatureKind{GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, GL_LINEAR
 constexpr StandInKind kUndefinedKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
 constexpr StandInKind kLabelKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
 
-void send(const StandInKind& kind, const std::array<int, 3>& size, GlTexture& texture,
-          GLenum target = GL_TEXTURE_3D) {
+void send(const StandInKind& kind, const std::array<int, 3>& size, GlTexture& texture) {
   const std::vector<std::uint8_t> nothing(27 * 8);
-  glBindTexture(target, texture.id());
-  gl::set_sampling(target, kind.filter);
-  glTexImage3D(target, 0, kind.internal, size[0], size[1], size[2], 0, kind.layout, kind.type,
-               nothing.data());
+  glBindTexture(GL_TEXTURE_3D, texture.id());
+  gl::set_sampling(GL_TEXTURE_3D, kind.filter);
+  glTexImage3D(GL_TEXTURE_3D, 0, kind.internal, size[0], size[1], size[2], 0, kind.layout,
+               kind.type, nothing.data());
 }
 
 }  // namespace
 
-void GlStandIns::update(const std::array<int, 3>& size, bool slices) {
+void GlStandIns::update(const std::array<int, 3>& size) {
   std::array<int, 3> least{};
   std::transform(size.begin(), size.end(), least.begin(),
                  [](int n) { return std::has_single_bit(static_cast<unsigned>(n)) ? 1 : 3; });
-  if (least == size_ && slices == slices_) return;
-  if (slices != slices_) feature_.release();
-  slices_ = slices;
+  if (least == size_) return;
   const gl::PackedRows packed;
   glActiveTexture(GL_TEXTURE0 + kTarget);
-  send(kFeatureKind, least, feature_, gl::kind_of_volumes(slices));
+  send(kFeatureKind, least, feature_);
   send(kUndefinedKind, least, undefined_);
   send(kLabelKind, least, labels_);
   gl::send_table(pairs_, GL_R32I, std::vector<std::int32_t>(300));

@@ -15,8 +15,8 @@ namespace nav::render {
 /// Never read. Internal to render/; needs the context current.
 class GlStandIns {
  public:
-  /// size: of the volume, voxels. slices: as GlTextures::set_slices().
-  void update(const std::array<int, 3>& size, bool slices);
+  /// size: of the volume, voxels.
+  void update(const std::array<int, 3>& size);
   void release();
   [[nodiscard]] unsigned feature() { return feature_.id(); }
   [[nodiscard]] unsigned pairs() { return pairs_.texture.id(); }
@@ -25,7 +25,6 @@ class GlStandIns {
 
  private:
   std::array<int, 3> size_{};
-  bool slices_ = false;
   GlTexture feature_, undefined_, labels_;
   GlTable pairs_;
 };

@@ -132,8 +132,8 @@ void GlTextures::set_slices(bool wanted) {
   if (wanted == slices_) return;
   slices_ = wanted;
   // A texture is of one kind as long as it lives.
-  for (GlTexture* texture : {&ct, &gradients}) texture->release();
-  volume_ = gradients_of_ = gradients_tried_ = nullptr;
+  ct.release();
+  volume_ = nullptr;
 }
 
 bool GlTextures::accepts(const std::array<int, 3>& size) const {
@@ -248,10 +248,9 @@ void GlTextures::update_gradients() {
   const std::vector<std::int16_t> differences = neighbour_differences(*volume_);
   if (differences.empty()) return;
   const auto& size = volume_->grid().size;
-  const GLenum kind = gl::kind_of_volumes(slices_);
-  glBindTexture(kind, gradients.id());
-  gl::set_sampling(kind, GL_LINEAR);
-  glTexImage3D(kind, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
+  glBindTexture(GL_TEXTURE_3D, gradients.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                differences.data());
   // Not enough memory is no reason not to draw: six fetches do as well.
   if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;

@@ -112,7 +112,7 @@ class GlTextures {
   /// enough.
   void set_voxel_pairs(bool wanted);
   [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
-  /// Volumes are arrays of slices instead of 3D textures: GlFilter::kGathers.
+  /// Volumes are arrays of slices instead of 3D textures: GlFilter::kGathers. Gradients are not.
   void set_slices(bool wanted);
   [[nodiscard]] bool has_slices() const { return slices_; }
   [[nodiscard]] int solid_count() const { return solid_count_; }

@@ -28,6 +28,14 @@ inline void set_sampling(GLenum target, GLint filter) {
 /// What kind of texture volumes are: GlTextures::set_slices().
 inline GLenum kind_of_volumes(bool slices) { return slices ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_3D; }
 
+/// Where compute shaders find tables as storage buffers, which some devices read faster than
+/// textures (STORAGE of the shaders).
+enum StorageUnit { kOpacityStorage, kLooksStorage, kPointsStorage, kTransferStorage };
+
+inline void bind_storage(StorageUnit unit, unsigned buffer) {
+  if (GLEW_VERSION_4_3 != 0) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, buffer);
+}
+
 /// Whether the device takes a volume as an array of slices.
 inline bool fits_slices(const std::array<int, 3>& size) {
   GLint edge = 0;
@@ -80,9 +88,8 @@ struct SliceRange {
 /// is made; with the first one it is made anew. fill(k, to) writes slice k, numbers one after
 /// another, per_texel of them for each texel; it is called on several threads.
 template <class T, class Fill>
-void send_slices(GLenum kind, GLint internal, GLenum format, GLenum type,
-                 const std::array<int, 3>& size, SliceRange slices, std::size_t per_texel,
-                 const Fill& fill) {
+void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,
+                 SliceRange slices, std::size_t per_texel, const Fill& fill) {
   constexpr std::size_t kSlabBytes = std::size_t{4} << 20U;
   const std::size_t slice =
       static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * per_texel;
@@ -90,14 +97,15 @@ void send_slices(GLenum kind, GLint internal, GLenum format, GLenum type,
                                                             static_cast<std::size_t>(size[2])));
   std::vector<T> texels(slice * static_cast<std::size_t>(slab));
   if (slices.begin == 0) {
-    glTexImage3D(kind, 0, internal, size[0], size[1], size[2], 0, format, type, nullptr);
+    glTexImage3D(GL_TEXTURE_3D, 0, internal, size[0], size[1], size[2], 0, format, type, nullptr);
   }
   for (int first = slices.begin; first < slices.end; first += slab) {
     const int count = std::min(slab, slices.end - first);
     for_each_index(count, 0, [&](int k) {
       fill(first + k, texels.data() + static_cast<std::size_t>(k) * slice);
     });
-    glTexSubImage3D(kind, 0, 0, 0, first, size[0], size[1], count, format, type, texels.data());
+    glTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, first, size[0], size[1], count, format, type,
+                    texels.data());
   }
 }
 

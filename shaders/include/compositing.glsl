@@ -9,10 +9,13 @@ float opacity_of(float x) {
   precise float y = min(1.44269504 * x, 126.0);
   float whole = floor(y);
   precise float part = y - whole;
-  precise float less = part * (0.69314717 + part * (-0.24022609 + part * (0.05549923 +
-               part * (-0.009597035 + part * (0.0012916369 - part * 0.00011491995)))));
+  precise float less = fma(part, -0.00011491995, 0.0012916369);
+  less = fma(part, less, -0.009597035);
+  less = fma(part, less, 0.05549923);
+  less = fma(part, less, -0.24022609);
+  less = part * fma(part, less, 0.69314717);
   float power = uintBitsToFloat(uint(127 - int(whole)) << 23u);
-  precise float opacity = (1.0 - power) + power * less;
+  precise float opacity = fma(power, less, 1.0 - power);
   return opacity;
 }
 

@@ -2,18 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CT. Space: index, continuous voxel coordinates with voxel centres at integers. Values in HU.
 
-#ifdef GATHERS
-#define VOLUME sampler2DArray  // Of slices.
-#else
-#define VOLUME sampler3D
-#endif
 #ifdef VOXEL_PAIRS
 // Software rasterisers filter at the price of every texel that they read, so they read two voxels at
 // a time: a word for each voxel, with the next one of its row in its high half.
 uniform isamplerBuffer ct;
 uniform ivec2 ct_strides;        // Words to the next row and slice; 0 where there is but one.
 #else
-uniform VOLUME ct;               // Signed 16 bit normalised: HU = texel * 32767.
+// Signed 16 bit normalised: HU = texel * 32767.
+#ifdef GATHERS
+uniform sampler2DArray ct;       // Slices.
+#else
+uniform sampler3D ct;
+#endif
 #endif
 uniform ivec3 ct_size;           // Voxels.
 uniform mat3 index_from_local;   // Per mm.
@@ -25,8 +25,8 @@ vec3 per_voxel;
 
 #ifdef MANUAL_FILTER
 // Between two equal values exactly that one, which mix() does not promise.
-vec4 between(vec4 a, vec4 b, float w) { return a + w * (b - a); }
-float between(float a, float b, float w) { return a + w * (b - a); }
+vec4 between(vec4 a, vec4 b, float w) { return fma(vec4(w), b - a, a); }
+float between(float a, float b, float w) { return fma(w, b - a, a); }
 
 // The same of four voxels of one slice and four of the next, in textureGather()'s order.
 float between_eight(vec4 near, vec4 far, vec3 part) {
@@ -36,21 +36,24 @@ float between_eight(vec4 near, vec4 far, vec3 part) {
 }
 #endif
 
-// Trilinear; the index is clamped to the outermost voxel centres.
-vec4 trilinear(VOLUME volume, vec3 index) {
-  vec3 inside = clamp(index, vec3(0.0), last_voxel);
 #ifdef GATHERS
+// Trilinear from two gathers; the index is clamped to the outermost voxel centres. For volumes of
+// one number a voxel: of several, eight fetches are cheaper.
+float gathered(sampler2DArray volume, vec3 index) {
+  vec3 inside = clamp(index, vec3(0.0), last_voxel);
   vec3 low = min(floor(inside), max(last_voxel - 1.0, 0.0));
-  vec3 part = inside - low;
-  // The corner that four voxels share, and their slice. Components that nobody reads cost nothing.
+  // The corner that four voxels share, and their slice.
   vec3 near = vec3((low.xy + 1.0) * per_voxel.xy, low.z);
   vec3 far = vec3(near.xy, low.z + 1.0);
   return kHuPerTexel *
-         vec4(between_eight(textureGather(volume, near, 0), textureGather(volume, far, 0), part),
-              between_eight(textureGather(volume, near, 1), textureGather(volume, far, 1), part),
-              between_eight(textureGather(volume, near, 2), textureGather(volume, far, 2), part),
-              between_eight(textureGather(volume, near, 3), textureGather(volume, far, 3), part));
-#elif defined(MANUAL_FILTER)
+         between_eight(textureGather(volume, near, 0), textureGather(volume, far, 0), inside - low);
+}
+#endif
+
+// Trilinear; the index is clamped to the outermost voxel centres.
+vec4 trilinear(sampler3D volume, vec3 index) {
+  vec3 inside = clamp(index, vec3(0.0), last_voxel);
+#ifdef MANUAL_FILTER
   ivec3 a = min(ivec3(inside), max(ct_size - 2, 0));
   ivec3 b = min(a + 1, ct_size - 1);
   vec3 f = inside - vec3(a);
@@ -168,7 +171,11 @@ void take_over_volume() {
   per_voxel = 1.0 / vec3(ct_size);
 }
 
+#ifdef GATHERS
+float ct_hu(vec3 index) { return gathered(ct, index); }
+#else
 float ct_hu(vec3 index) { return trilinear(ct, index).r; }
+#endif
 #endif
 
 // Part of an index ray inside the box of voxel centres and in front of the eye; mm, empty when

@@ -45,7 +45,7 @@ float t_of(float cells) { return (cells + lattice_shift) * cell_mm; }
 
 // precise: whoever asks for a place gets the same bits.
 vec3 index_at(float cells) {
-  precise vec3 index = lattice_origin + cells * lattice_step;
+  precise vec3 index = fma(vec3(cells), lattice_step, lattice_origin);
   return index;
 }
 

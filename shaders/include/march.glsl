@@ -235,8 +235,8 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
   float from = max(w.begin - float(k), 0.0);  // Only single cells are cut.
   float to = min(w.end - float(k), 1.0);
   Cell cell;
-  cell.v_a = v0 + from * (v1 - v0);
-  cell.v_b = to < 1.0 ? v0 + to * (v1 - v0) : v1;
+  cell.v_a = fma(from, v1 - v0, v0);
+  cell.v_b = to < 1.0 ? fma(to, v1 - v0, v0) : v1;
   cell.begin = float(k) + from;
   cell.end = float(k) + to * float(w.size);
   cell.size = float(w.size);

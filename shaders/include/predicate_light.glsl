@@ -41,16 +41,16 @@ void blend(vec3 rgb, float opacity, float importance, float picture) {
   precise float a = min(light.alpha, kept_before(importance));
   precise float over = (1.0 - a) * opacity;
   precise float beta = opacity > 0.0 ? over / max(a + over, 1.0e-37) : 0.0;
-  light.rgb += beta * (rgb - light.rgb);
-  light.picture += beta * (picture - light.picture);
-  light.alpha += (1.0 - light.alpha) * opacity;
+  light.rgb = fma(vec3(beta), rgb - light.rgb, light.rgb);
+  light.picture = fma(beta, picture - light.picture, light.picture);
+  light.alpha = fma(1.0 - light.alpha, opacity, light.alpha);
   float before = light.importance;
 #ifdef LOG_IMPORTANCE
   float kept = kept_before(importance);
   float gained = importance + log(max(opacity + (1.0 - opacity) * kept, 1.0e-37));
   if (opacity > 0.0) light.importance = max(light.importance, gained);
 #else
-  light.importance = max(light.importance, mix(light.importance, importance, opacity));
+  light.importance = max(light.importance, fma(opacity, importance - light.importance, light.importance));
 #endif
   if (light.importance > before) paid = 0.0;
 }

@@ -8,10 +8,17 @@ struct Look {
 };
 
 #ifdef LOOK_TABLE
-uniform samplerBuffer looks;  // Tint, importance; one for each class of samples.
+// Tint, importance; one for each class of samples.
+#ifdef STORAGE
+layout(std430, binding = 1) readonly buffer Looks { vec4 looks[]; };
+#define look_texel(i) looks[i]
+#else
+uniform samplerBuffer looks;
+#define look_texel(i) texelFetch(looks, i)
+#endif
 
 Look look_of(uint predicates) {
-  vec4 look = texelFetch(looks, int(predicates));
+  vec4 look = look_texel(int(predicates));
   return Look(look.rgb, look.a);
 }
 #else

@@ -26,7 +26,14 @@ uniform float last_entry;
 #if defined(FEATURE_PAIRS) && !defined(GENERIC)
 #define ONE_TEXTURE
 #endif
-uniform samplerBuffer opacity;  // Extinction per mm, what to add to reach the next.
+// Extinction per mm, what to add to reach the next.
+#ifdef STORAGE
+layout(std430, binding = 0) readonly buffer Opacity { vec2 opacity[]; };
+#define opacity_texel(i) opacity[i]
+#else
+uniform samplerBuffer opacity;
+#define opacity_texel(i) texelFetch(opacity, i).rg
+#endif
 uniform vec3 spacing_mm;
 
 #ifdef FEATURES
@@ -36,7 +43,7 @@ uniform vec3 spacing_mm;
 uniform int feature_words;              // From one to the next.
 uniform ivec3 feature_counts;           // In each table.
 #else
-#define FEATURE_TEXTURE VOLUME
+#define FEATURE_TEXTURE sampler3D
 #endif
 uniform FEATURE_TEXTURE features0;
 #if FEATURES > 1
@@ -130,7 +137,7 @@ vec4 features_at(isamplerBuffer texels, int count, vec3 index) {
   return found;
 }
 #else
-vec4 features_at(VOLUME texels, int count, vec3 index) { return trilinear(texels, index); }
+vec4 features_at(sampler3D texels, int count, vec3 index) { return trilinear(texels, index); }
 #endif
 #endif
 
@@ -182,8 +189,8 @@ uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
 
 float extinction_of(float entry) {
   float at = min(floor(entry), last_entry_taken - 1.0);
-  vec2 known = texelFetch(opacity, int(at)).rg;
-  return known.x + (entry - at) * known.y;
+  vec2 known = opacity_texel(int(at));
+  return fma(entry - at, known.y, known.x);
 }
 
 #ifdef CUTAWAY
@@ -214,7 +221,7 @@ void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, 
   cost.x += float(counts);
   vec4 first = first_texel(index, reads);
   // Without a branch: what shows nothing is composited with an opacity of 0.
-  float entry = clamp(first.x * entry_taken.x + entry_taken.y, 0.0, last_entry_taken);
+  float entry = clamp(fma(first.x, entry_taken.x, entry_taken.y), 0.0, last_entry_taken);
   uint leaves = sure | (leaves_at(index, first, open, reads) & open);
   Look look = look_of(predicate_class(leaves));
   float from = max(cell, begin);
@@ -229,7 +236,7 @@ void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, 
   precise float seen = opacity_of(max(tau * cell_mm * (to - from), 0.0));
   seen = counts && entry > 0.0 && look.importance > 0.0 ? seen : 0.0;
   precise float grey = entry / last_entry_taken;
-  precise vec3 rgb = grey + (1.0 - abs(2.0 * grey - 1.0)) * look.tint;
+  precise vec3 rgb = fma(vec3(1.0 - abs(fma(2.0, grey, -1.0))), look.tint, vec3(grey));
   blend(rgb, seen, look.importance, 0.0);
   if (counts) ended = light.alpha >= end_at_taken && !left_out &&
           light.alpha * kept_before(greatest_to_come) >= end_at_taken;

@@ -5,7 +5,13 @@
 
 // Of each entry three texels: colour times extinction, and extinction; what to add to reach the next
 // entry; the integrals of both in quanta. In front of the first entry is one for values below it.
+#ifdef STORAGE
+layout(std430, binding = 2) readonly buffer Points { ivec4 points[]; };
+#define point_texel(i) points[i]
+#else
 uniform isamplerBuffer points;
+#define point_texel(i) texelFetch(points, i)
+#endif
 uniform float quantum;         // HU/mm.
 
 float hu_of_quantum;           // Taken over.
@@ -29,11 +35,11 @@ Point point_at(float hu) {
   p.entry = clamp(int(floor(p.x)), -1, last_entry_of_row);
   float w = p.x - float(max(p.entry, 0));
   int first = 3 * p.entry + 3;
-  vec4 low = intBitsToFloat(texelFetch(points, first));
-  vec4 slope = intBitsToFloat(texelFetch(points, first + 1));
-  p.integral = texelFetch(points, first + 2);
-  p.rest = w * (low + 0.5 * w * slope);
-  p.here = low + w * slope;
+  vec4 low = intBitsToFloat(point_texel(first));
+  vec4 slope = intBitsToFloat(point_texel(first + 1));
+  p.integral = point_texel(first + 2);
+  p.rest = w * fma(vec4(0.5 * w), slope, low);
+  p.here = fma(vec4(w), slope, low);
   return p;
 }
 
@@ -44,11 +50,11 @@ vec4 mean_between(Point a, Point b, float bow) {
   const float kMaxBowShare = 0.5;
   float dx = b.x - a.x;
   bool same = a.entry == b.entry || abs(dx) < kSame;
-  vec4 area = vec4(b.integral - a.integral) * hu_of_quantum + (b.rest - a.rest);
+  vec4 area = fma(vec4(b.integral - a.integral), vec4(hu_of_quantum), b.rest - a.rest);
   vec4 mean = 0.5 * (a.here + b.here);
   float per = 1.0 / (same ? 1.0 : dx);
   float share = clamp(bow * per, -kMaxBowShare, kMaxBowShare);
-  if (!same) mean = area * per + share * (b.here - a.here);
+  if (!same) mean = fma(area, vec4(per), share * (b.here - a.here));
   return mean;
 }
 

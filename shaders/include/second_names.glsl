@@ -19,6 +19,7 @@
 #define ct second_ct
 #define ct_hu second_ct_hu
 #define ct_size second_ct_size
+#define gathered second_gathered
 #define index_at second_index_at
 #define index_from_local second_index_from_local
 #define jitter_of second_jitter_of

@@ -18,6 +18,7 @@
 #undef ct
 #undef ct_hu
 #undef ct_size
+#undef gathered
 #undef index_at
 #undef index_from_local
 #undef jitter_of

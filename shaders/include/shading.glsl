@@ -7,7 +7,7 @@
 uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
 
 #ifdef GRADIENT_TEXTURE
-uniform VOLUME gradients;  // Differences of the neighbours of every voxel, as the CT.
+uniform sampler3D gradients;  // Differences of the neighbours of every voxel, as the CT.
 #endif
 
 vec3 per_difference;  // half_per_spacing, taken over.

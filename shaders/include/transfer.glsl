@@ -4,7 +4,14 @@
 // and extinction per mm, linear between entries and held outside; importance of the nearest entry.
 // Entry i of row r is texel r * transfer_size + i.
 
-uniform samplerBuffer transfer;  // rgb, extinction per mm.
+// rgb, extinction per mm.
+#ifdef STORAGE
+layout(std430, binding = 3) readonly buffer Transfer { vec4 transfer[]; };
+#define transfer_texel(i) transfer[i]
+#else
+uniform samplerBuffer transfer;
+#define transfer_texel(i) texelFetch(transfer, i)
+#endif
 uniform float transfer_first_hu;
 uniform int transfer_size;  // Entries of a row.
 #ifdef IMPORTANCE
@@ -23,7 +30,7 @@ void take_over_transfer() {
   last_entry_of_row = transfer_size - 1;
 }
 
-vec4 transfer_entry(int entry) { return texelFetch(transfer, entry); }
+vec4 transfer_entry(int entry) { return transfer_texel(entry); }
 
 #ifdef IMPORTANCE
 float importance_at(float hu, float gradient) {

@@ -72,6 +72,39 @@ TEST_F(GlComputeTest, DrawsPredicatesAndTwoVolumesToo) {
   }
 }
 
+// Not two volumes: GlRaycaster::know_device().
+TEST_F(GlComputeTest, TablesInStorageBuffersDrawTheSame) {
+  caster().set_compute(true);
+  int programs = 0;
+  const auto expect_same_of_storage = [&](const Scene& scene, const std::string& which) {
+    caster().set_storage(false);
+    const Image2d<RgbaF> textures(scene.width, scene.height, draw(scene));
+    caster().set_storage(true);
+    const int compiled = caster().compiled();
+    const Image2d<RgbaF> storage(scene.width, scene.height, draw(scene));
+    programs += caster().compiled() - compiled;
+    EXPECT_EQ(test::difference(storage, textures, 0.01).fraction_above, 0) << which;
+  };
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    Scene scene = test::RandomScenes(seed).next();
+    scene.quality.pixel_error = 0;
+    expect_same_of_storage(scene, "seed " + std::to_string(seed));
+    scene.quality.classification = Classification::kPostClassified;
+    expect_same_of_storage(scene, "post-classified, seed " + std::to_string(seed));
+  }
+  std::mt19937 random(3);
+  for (int i = 0; i < 2; ++i) {
+    const Scene both = test::random_two(random, i);
+    Scene alone = both;
+    alone.ct = both.ultrasound->volume;
+    alone.predicates = both.ultrasound->predicates;
+    alone.ultrasound.reset();
+    caster().set_settled_after(1000 * i);
+    expect_same_of_storage(alone, "predicates " + std::to_string(i));
+  }
+  EXPECT_GT(programs, 2);
+}
+
 TEST_F(GlComputeTest, AnyEditsShowWhatAFullDrawingWouldShow) {
   draw_anew(test::RandomScenes(0).next());  // So that there is one.
   caster().set_compute(true);

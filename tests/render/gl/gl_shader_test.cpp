@@ -71,7 +71,7 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
         "PHONG",      "GOOCH",     "GRADIENTS",  "GRADIENT_TEXTURE", "EMPHASIS",
         "CUTAWAY",    "CUT_FIELD", "IMPORTANCE", "SKIPPING",         "JITTER",
         "PLANE",      "SOLIDS",    "CAPSULES",   "SHARED_DEPTH",     "MANUAL_FILTER",
-        "SPARSE",     "COMPUTE",   "UNROLLED"}) {
+        "SPARSE",     "COMPUTE",   "UNROLLED",   "GATHERS",          "STORAGE"}) {
     EXPECT_EQ(none.find(std::string("#define ") + feature + '\n'), std::string::npos) << feature;
   }
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
@@ -89,7 +89,7 @@ TEST(ShadersTest, ASecondVolumeIsInNoProgramOfOne) {
     EXPECT_EQ(one.find("slab"), std::string::npos);
   }
   features.beside_ct = true;
-  EXPECT_NE(raycast_source(features).find("uniform VOLUME ct;"), std::string::npos);
+  EXPECT_NE(raycast_source(features).find("uniform sampler3D ct;"), std::string::npos);
   EXPECT_NE(raycast_source(features).find("#define ct second_ct\n"), std::string::npos);
 }
 
@@ -121,6 +121,7 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
   const auto add_features = [&](const std::string& name, GlFeatures features) {
     features.unrolled = ++added % 3 == 0;
     features.compute = !features.sparse && !features.means && added % 2 == 0;
+    features.storage = features.compute && added % 4 == 0;
     add(name + (features.compute ? ".comp" : ".frag"), raycast_source(features));
   };
   int count = 0;
