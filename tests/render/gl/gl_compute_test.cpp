@@ -85,7 +85,7 @@ TEST_F(GlComputeTest, TablesInStorageBuffersDrawTheSame) {
     programs += caster().compiled() - compiled;
     EXPECT_EQ(test::difference(storage, textures, 0.01).fraction_above, 0) << which;
   };
-  for (unsigned seed = 0; seed < 8; ++seed) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
     Scene scene = test::RandomScenes(seed).next();
     scene.quality.pixel_error = 0;
     expect_same_of_storage(scene, "seed " + std::to_string(seed));
