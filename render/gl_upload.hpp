@@ -29,7 +29,7 @@ inline void set_sampling(GLenum target, GLint filter) {
 inline GLenum kind_of_volumes(bool slices) { return slices ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_3D; }
 
 /// Where compute shaders find tables as storage buffers, which some devices read faster than
-/// textures (STORAGE of the shaders).
+/// textures: the bindings in shaders/include/ where STORAGE is defined.
 enum StorageUnit { kOpacityStorage, kLooksStorage, kPointsStorage, kTransferStorage };
 
 inline void bind_storage(StorageUnit unit, unsigned buffer) {
@@ -84,9 +84,9 @@ struct SliceRange {
   int end;
 };
 
-/// Sends slices of the texture of a kind that is bound slab by slab, so that no copy of the whole
-/// is made; with the first one it is made anew. fill(k, to) writes slice k, numbers one after
-/// another, per_texel of them for each texel; it is called on several threads.
+/// Sends slices of the 3D texture that is bound slab by slab, so that no copy of the whole is made;
+/// with the first one it is made anew. fill(k, to) writes slice k, numbers one after another,
+/// per_texel of them for each texel; it is called on several threads.
 template <class T, class Fill>
 void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,
                  SliceRange slices, std::size_t per_texel, const Fill& fill) {
