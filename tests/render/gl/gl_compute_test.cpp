@@ -8,6 +8,7 @@
 
 #include "render/gl_device.hpp"
 #include "render/gl_speed_probe.hpp"
+#include "render/two_volumes.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
@@ -62,10 +63,7 @@ TEST_F(GlComputeTest, DrawsPredicatesAndTwoVolumesToo) {
   std::mt19937 random(3);
   for (int i = 0; i < 2; ++i) {
     const Scene both = test::random_two(random, i);
-    Scene alone = both;
-    alone.ct = both.ultrasound->volume;
-    alone.predicates = both.ultrasound->predicates;
-    alone.ultrasound.reset();
+    const Scene alone = ultrasound_scene(both);
     caster().set_settled_after(1000 * i);  // Its own program, then the generic one.
     expect_same(both, static_cast<unsigned>(i));
     expect_same(alone, static_cast<unsigned>(i));
@@ -95,10 +93,7 @@ TEST_F(GlComputeTest, TablesInStorageBuffersDrawTheSame) {
   std::mt19937 random(3);
   for (int i = 0; i < 2; ++i) {
     const Scene both = test::random_two(random, i);
-    Scene alone = both;
-    alone.ct = both.ultrasound->volume;
-    alone.predicates = both.ultrasound->predicates;
-    alone.ultrasound.reset();
+    const Scene alone = ultrasound_scene(both);
     caster().set_settled_after(1000 * i);
     expect_same_of_storage(alone, "predicates " + std::to_string(i));
   }
@@ -163,10 +158,7 @@ TEST_F(GlComputeTest, PredicatesOneCellAtATimeDrawTheSamePicture) {
     Scene both = test::random_two(random, cut ? 1 : 0);
     if (cut) both.cutaway.emplace().around_spheres = true;
     both.spheres = {{both.ct->grid().centre(), 3}};
-    Scene alone = both;
-    alone.ct = both.ultrasound->volume;
-    alone.predicates = both.ultrasound->predicates;
-    alone.ultrasound.reset();
+    const Scene alone = ultrasound_scene(both);
     for (const Scene& scene : {both, alone}) {
       const auto at = [&](bool unrolled) {
         caster().set_unrolled(unrolled);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "render/gl_device.hpp"
+#include "render/two_volumes.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
@@ -63,11 +64,8 @@ TEST_F(GlFilterTest, GathersDrawPredicatesAndTwoVolumesToo) {
   std::mt19937 random(3);
   for (int i = 0; i < 2; ++i) {
     const Scene both = test::random_two(random, i);
-    Scene alone = both;
-    alone.ct = both.ultrasound->volume;
-    alone.predicates = both.ultrasound->predicates;
-    alone.ultrasound.reset();
-    caster().set_settled_after(1000 * (i % 2));  // Its own program, then the generic one.
+    const Scene alone = ultrasound_scene(both);
+    caster().set_settled_after(1000 * i);  // Its own program, then the generic one.
     expect_same(both, "both " + std::to_string(i));
     expect_same(alone, "alone " + std::to_string(i));
   }
