@@ -2,14 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/cpu_volume.hpp"
 
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
-
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -25,19 +19,6 @@ constexpr int kBelow = 1;  // Repeated border voxels below 0.
 constexpr int kAbove = 2;  // And above n - 1.
 constexpr int kBorder = kBelow + kAbove;
 constexpr std::size_t kFetchTail = 4;  // The last fetch reads 16 bytes.
-
-/// Rays cross a slice, so a page of their own, with every sample: large pages keep the table of
-/// pages in the processor.
-std::int32_t* allocate(std::size_t voxels) {
-  constexpr std::size_t kLargePage = std::size_t{1} << 21;
-  const std::size_t bytes = (voxels * sizeof(std::int32_t) + kLargePage - 1) & ~(kLargePage - 1);
-  void* memory = std::aligned_alloc(kLargePage, bytes);
-  if (memory == nullptr) throw std::bad_alloc();
-#ifdef MADV_HUGEPAGE
-  madvise(memory, bytes, MADV_HUGEPAGE);  // A wish: the picture is the same without.
-#endif
-  return static_cast<std::int32_t*>(memory);
-}
 
 /// Least and greatest.
 std::pair<std::int16_t, std::int16_t> range_of(std::span<const std::int16_t> hu) {
@@ -73,11 +54,10 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   copy_voxels(ct, threads);
 }
 
-void CpuVolume::Free::operator()(std::int32_t* voxels) const { std::free(voxels); }
-
 void CpuVolume::copy_voxels(const Volume& ct, int threads) {
   const auto& size = ct.grid().size;
-  voxels_.reset(allocate(as_size(slice_stride_) * as_size(size[2] + kBorder) + kFetchTail));
+  voxels_ =
+      ZeroedArray<std::int32_t>(as_size(slice_stride_) * as_size(size[2] + kBorder) + kFetchTail);
   std::vector<std::int16_t> low(as_size(size[2]));
   std::vector<std::int16_t> high(as_size(size[2]));
   for_each_index(size[2] + kBorder, threads, [&](int padded_k) {
@@ -102,7 +82,7 @@ void CpuVolume::copy_slice(const Volume& ct, int padded_k) {
   for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
     const std::int16_t* row = row_of(padded_j);
     const std::int16_t* next = row_of(padded_j + 1);
-    std::int32_t* to = voxels_.get() + as_size(padded_k) * as_size(slice_stride_) +
+    std::int32_t* to = voxels_.data() + as_size(padded_k) * as_size(slice_stride_) +
                        as_size(padded_j) * as_size(row_stride_);
     std::fill_n(to, kBelow, pair_of(row[0], next[0]));
     std::transform(row, row + size[0], next, to + kBelow, pair_of);

@@ -4,9 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include "nav/volume.hpp"
+#include "nav/zeroed_array.hpp"
 
 namespace nav::render {
 
@@ -21,7 +21,7 @@ class CpuVolume {
   static bool fits(const VoxelGrid& grid);
 
   /// Voxel (0, 0, 0) in the lower 16 bits, (0, 1, 0) in the upper ones; strides in voxels.
-  [[nodiscard]] const std::int32_t* origin() const { return voxels_.get() + origin_; }
+  [[nodiscard]] const std::int32_t* origin() const { return voxels_.data() + origin_; }
   [[nodiscard]] int row_stride() const { return row_stride_; }
   [[nodiscard]] int slice_stride() const { return slice_stride_; }
   /// Least and greatest value, HU.
@@ -29,14 +29,12 @@ class CpuVolume {
   [[nodiscard]] int high_hu() const { return high_hu_; }
 
  private:
-  struct Free {
-    void operator()(std::int32_t* voxels) const;
-  };
-
   void copy_voxels(const Volume& ct, int threads);
   void copy_slice(const Volume& ct, int padded_k);
 
-  std::unique_ptr<std::int32_t[], Free> voxels_;
+  /// Rays cross a slice, so a page of their own, with every sample: in large pages the processor
+  /// has them in its table.
+  ZeroedArray<std::int32_t> voxels_;
   std::size_t origin_ = 0;
   int row_stride_ = 0;
   int slice_stride_ = 0;

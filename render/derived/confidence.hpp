@@ -44,8 +44,8 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
 /// The linear system of a confidence map.
 struct ConfidenceSystem {
   GridGraph graph;
-  std::vector<float> b;   ///< Sum of the edges to voxels fixed at 1.
-  std::vector<double> x;  ///< Start: fixed values, NaN where unknown, depth from 1 to 0 between.
+  ZeroedArray<float> b;   ///< Sum of the edges to voxels fixed at 1.
+  ZeroedArray<double> x;  ///< Start: fixed values, NaN where unknown, depth from 1 to 0 between.
 };
 Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const ScanLines& lines,
                                            const ConfidenceOptions& options, const RunOptions& run);

@@ -31,8 +31,8 @@ class Assembly {
         options_(options),
         run_(run),
         graph_(grid_.size),
-        attenuated_(graph_.cells(), kUnknown),
-        kind_(graph_.cells(), kNothing) {
+        attenuated_(graph_.cells()),
+        kind_(graph_.cells()) {
     const double smallest = grid_.spacing_mm.minCoeff();
     for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
       const auto& s = kEdgeSteps[e];
@@ -46,6 +46,7 @@ class Assembly {
   /// False: no voxel is known, or a stop is asked for.
   bool attenuate() {
     if (run_.stop.stop_requested()) return false;
+    forget_values();
     const ValueRange range = value_range(volume_, 0, 1, run_.threads);
     depth_ = depth_range();
     if (range.known == 0 || !(depth_.least <= depth_.greatest)) return false;
@@ -113,8 +114,8 @@ class Assembly {
   }
 
   /// Edges to fixed voxels become leaks and right-hand side of the open ones.
-  void eliminate(std::vector<float>& b) {
-    b.assign(graph_.cells(), 0.0F);
+  ZeroedArray<float> eliminate() {
+    ZeroedArray<float> b(graph_.cells());
     for (const auto& [node, kind] : fixed_) {
       for (int e = 0; e < kGraphEdges; ++e) {
         const auto step = static_cast<std::size_t>(graph_.offset(e));
@@ -129,6 +130,7 @@ class Assembly {
         }
       }
     }
+    return b;
   }
 
   /// Open voxels that no fixed one is connected to lose their edges and become unknown.
@@ -162,8 +164,8 @@ class Assembly {
     }
   }
 
-  ConfidenceSystem finish(std::vector<float> b) {
-    std::vector<double> x(graph_.cells(), 0.0);
+  ConfidenceSystem finish(ZeroedArray<float> b) {
+    ZeroedArray<double> x(graph_.cells());
     for_each_row([&](int j, int k, Row& row) {
       const std::size_t first = graph_.at(0, j, k);
       for (std::size_t i = 0; i < row.depth.size(); ++i) {
@@ -178,6 +180,14 @@ class Assembly {
   }
 
  private:
+  void forget_values() {
+    constexpr std::size_t kPart = 1 << 18;
+    const std::size_t parts = (attenuated_.size() - 1) / kPart + 1;
+    for_each_plane(static_cast<int>(parts), run_, [&](int part) {
+      const std::size_t first = as_size(part) * kPart;
+      std::fill_n(&attenuated_[first], std::min(kPart, attenuated_.size() - first), kUnknown);
+    });
+  }
   /// Values and depths of a row; NaN where unknown.
   struct Row {
     std::vector<float> value;
@@ -284,8 +294,8 @@ class Assembly {
   const ConfidenceOptions& options_;
   const RunOptions& run_;
   GridGraph graph_;
-  std::vector<float> attenuated_;  ///< c; NaN where unknown, border included.
-  std::vector<Kind> kind_;
+  ZeroedArray<float> attenuated_;  ///< c; NaN where unknown, border included.
+  ZeroedArray<Kind> kind_;
   std::vector<std::pair<std::size_t, Kind>> fixed_;
   std::atomic<bool> all_known_ = true;
   std::array<Eigen::Vector3d, kGraphEdges> edge_along_;
@@ -310,8 +320,7 @@ Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const Sca
   assembly.fix_ends();
   assembly.weigh();
   if (run.stop.stop_requested()) return cancelled(name);
-  std::vector<float> b;
-  assembly.eliminate(b);
+  ZeroedArray<float> b = assembly.eliminate();
   assembly.drop_islands();
   auto system = assembly.finish(std::move(b));
   if (run.stop.stop_requested()) return cancelled(name);

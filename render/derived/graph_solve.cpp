@@ -15,10 +15,10 @@ class Inner {
  public:
   Inner(Multigrid& system, const RunOptions& run)
       : system_(system), graph_(system.fine()), run_(run), planes_(as_size(graph_.size()[2])) {
-    for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) v->resize(graph_.cells());
+    for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) *v = ZeroedArray<float>(graph_.cells());
   }
-  [[nodiscard]] std::vector<float>& residual() { return r_; }
-  [[nodiscard]] const std::vector<float>& correction() const { return e_; }
+  [[nodiscard]] ZeroedArray<float>& residual() { return r_; }
+  [[nodiscard]] const ZeroedArray<float>& correction() const { return e_; }
   [[nodiscard]] double estimate() const { return estimate_; }
 
   /// Until the estimated error |M r| is below goal, or the residual below kReduction of what it
@@ -66,7 +66,7 @@ class Inner {
     const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
     run_.progress(std::clamp(share, 0.0, 1.0));
   }
-  double dot(const std::vector<float>& a, const std::vector<float>& b) {
+  double dot(const ZeroedArray<float>& a, const ZeroedArray<float>& b) {
     return sum([&](int, int, std::size_t first) {
       return kernels().dot(&a[first], &b[first], graph_.row_length());
     });
@@ -97,14 +97,14 @@ class Inner {
   const GridGraph& graph_;
   const RunOptions& run_;
   std::vector<double> planes_;
-  std::vector<float> r_, z_, p_, ap_, e_;
+  ZeroedArray<float> r_, z_, p_, ap_, e_;
   double estimate_ = 0;
   double first_estimate_ = 0;
 };
 
 /// r = b - A x in double; returns |r|. Nodes without edges have no residual.
-double true_residual(const GridGraph& graph, const std::vector<float>& b,
-                     const std::vector<double>& x, std::vector<float>& r, const RunOptions& run) {
+double true_residual(const GridGraph& graph, const ZeroedArray<float>& b,
+                     const ZeroedArray<double>& x, ZeroedArray<float>& r, const RunOptions& run) {
   std::vector<double> planes(as_size(graph.size()[2]));
   for_each_plane(graph.size()[2], run, [&](int k) {
     std::vector<double> ax(as_size(graph.row_length()));
@@ -127,7 +127,7 @@ double true_residual(const GridGraph& graph, const std::vector<float>& b,
 
 }  // namespace
 
-SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
+SolveReport solve(Multigrid& system, const ZeroedArray<float>& b, ZeroedArray<double>& x,
                   const SolveOptions& options, const RunOptions& run) {
   const GridGraph& graph = system.fine();
   SolveReport report;

@@ -49,9 +49,9 @@ GridGraph::GridGraph(const std::array<int, 3>& size)
   for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
     const auto& s = kEdgeSteps[e];
     offsets_[e] = s[0] + s[1] * stride_ + s[2] * static_cast<std::ptrdiff_t>(plane);
-    weights[e].resize(cells_);
+    weights[e] = ZeroedArray<float>(cells_);
   }
-  leak.resize(cells_);
+  leak = ZeroedArray<float>(cells_);
 }
 
 GraphRow GridGraph::row(int j, int k) const {

@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cstddef>
-#include <vector>
 
+#include "nav/zeroed_array.hpp"
 #include "render/derived/kernels.hpp"
 #include "render/derived/run.hpp"
 
@@ -48,8 +48,8 @@ class GridGraph {
   /// Nodes of a row that kernels run over.
   [[nodiscard]] int row_length() const { return padded(size_[0]); }
 
-  std::array<std::vector<float>, kGraphEdges> weights;
-  std::vector<float> leak;
+  std::array<ZeroedArray<float>, kGraphEdges> weights;
+  ZeroedArray<float> leak;
 
   /// Sum of all edges at a node and its leak.
   [[nodiscard]] double degree(std::size_t node) const;

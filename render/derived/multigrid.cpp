@@ -45,9 +45,9 @@ struct Multigrid::Level {
   PackedGraph graph;
   int axis;  ///< Of the lines that smoothing solves exactly.
   /// Of the factorisation of each line; 0 where there is nothing to solve.
-  std::vector<float> pivot;
+  ZeroedArray<float> pivot;
   /// b is 0 where there is nothing to solve; x is not, before it is smoothed.
-  std::vector<float> x, b, smoothed;
+  ZeroedArray<float> x, b, smoothed;
   std::array<int, 3> factor;  ///< To the next level.
 
   Level(const GridGraph& g, const RunOptions& run)
@@ -274,7 +274,7 @@ struct Multigrid::Coarsest {
     factors.compute(matrix);
     NAV_CHECK(factors.info() == Eigen::Success, nodes.size());
   }
-  void solve(const std::vector<float>& b, std::vector<float>& x) const {
+  void solve(const ZeroedArray<float>& b, ZeroedArray<float>& x) const {
     Eigen::VectorXd right(static_cast<Eigen::Index>(nodes.size()));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       right[static_cast<Eigen::Index>(n)] = static_cast<double>(b[nodes[n]]);
@@ -330,7 +330,7 @@ Products Multigrid::cycle(std::size_t number) {
   return level.smooth(run_);
 }
 
-Products Multigrid::apply(std::vector<float>& r, std::vector<float>& z) {
+Products Multigrid::apply(ZeroedArray<float>& r, ZeroedArray<float>& z) {
   Level& top = levels_.front();
   top.b.swap(r);
   Products sum = cycle(0);

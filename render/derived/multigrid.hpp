@@ -45,7 +45,7 @@ class Multigrid {
   /// Nodes that there is something to solve for.
   [[nodiscard]] std::size_t open() const;
   /// z = M r; vectors of fine().cells(). r, 0 at nodes without edges, comes back as it was.
-  Products apply(std::vector<float>& r, std::vector<float>& z);
+  Products apply(ZeroedArray<float>& r, ZeroedArray<float>& z);
   [[nodiscard]] int levels() const;
 
  private:
@@ -62,7 +62,7 @@ class Multigrid {
 /// refinement, whose residuals are those of fine() in double, so that the result is as good as
 /// double arithmetic makes it. Reports
 /// what it reached; a stop request ends it early (converged = false).
-SolveReport solve(Multigrid& system, const std::vector<float>& b, std::vector<double>& x,
+SolveReport solve(Multigrid& system, const ZeroedArray<float>& b, ZeroedArray<double>& x,
                   const SolveOptions& options, const RunOptions& run);
 
 }  // namespace nav::render::derived

@@ -13,13 +13,19 @@ PackedGraph::PackedGraph(const GridGraph& graph, const RunOptions& run)
       first_(graph.at(0, 0, 0)),
       stride_(static_cast<std::size_t>(graph.offset(1))),
       plane_(static_cast<std::size_t>(graph.offset(2))),
-      leak_(graph.leak) {
-  for_each_plane(kGraphEdges, run, [&](int edge) {
+      leak_(graph.cells()) {
+  for (int edge = 0; edge < kGraphEdges; ++edge) {
     const auto e = static_cast<std::size_t>(edge);
     offsets_[e] = graph.offset(edge);
-    weights_[e].resize(graph.cells());
-    std::transform(graph.weights[e].begin(), graph.weights[e].end(), weights_[e].begin(),
-                   packed_weight);
+    weights_[e] = ZeroedArray<std::uint16_t>(graph.cells());
+  }
+  for_each_row(graph, run, [&](int, int, std::size_t first) {
+    const auto count = static_cast<std::size_t>(row_length());
+    std::copy_n(&graph.leak[first], count, &leak_[first]);
+    for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
+      const float* from = &graph.weights[e][first];
+      std::transform(from, from + count, &weights_[e][first], packed_weight);
+    }
   });
 }
 

@@ -47,8 +47,8 @@ class PackedGraph {
   std::array<int, 3> size_;
   std::size_t first_, stride_, plane_;
   std::array<std::ptrdiff_t, kGraphEdges> offsets_{};
-  std::array<std::vector<std::uint16_t>, kGraphEdges> weights_;
-  std::vector<float> leak_;
+  std::array<ZeroedArray<std::uint16_t>, kGraphEdges> weights_;
+  ZeroedArray<float> leak_;
 };
 
 }  // namespace nav::render::derived

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "nav/zeroed_array.hpp"
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+namespace nav {
+namespace {
+
+// The address sanitizer sees no ends of mappings.
+#if defined(MADV_HUGEPAGE) && !defined(__SANITIZE_ADDRESS__)
+
+constexpr std::size_t kLargePage = std::size_t{1} << 21;
+
+bool is_mapped(std::size_t bytes) { return bytes >= kLargePage; }
+
+void* map(std::size_t bytes) {
+  void* at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return at == MAP_FAILED ? nullptr : at;
+}
+
+/// The first address of a large page in a mapping.
+void* large_pages(void* mapped, std::size_t bytes) {
+  const auto past = reinterpret_cast<std::uintptr_t>(mapped) % kLargePage;
+  void* at = static_cast<char*>(mapped) + (past == 0 ? 0 : kLargePage - past);
+  madvise(at, bytes, MADV_HUGEPAGE);  // A wish: the values are the same without.
+  return at;
+}
+
+void unmap(void* mapped, std::size_t bytes) { munmap(mapped, bytes); }
+
+#else
+
+constexpr std::size_t kLargePage = 0;
+bool is_mapped(std::size_t) { return false; }
+void* map(std::size_t) { return nullptr; }
+void* large_pages(void* mapped, std::size_t) { return mapped; }
+void unmap(void*, std::size_t) {}
+
+#endif
+
+}  // namespace
+
+ZeroedMemory::ZeroedMemory(std::size_t bytes) : bytes_(bytes) {
+  if (bytes == 0) return;
+  if (bytes > std::numeric_limits<std::size_t>::max() - kLargePage) throw std::bad_alloc();
+  if (is_mapped(bytes)) {
+    mapped_bytes_ = bytes + kLargePage;
+    mapped_ = map(mapped_bytes_);
+    if (mapped_ == nullptr) throw std::bad_alloc();
+    data_ = large_pages(mapped_, bytes);
+  } else {
+    data_ = std::calloc(bytes, 1);
+    if (data_ == nullptr) throw std::bad_alloc();
+  }
+}
+
+ZeroedMemory::~ZeroedMemory() {
+  if (mapped_ != nullptr) {
+    unmap(mapped_, mapped_bytes_);
+  } else {
+    std::free(data_);
+  }
+}
+
+ZeroedMemory::ZeroedMemory(const ZeroedMemory& other) : ZeroedMemory(other.bytes_) {
+  if (bytes_ > 0) std::memcpy(data_, other.data_, bytes_);
+}
+
+void ZeroedMemory::swap(ZeroedMemory& other) noexcept {
+  std::swap(data_, other.data_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(mapped_, other.mapped_);
+  std::swap(mapped_bytes_, other.mapped_bytes_);
+}
+
+}  // namespace nav
