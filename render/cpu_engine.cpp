@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nav/stopwatch.hpp"
+#include "render/coarse_volumes.hpp"
 #include "render/cpu_cache.hpp"
 #include "render/cpu_cutaway_plan.hpp"
 #include "render/cpu_inputs.hpp"
@@ -15,7 +16,6 @@
 #include "render/cpu_predicate_painter.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
-#include "render/half_volumes.hpp"
 #include "render/parallel.hpp"
 #include "render/ray_spec.hpp"
 #include "render/scene_compare.hpp"
@@ -67,7 +67,7 @@ class CpuEngine final : public Engine {
       if (const auto lacking = set_lacking(scene)) {
         image.statistics = cast_provisional(scene, *lacking);
       } else {
-        release_half();
+        release_coarse();
         image.statistics = cast(scene, change == SceneChange::kGeometry, predicates_);
       }
       picture_.collect(scene.plane.has_value(), options_.threads);
@@ -107,10 +107,10 @@ class CpuEngine final : public Engine {
     // Until there is more to show, the same picture is not drawn again.
     if (!provisional_ || change_between(*provisional_, scene) != SceneChange::kNothing) {
       provisional_.reset();
-      if (!half_) half_.emplace();
-      const Scene half = half_of(scene, set);
+      if (!coarse_) coarse_.emplace();
+      const Scene coarse = coarse_of(scene, set);
       const double halving_s = seconds_since(start);
-      statistics = cast(half, false, half_->predicates);
+      statistics = cast(coarse, false, coarse_->predicates);
       statistics.prepare_s += halving_s;
       provisional_ = scene;
     } else {
@@ -121,17 +121,17 @@ class CpuEngine final : public Engine {
   }
 
   /// A CT beside the ultrasound stays as it is.
-  Scene half_of(const Scene& scene, const PredicateSet& set) {
-    if (!has_two_volumes(scene)) return half_->volumes.of(scene, set);
-    const Scene half = half_->volumes.of(ultrasound_scene(scene), set);
+  Scene coarse_of(const Scene& scene, const PredicateSet& set) {
+    if (!has_two_volumes(scene)) return coarse_->volumes.of(scene, set);
+    const Scene coarse = coarse_->volumes.of(ultrasound_scene(scene), set);
     Scene out = scene;
-    out.ultrasound->volume = half.ct;
-    out.ultrasound->predicates = *half.predicates;
+    out.ultrasound->volume = coarse.ct;
+    out.ultrasound->predicates = *coarse.predicates;
     return out;
   }
 
-  void release_half() {
-    half_.reset();
+  void release_coarse() {
+    coarse_.reset();
     provisional_.reset();
   }
 
@@ -231,8 +231,8 @@ class CpuEngine final : public Engine {
   }
 
   /// What provisional pictures are drawn from.
-  struct Half {
-    HalfVolumes volumes;
+  struct Coarse {
+    CoarseVolumes volumes;
     CpuPredicates predicates;
   };
 
@@ -240,7 +240,7 @@ class CpuEngine final : public Engine {
   CpuMarches marches_;
   CpuCache cache_;
   CpuPredicates predicates_;
-  std::optional<Half> half_;
+  std::optional<Coarse> coarse_;
   std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
   std::optional<CutawayField> field_;
   std::optional<CutawayField> other_field_;  ///< The same in the ultrasound volume's coordinates.

@@ -28,7 +28,7 @@ struct RenderStatistics {
   std::uint64_t bricks_occupied = 0;
   double prepare_s = 0;      ///< Wall time of what had to be rebuilt (bricks, tables, uploads).
   double cast_s = 0;         ///< Wall time of the ray casting itself.
-  bool provisional = false;  ///< Drawn of every second voxel: Quality::provisional.
+  bool provisional = false;  ///< Drawn of every second or fourth voxel: Quality::provisional.
   std::string note{};        ///< What was given up to draw at all, one sentence; empty: nothing.
 };
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Pictures by predicates of every second voxel while the rest is being sent.
+// Pictures by predicates of some of the voxels while the rest is being sent.
 #include <vtk_glew.h>
 // GLEW first: every other GL header depends on it.
 #include <chrono>
@@ -17,7 +17,7 @@ Result<void> GlRaycaster::draw_fitted(const Scene& scene, const std::optional<Sh
   auto lacking = set_lacking(scene);
   if (!lacking) return lacking.error();
   if (!*lacking) {
-    release_half();
+    release_coarse();
     return cast(scene, depth, change == SceneChange::kGeometry);
   }
   statistics_.provisional = true;
@@ -31,7 +31,7 @@ Result<void> GlRaycaster::draw_fitted(const Scene& scene, const std::optional<Sh
     if (!cast_) return {};
   }
   provisional_.reset();
-  if (auto ok = cast_half(scene, set, depth); !ok) return ok;
+  if (auto ok = cast_coarse(scene, set, depth); !ok) return ok;
   provisional_ = scene;
   return {};
 }
@@ -48,23 +48,23 @@ Result<std::optional<PredicateSet>> GlRaycaster::set_lacking(const Scene& scene)
   return lacking;
 }
 
-Result<void> GlRaycaster::cast_half(const Scene& scene, const PredicateSet& set,
-                                    const std::optional<SharedDepth>& depth) {
+Result<void> GlRaycaster::cast_coarse(const Scene& scene, const PredicateSet& set,
+                                      const std::optional<SharedDepth>& depth) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  const Scene half = halves_.of(scene, set);
+  const Scene coarse = coarse_volumes_.of(scene, set);
   const std::chrono::duration<double> halving = Clock::now() - start;
-  if (!half_) half_.emplace();
-  source_ = &*half_;
-  auto ok = cast(half, depth, false);
+  if (!coarse_) coarse_.emplace();
+  source_ = &*coarse_;
+  auto ok = cast(coarse, depth, false);
   statistics_.prepare_s += halving.count();
   return ok;
 }
 
-void GlRaycaster::release_half() {
+void GlRaycaster::release_coarse() {
   source_ = &whole_;
-  half_.reset();
-  halves_.release();
+  coarse_.reset();
+  coarse_volumes_.release();
   provisional_.reset();
 }
 

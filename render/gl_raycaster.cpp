@@ -472,7 +472,7 @@ void GlRaycaster::release() {
   wanted_.reset();
   whole_.textures.release();
   whole_.predicates.release();
-  release_half();
+  release_coarse();
   second_.release();
   field_.reset();
   field_spans_.release();

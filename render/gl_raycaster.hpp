@@ -8,6 +8,7 @@
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
+#include "render/coarse_volumes.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
 #include "render/gl_cost_sums.hpp"
@@ -19,7 +20,6 @@
 #include "render/gl_textures.hpp"
 #include "render/gl_timer.hpp"
 #include "render/gl_uniforms.hpp"
-#include "render/half_volumes.hpp"
 #include "render/scene_compare.hpp"
 
 namespace nav::render {
@@ -145,9 +145,9 @@ class GlRaycaster {
                            SceneChange change);
   /// Of a scene whose picture has to be provisional; else none.
   [[nodiscard]] Result<std::optional<PredicateSet>> set_lacking(const Scene& scene) const;
-  Result<void> cast_half(const Scene& scene, const PredicateSet& set,
-                         const std::optional<SharedDepth>& depth);
-  void release_half();
+  Result<void> cast_coarse(const Scene& scene, const PredicateSet& set,
+                           const std::optional<SharedDepth>& depth);
+  void release_coarse();
   /// same_view: rays that meet what they met before may keep their pixels.
   Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth, bool same_view);
   /// What draws the predicates of the last scene: their own program or the generic one.
@@ -175,9 +175,9 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   Source whole_;
-  std::optional<Source> half_;  ///< Of provisional pictures, while there are any.
-  Source* source_ = &whole_;    ///< Of the last picture.
-  HalfVolumes halves_;
+  std::optional<Source> coarse_;  ///< Of provisional pictures, while there are any.
+  Source* source_ = &whole_;      ///< Of the last picture.
+  CoarseVolumes coarse_volumes_;
   std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
   std::size_t bytes_a_picture_ = kBytesAPicture;
   GlTextures second_;  ///< The ultrasound volume beside the CT.

@@ -156,9 +156,9 @@ struct Quality {
   /// > 0, at most 1: a pixel takes the mean of rays around it where those differ by no more than
   /// this in any channel, see sparse_rays.hpp; 0: every pixel has its ray. Not the reference.
   double pixel_error = 0;
-  /// A picture by predicates may show every second voxel alone while an engine prepares what their
-  /// set reads; it then says so (RenderStatistics::provisional), and a scene that is asked for
-  /// again becomes whole. Makes no other scene.
+  /// A picture by predicates may show every second or fourth voxel alone while an engine prepares
+  /// what their set reads; it then says so (RenderStatistics::provisional), and a scene that is
+  /// asked for again becomes whole. Makes no other scene.
   bool provisional = false;
 };
 

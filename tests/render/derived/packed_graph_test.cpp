@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/packed_graph.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -83,21 +84,21 @@ TEST(MultigridTest, IsSymmetricPositiveAndSaysItsProducts) {
     Multigrid multigrid(random_graph(size, 5), {});
     std::mt19937 random(6);
     std::normal_distribution<float> value;
-    std::vector<float> r[2], z[2];
+    ZeroedArray<float> r[2], z[2];
     Products products[2];
     for (int n = 0; n < 2; ++n) {
-      r[n].resize(multigrid.fine().cells());
-      z[n].resize(r[n].size());
+      r[n] = ZeroedArray<float>(multigrid.fine().cells());
+      z[n] = ZeroedArray<float>(r[n].size());
       for (int k = 0; k < size[2]; ++k) {
         for (int j = 0; j < size[1]; ++j) {
           for (int i = 0; i < size[0]; ++i) r[n][multigrid.fine().at(i, j, k)] = value(random);
         }
       }
-      const auto before = r[n];
+      const ZeroedArray<float> before = r[n];
       products[n] = multigrid.apply(r[n], z[n]);
-      EXPECT_EQ(r[n], before);
+      EXPECT_TRUE(std::ranges::equal(r[n], before));
     }
-    const auto dot = [](const std::vector<float>& a, const std::vector<float>& b) {
+    const auto dot = [](const ZeroedArray<float>& a, const ZeroedArray<float>& b) {
       double sum = 0;
       for (std::size_t i = 0; i < a.size(); ++i) {
         sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of a new set of predicates while what it reads is being sent.
 
-#include "render/half_volumes.hpp"
+#include "render/coarse_volumes.hpp"
 #include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
@@ -115,7 +115,7 @@ TEST_P(GlProvisionalTest, ProvisionalPicturesAreOfEverySecondVoxel) {
   EXPECT_TRUE(found.statistics.provisional);
   const auto set = PredicateSet::create(*scene.predicates, ct_, place_of(scene));
   ASSERT_TRUE(test::has_value(set));
-  const RenderedImage expected = test::draw(*reference_, HalfVolumes().of(scene, *set));
+  const RenderedImage expected = test::draw(*reference_, CoarseVolumes().of(scene, *set));
   EXPECT_LE(test::difference(found.pixels, expected.pixels, 2).fraction_above, 0.002);
   EXPECT_GT(test::difference(found.pixels, test::draw(*reference_, scene).pixels, 2).fraction_above,
             0.1)

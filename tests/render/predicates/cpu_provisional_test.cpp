@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "render/coarse_volumes.hpp"
 #include "render/engine.hpp"
-#include "render/half_volumes.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {
@@ -100,7 +100,7 @@ TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfEverySecondVoxel) {
   EXPECT_TRUE(found.statistics.provisional);
   const auto set = PredicateSet::create(*scene.predicates, ct_, place_of(scene));
   ASSERT_TRUE(test::has_value(set));
-  EXPECT_TRUE(test::same_bytes(found, whole(HalfVolumes().of(scene, *set))));
+  EXPECT_TRUE(test::same_bytes(found, whole(CoarseVolumes().of(scene, *set))));
   EXPECT_FALSE(test::same_bytes(found, whole(scene)));
 }
 
@@ -141,10 +141,10 @@ TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsOfEverySecondVoxel) {
   EXPECT_TRUE(found.statistics.provisional);
   const auto set = PredicateSet::create(*alone.predicates, ct_, place_of(alone));
   ASSERT_TRUE(test::has_value(set));
-  const Scene half = HalfVolumes().of(alone, *set);
+  const Scene coarse = CoarseVolumes().of(alone, *set);
   Scene expected = scene;
-  expected.ultrasound->volume = half.ct;
-  expected.ultrasound->predicates = *half.predicates;
+  expected.ultrasound->volume = coarse.ct;
+  expected.ultrasound->predicates = *coarse.predicates;
   EXPECT_TRUE(test::same_bytes(found, whole(expected)));
   EXPECT_FALSE(test::same_bytes(found, whole(scene)));
   EXPECT_EQ(draw(scene).statistics.volume_samples, 0U) << "drawn twice";
