@@ -130,8 +130,8 @@ endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s]
 #              [PREFIX text] [OPTIONS flags…])
-# One GoogleTest program; each TEST becomes one CTest test, its name after the prefix. Default label:
-# unit. Programs labelled gpu, hardware or slow are not run under a sanitizer, so they are not built
+# One GoogleTest program; each TEST becomes one CTest test, its name after the prefix; under a
+# sanitizer each program becomes four. Default label: unit. Programs labelled gpu, hardware or slow are not run under a sanitizer, so they are not built
 # there either. Options are for compiling and linking.
 function(nav_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PREFIX" "SOURCES;USES;LABELS;OPTIONS")
@@ -157,6 +157,20 @@ function(nav_add_test name)
   endif()
   nav_in_batches(${name})
   if(not_run)
+    return()
+  endif()
+  if(SONDE_SANITIZER)
+    # To start a program takes longer there than most tests.
+    set(parts 4)
+    math(EXPR last "${parts} - 1")
+    foreach(part RANGE ${last})
+      add_test(NAME ${name}_${part} COMMAND ${name} --gtest_brief=1)
+      set_tests_properties(
+        ${name}_${part}
+        PROPERTIES LABELS "${arg_LABELS}"
+                   TIMEOUT 1800
+                   ENVIRONMENT "GTEST_TOTAL_SHARDS=${parts};GTEST_SHARD_INDEX=${part}")
+    endforeach()
     return()
   endif()
   include(GoogleTest)
