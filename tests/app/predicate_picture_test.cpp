@@ -3,6 +3,7 @@
 #include "app/predicate_picture.hpp"
 
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "tests/support/matchers.hpp"
 
@@ -39,15 +40,14 @@ bool same(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
 }
 
 TEST(PredicatePictureTest, TheLegendNamesEveryEntryAtAnyWidth) {
-  for (const int width : {200, 800, 2000}) {
-    for (const int count : {1, 12, 32}) {
-      const auto model = model_of(count);
-      const auto picture = drawn(width, model);
-      for (int j = 0; j < count; ++j) {
-        auto renamed = model;
-        renamed.entries[static_cast<std::size_t>(j)].name[0] = 'q';
-        EXPECT_FALSE(same(drawn(width, renamed), picture)) << width << " " << count << " " << j;
-      }
+  const std::pair<int, int> cases[] = {{200, 1}, {200, 32}, {800, 12}, {2000, 1}, {2000, 32}};
+  for (const auto& [width, count] : cases) {
+    const auto model = model_of(count);
+    const auto picture = drawn(width, model);
+    for (int j = 0; j < count; ++j) {
+      auto renamed = model;
+      renamed.entries[static_cast<std::size_t>(j)].name[0] = 'q';
+      EXPECT_FALSE(same(drawn(width, renamed), picture)) << width << " " << count << " " << j;
     }
   }
 }
