@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <spawn.h>
+#include <string_view>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
@@ -140,8 +141,10 @@ pid_t start_writer(const std::string& test, const std::filesystem::path& folder)
   const std::string filter = "--gtest_filter=" + test;
   const std::string cache = std::string(kWriteInto) + "=" + folder.string();
   std::vector<char*> environment{const_cast<char*>(cache.c_str())};  // NOLINT
-  for (char** variable = environ; *variable != nullptr; ++variable)
-    environment.push_back(*variable);
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const bool of_this_run = std::string_view(*variable).starts_with("GTEST_");  // Its shard.
+    if (!of_this_run) environment.push_back(*variable);
+  }
   environment.push_back(nullptr);
   const std::array<char*, 3> words{const_cast<char*>("app_test"),      // NOLINT
                                    const_cast<char*>(filter.c_str()),  // NOLINT
