@@ -74,7 +74,8 @@ void* GlTable::own_memory(std::size_t bytes) {
                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (at == MAP_FAILED) return nullptr;
 #ifdef MADV_HUGEPAGE
-  madvise(at, bytes, MADV_HUGEPAGE);  // As CpuVolume: a wish, without which pictures are the same.
+  madvise(at, bytes,
+          MADV_HUGEPAGE);  // As ZeroedMemory: a wish, without which pictures are the same.
 #endif
   memory_ = at;
   memory_bytes_ = bytes;
