@@ -27,12 +27,11 @@ void ask_for_large_pages(void* block, std::size_t bytes) {
 
 // Not inlined: the compiler would see malloc() and delete as a mismatch.
 __attribute__((noinline)) void* operator new(std::size_t bytes) {
-  void* block = std::malloc(bytes > 0 ? bytes : 1);
-  while (block == nullptr) {
+  void* block = nullptr;
+  while ((block = std::malloc(bytes > 0 ? bytes : 1)) == nullptr) {
     const std::new_handler make_room = std::get_new_handler();
     if (make_room == nullptr) throw std::bad_alloc();
     make_room();
-    block = std::malloc(bytes > 0 ? bytes : 1);
   }
   if (bytes >= kLeastBytes) ask_for_large_pages(block, bytes);
   return block;

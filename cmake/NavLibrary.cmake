@@ -131,8 +131,9 @@ endfunction()
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s]
 #              [PREFIX text] [OPTIONS flags…])
 # One GoogleTest program; each TEST becomes one CTest test, its name after the prefix; under a
-# sanitizer each program becomes four. Default label: unit. Programs labelled gpu, hardware or slow are not run under a sanitizer, so they are not built
-# there either. Options are for compiling and linking.
+# sanitizer each program becomes four. Default label: unit. Programs labelled gpu, hardware or slow
+# are not run under a sanitizer, so they are not built there either. Options are for compiling and
+# linking.
 function(nav_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PREFIX" "SOURCES;USES;LABELS;OPTIONS")
   if(NOT arg_LABELS)
