@@ -4,25 +4,14 @@
 // where the system has them. Volumes, features and pictures are of megabytes, and to touch them for
 // the first time in pages of 4096 bytes takes longer than to read them (ADR 50). Sanitizers have
 // their own `new`.
+#include "nav/large_pages.hpp"
+
 #include <cstdlib>
 #include <new>
 
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#include <cstdint>
-#include <sys/mman.h>
-
 namespace {
-
-constexpr std::size_t kLargePage = std::size_t{1} << 21;
-constexpr std::size_t kLeastBytes = 2 * kLargePage;  // Holds a large page wherever it lies.
-
-void ask_for_large_pages(void* block, std::size_t bytes) {
-  const auto first = reinterpret_cast<std::uintptr_t>(block);
-  const std::size_t skipped = (kLargePage - first % kLargePage) % kLargePage;
-  madvise(static_cast<char*>(block) + skipped, (bytes - skipped) / kLargePage * kLargePage,
-          MADV_HUGEPAGE);  // A wish: the program does the same without.
-}
-
+constexpr std::size_t kLeastBytes = 2 * nav::kLargePage;  // Holds a large page wherever it lies.
 }  // namespace
 
 // Not inlined: the compiler would see malloc() and delete as a mismatch.
@@ -33,7 +22,7 @@ __attribute__((noinline)) void* operator new(std::size_t bytes) {
     if (make_room == nullptr) throw std::bad_alloc();
     make_room();
   }
-  if (bytes >= kLeastBytes) ask_for_large_pages(block, bytes);
+  if (bytes >= kLeastBytes) nav::ask_for_large_pages(block, bytes);
   return block;
 }
 __attribute__((noinline)) void operator delete(void* block) noexcept { std::free(block); }

@@ -11,13 +11,13 @@
 #include <cstring>
 #include <utility>
 
+#include "nav/large_pages.hpp"
+
 namespace nav {
 namespace {
 
 // The address sanitizer sees no ends of mappings.
-#if defined(MADV_HUGEPAGE) && !defined(__SANITIZE_ADDRESS__)
-
-constexpr std::size_t kLargePage = std::size_t{1} << 21;
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 
 bool is_mapped(std::size_t bytes) { return bytes >= kLargePage; }
 
@@ -26,25 +26,21 @@ void* map(std::size_t bytes) {
   return at == MAP_FAILED ? nullptr : at;
 }
 
-/// The first address of a large page in a mapping.
-void* large_pages(void* mapped, std::size_t bytes) {
-  const auto past = reinterpret_cast<std::uintptr_t>(mapped) % kLargePage;
-  void* at = static_cast<char*>(mapped) + (past == 0 ? 0 : kLargePage - past);
-  madvise(at, bytes, MADV_HUGEPAGE);  // A wish: the values are the same without.
-  return at;
-}
-
 void unmap(void* mapped, std::size_t bytes) { munmap(mapped, bytes); }
 
 #else
 
-constexpr std::size_t kLargePage = 0;
 bool is_mapped(std::size_t) { return false; }
 void* map(std::size_t) { return nullptr; }
-void* large_pages(void* mapped, std::size_t) { return mapped; }
 void unmap(void*, std::size_t) {}
 
 #endif
+
+/// The first address of a large page in a mapping.
+void* first_large_page(void* mapped) {
+  const auto past = reinterpret_cast<std::uintptr_t>(mapped) % kLargePage;
+  return static_cast<char*>(mapped) + (past == 0 ? 0 : kLargePage - past);
+}
 
 }  // namespace
 
@@ -55,7 +51,8 @@ ZeroedMemory::ZeroedMemory(std::size_t bytes) : bytes_(bytes) {
     mapped_bytes_ = bytes + kLargePage;
     mapped_ = map(mapped_bytes_);
     if (mapped_ == nullptr) throw std::bad_alloc();
-    data_ = large_pages(mapped_, bytes);
+    ask_for_large_pages(mapped_, mapped_bytes_);
+    data_ = first_large_page(mapped_);
   } else {
     data_ = std::calloc(bytes, 1);
     if (data_ == nullptr) throw std::bad_alloc();

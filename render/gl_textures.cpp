@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 
 #include "nav/check.hpp"
+#include "nav/large_pages.hpp"
 #include "render/gl_bricks.hpp"
 #include "render/gl_gradients.hpp"
 #include "render/gl_textures.hpp"
@@ -73,10 +74,7 @@ void* GlTable::own_memory(std::size_t bytes) {
   void* at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (at == MAP_FAILED) return nullptr;
-#ifdef MADV_HUGEPAGE
-  madvise(at, bytes,
-          MADV_HUGEPAGE);  // As ZeroedMemory: a wish, without which pictures are the same.
-#endif
+  ask_for_large_pages(at, bytes);
   memory_ = at;
   memory_bytes_ = bytes;
   return at;

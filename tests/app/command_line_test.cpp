@@ -1,9 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Runs the built program as a user does.
+// Runs the program as a user does.
+#include "app/command_line.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
@@ -12,6 +16,8 @@
 #include <set>
 #include <sstream>
 #include <sys/wait.h>
+#include <unistd.h>
+#include <wordexp.h>
 
 #include "app/exit_code.hpp"
 #include "app/option_keys.hpp"
@@ -32,28 +38,62 @@ struct Outcome {
   std::string errors;  ///< Standard error.
 };
 
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+int exit_code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -1; }
+
+std::ptrdiff_t threads_here() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+}
+
+/// Standard input, output and errors of this process from now on.
+bool redirect(const std::filesystem::path& output, const std::filesystem::path& errors) {
+  return std::freopen("/dev/null", "r", stdin) && std::freopen(output.c_str(), "w", stdout) &&
+         std::freopen(errors.c_str(), "w", stderr);
+}
+
 class CommandLineTest : public ::testing::Test {
  protected:
+  /// The program in a process of its own, which is a copy of this one: to load its hundred
+  /// libraries takes longer than most of what is asked of it. arguments: as for a shell.
   Outcome sonde(const std::string& arguments) {
+    wordexp_t words{};
+    EXPECT_EQ(::wordexp(("sonde " + arguments).c_str(), &words, WRDE_NOCMD | WRDE_UNDEF), 0)
+        << arguments;
+    // A copy has none of the other threads, but waits for their locks.
+    EXPECT_EQ(threads_here(), 1);
+    const auto output = folder_ / "stdout.txt";
     const auto errors = folder_ / "stderr.txt";
-    const std::string command =
-        std::string(SONDE_PROGRAM) + " " + arguments + " 2>" + errors.string() + " </dev/null";
-    Outcome outcome;
-    FILE* pipe = ::popen(command.c_str(), "r");
-    std::array<char, 4096> buffer{};
-    for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-      outcome.output.append(buffer.data(), n);
+    std::fflush(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (!redirect(output, errors)) std::_Exit(127);
+      std::exit(run_command_line(static_cast<int>(words.we_wordc), words.we_wordv));
     }
-    const int status = ::pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    std::ifstream file(errors);
-    outcome.errors.assign(std::istreambuf_iterator<char>(file), {});
-    return outcome;
+    ::wordfree(&words);
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    return {exit_code_of(status), text_of(output), text_of(errors)};
+  }
+  /// The program as it is built, by a shell.
+  Outcome built_sonde(const std::string& arguments) {
+    const auto output = folder_ / "stdout.txt";
+    const auto errors = folder_ / "stderr.txt";
+    const std::string command = std::string(SONDE_PROGRAM) + " </dev/null >" + output.string() +
+                                " 2>" + errors.string() + " " + arguments;
+    const int status = std::system(command.c_str());
+    return {exit_code_of(status), text_of(output), text_of(errors)};
   }
   /// The program stops with a code and one line of error that holds every piece.
   void expect_refusal(const std::string& arguments, int code,
                       std::initializer_list<std::string> pieces) {
-    const Outcome outcome = sonde(arguments);
+    expect_refusal(sonde(arguments), arguments, code, pieces);
+  }
+  static void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
+                             std::initializer_list<std::string> pieces) {
     EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.errors;
     std::istringstream lines(outcome.errors);
     int errors = 0;
@@ -145,6 +185,16 @@ TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
   for (const auto& [key, option] : options_of_keys()) {
     const std::string name(option);
     EXPECT_TRUE(known.contains(name) || known.contains(name + ",")) << name << " for " << key;
+  }
+}
+
+TEST_F(CommandLineTest, BuiltProgramIsTheOneTestedHere) {
+  for (const char* arguments : {"--version", "levitate"}) {
+    const Outcome built = built_sonde(arguments);
+    const Outcome here = sonde(arguments);
+    EXPECT_EQ(built.code, here.code);
+    EXPECT_EQ(built.output, here.output);
+    EXPECT_EQ(built.errors, here.errors);
   }
 }
 
@@ -1706,9 +1756,10 @@ TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
 
 TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
   const std::string sweep = write_sweep();
-  expect_refusal("info " + sweep + " >/dev/full", 3, {"standard output"});
-  expect_refusal("info " + sweep + " >&-", 3, {"standard output"});
-  expect_refusal(replay_arguments(sweep) + " --print-session >/dev/full", 3, {"standard output"});
+  for (const std::string& arguments : {"info " + sweep + " >/dev/full", "info " + sweep + " >&-",
+                                       replay_arguments(sweep) + " --print-session >/dev/full"}) {
+    expect_refusal(built_sonde(arguments), arguments, 3, {"standard output"});
+  }
 }
 
 TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {

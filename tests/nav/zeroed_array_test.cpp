@@ -9,18 +9,14 @@
 #include <numeric>
 #include <utility>
 
+#include "nav/large_pages.hpp"
+
 namespace nav {
 namespace {
 
-constexpr std::size_t kLargePageBytes = std::size_t{1} << 21;
-
 /// Of the heap and of the system, and about where one becomes the other.
-constexpr std::size_t kSizes[] = {1,
-                                  1000,
-                                  kLargePageBytes - 1,
-                                  kLargePageBytes,
-                                  kLargePageBytes + 1,
-                                  3 * kLargePageBytes + 12345};
+constexpr std::size_t kSizes[] = {1,          1000,           kLargePage - 1,
+                                  kLargePage, kLargePage + 1, 3 * kLargePage + 12345};
 
 TEST(ZeroedArrayTest, IsZeroAndKeepsWhatIsWritten) {
   for (const std::size_t count : kSizes) {
@@ -59,12 +55,12 @@ TEST(ZeroedArrayTest, ACopyIsAnotherArray) {
 }
 
 TEST(ZeroedArrayTest, AMoveTakesTheMemory) {
-  ZeroedArray<float> array(kLargePageBytes);
+  ZeroedArray<float> array(kLargePage);
   array[5] = 2;
   const float* at = array.data();
   ZeroedArray<float> taken = std::move(array);
   EXPECT_EQ(taken.data(), at);
-  EXPECT_EQ(taken.size(), kLargePageBytes);
+  EXPECT_EQ(taken.size(), kLargePage);
   ZeroedArray<float> other(3);
   other.swap(taken);
   EXPECT_EQ(other.data(), at);

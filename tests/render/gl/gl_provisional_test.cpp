@@ -108,7 +108,7 @@ TEST_P(GlProvisionalTest, NothingIsSentBeforeTheFirstPicture) {
   EXPECT_GT(uploads(), before);
 }
 
-TEST_P(GlProvisionalTest, ProvisionalPicturesAreOfEverySecondVoxel) {
+TEST_P(GlProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
   draw(intensity());
   const Scene scene = features();
   const RenderedImage found = draw(scene);

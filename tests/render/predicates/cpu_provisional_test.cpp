@@ -93,7 +93,7 @@ TEST_F(CpuProvisionalTest, TheWholePictureFollowsWithTheSameBytes) {
   EXPECT_EQ(pictures_until_whole(intensity()), 0);
 }
 
-TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfEverySecondVoxel) {
+TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
   draw(intensity());
   const Scene scene = features();
   const RenderedImage found = draw(scene);
@@ -133,7 +133,7 @@ TEST_F(CpuProvisionalTest, SetsThatChangeWhileTheyArePrepared) {
   EXPECT_LT(pictures_until_whole(features()), kMostPictures);
 }
 
-TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsOfEverySecondVoxel) {
+TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsOfCoarseVolumes) {
   EXPECT_EQ(pictures_until_whole(beside_ct(intensity())), 0) << "a new volume";
   const Scene alone = features();
   const Scene scene = beside_ct(alone);
