@@ -13,12 +13,15 @@ namespace nav::render::derived {
 ///
 /// Nodes are the known voxels, edges join 18 neighbours (along the axes and the diagonals of their
 /// planes; in the plane of the scan lines the paper's eight). With intensities g normalised to
-/// [0, 1] over the known voxels, l the depth normalised to [0, 1], c = g exp(-alpha l), an edge
-/// weighs exp(-beta (|c_i - c_j| + penalty)) + 1e-5; the floor, as in the authors' code, keeps
-/// every voxel connected. The paper's penalties are 0 along the scan line, gamma across and sqrt(2)
-/// gamma diagonally. For any angle phi to the scan line and length L of an edge in units of the
-/// smallest spacing they become gamma L min(1, sqrt(2) sin phi), which are the paper's on its own
-/// grid.
+/// [0, 1] over the known voxels, l the depth normalised to [0, 1], c = g (1 - exp(-alpha l)) and D
+/// the largest |c_i - c_j| of any edge, an edge weighs
+///   exp(-beta (|c_i - c_j| / D + gamma a) / (1 + gamma)) + 1e-5,
+/// where a is how far it leads aside of the scan line, in units of the smallest spacing: 0 along
+/// it, 1 across it and diagonally. The floor keeps every voxel connected.
+///
+/// That is what the authors' program computes. The paper prints c = g exp(-alpha l), no D, no
+/// division by 1 + gamma, and sqrt(2) gamma diagonally: a map that falls to 0 within the first
+/// millimetres of any tissue that is not of one brightness (ADR 52).
 ///
 /// Fixed at 1: the first known voxel of a scan line, at 0: the last one (holes in between are
 /// neither). A line of one voxel is at the transducer.

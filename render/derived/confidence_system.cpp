@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numbers>
 
 #include "nav/index.hpp"
 #include "render/derived/confidence.hpp"
@@ -38,8 +37,7 @@ class Assembly {
       const auto& s = kEdgeSteps[e];
       const Eigen::Vector3d along =
           grid_.directions * grid_.spacing_mm.cwiseProduct(Eigen::Vector3d(s[0], s[1], s[2]));
-      edge_along_[e] = along.normalized();
-      edge_length_[e] = along.norm() / smallest;
+      edge_[e] = along / smallest;
     }
   }
 
@@ -62,7 +60,7 @@ class Assembly {
         }
         const double g = (static_cast<double>(row.value[i]) - range.least) * per_value;
         attenuated_[first + i] =
-            static_cast<float>(g * std::exp(-options_.alpha * share_of_depth(row.depth[i])));
+            static_cast<float>(-g * std::expm1(-options_.alpha * share_of_depth(row.depth[i])));
         kind_[first + i] = kOpen;
       }
     });
@@ -98,7 +96,11 @@ class Assembly {
   }
 
   void weigh() {
-    const EdgeConstants constants{static_cast<float>(options_.beta), 1e-5F};
+    const double largest = largest_difference();
+    difference_ = largest > 0 ? largest : 1;
+    // Differences stay as they are: penalties are scaled to them, and the steepness back.
+    const double beta = options_.beta / ((1 + options_.gamma) * difference_);
+    const EdgeConstants constants{static_cast<float>(beta), 1e-5F};
     for_each_plane(grid_.size[2], run_, [&](int k) {
       std::vector<float> penalty(as_size(graph_.row_length()));
       for (int j = 0; j < grid_.size[1]; ++j) {
@@ -266,9 +268,27 @@ class Assembly {
     }
     return true;
   }
+  /// Of intensities at the two ends of an edge.
+  [[nodiscard]] double largest_difference() const {
+    std::vector<float> planes(as_size(grid_.size[2]));
+    for_each_plane(grid_.size[2], run_, [&](int k) {
+      float largest = 0;
+      for (int j = 0; j < grid_.size[1]; ++j) {
+        const float* here = &attenuated_[graph_.at(0, j, k)];
+        for (int e = 0; e < kGraphEdges; ++e) {
+          const float* there = here + graph_.offset(e);
+          for (int i = 0; i < grid_.size[0]; ++i) {
+            const float apart = std::abs(here[i] - there[i]);
+            largest = apart > largest ? apart : largest;  // Not NaN, where either is unknown.
+          }
+        }
+      }
+      planes[as_size(k)] = largest;
+    });
+    return static_cast<double>(*std::ranges::max_element(planes));
+  }
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
-    const double sine = edge_along_[as_size(e)].cross(along_line).norm();
-    return options_.gamma * edge_length_[as_size(e)] * std::min(1.0, std::numbers::sqrt2 * sine);
+    return options_.gamma * edge_[as_size(e)].cross(along_line).norm() * difference_;
   }
   void penalties(int e, int j, int k, std::vector<float>& row) const {
     if (const auto common = lines_.common()) {
@@ -298,8 +318,8 @@ class Assembly {
   ZeroedArray<Kind> kind_;
   std::vector<std::pair<std::size_t, Kind>> fixed_;
   std::atomic<bool> all_known_ = true;
-  std::array<Eigen::Vector3d, kGraphEdges> edge_along_;
-  std::array<double, kGraphEdges> edge_length_{};
+  std::array<Eigen::Vector3d, kGraphEdges> edge_;  ///< In units of the smallest spacing.
+  double difference_ = 1;                          ///< The largest between neighbours.
   DepthRange depth_;
 };
 

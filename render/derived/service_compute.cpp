@@ -9,7 +9,7 @@ namespace nav::render::derived {
 namespace {
 
 /// Raised with every change of a feature's values: those of before are then found no more.
-constexpr double kDefinitionVersion = 3;
+constexpr double kDefinitionVersion = 4;
 
 template <class... Cases>
 struct Overloaded : Cases... {
@@ -62,10 +62,15 @@ Result<DerivedVolume> taken(Result<T> result, const Take& take) {
 }  // namespace
 
 Result<void> validate(const DerivedRequest& request) {
+  const VoxelGrid& grid = request.volume.grid();
+  const std::string& name = request.volume.name();
   const auto ok =
-      std::visit(Overloaded{[](const GradientPartOptions& o) { return validate(o.gradient); },
-                            [](const ScanDepthOptions&) { return Result<void>(); },
-                            [](const auto& o) { return validate(o); }},
+      std::visit(Overloaded{
+                     [&](const GradientPartOptions& o) { return validate(o.gradient, grid, name); },
+                     [&](const VesselnessOptions& o) { return validate(o, grid, name); },
+                     [](const ScanDepthOptions&) { return Result<void>(); },
+                     [](const auto& o) { return validate(o); },
+                 },
                  request.options);
   if (!ok || !needs_lines(request.options)) return ok;
   if (!request.lines) {

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/derived/confidence.hpp"
 
+#include <filesystem>
+#include <fstream>
+
 #include "tests/render/derived/derived_support.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace nav::render::derived {
 namespace {
@@ -45,12 +49,16 @@ TEST(ConfidenceTest, OfAColumnIsTheVoltageAlongResistorsInSeries) {
   const auto found = confidence(volume, down(), options);
   ASSERT_TRUE(test::has_value(found));
   std::vector<double> drop{0};
-  const auto attenuated = [&](int j) {
-    return volume.at(0, j, 0) / 255.0 * std::exp(-options.alpha * j / 23.0);
+  const auto step = [&](int j) {
+    const auto attenuated = [&](int at) {
+      return volume.at(0, at, 0) / 255.0 * (1 - std::exp(-options.alpha * at / 23.0));
+    };
+    return std::abs(attenuated(j) - attenuated(j - 1));
   };
+  double largest = 0;
+  for (int j = 1; j < 24; ++j) largest = std::max(largest, step(j));
   for (int j = 1; j < 24; ++j) {
-    const double weight =
-        std::exp(-options.beta * std::abs(attenuated(j) - attenuated(j - 1))) + 1e-5;
+    const double weight = std::exp(-options.beta * step(j) / largest / (1 + options.gamma)) + 1e-5;
     drop.push_back(drop.back() + 1 / weight);
   }
   for (int j = 0; j < 24; ++j) {
@@ -73,8 +81,15 @@ TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
   const auto found = confidence(volume, down(), options);
   ASSERT_TRUE(test::has_value(found));
   const auto attenuated = [&](int i, int j) {
-    return volume.at(i, j, 0) / 255.0 * std::exp(-options.alpha * j / 2.0);
+    return volume.at(i, j, 0) / 255.0 * (1 - std::exp(-options.alpha * j / 2.0));
   };
+  double largest = 0;
+  for (int n = 0; n < 9; ++n) {
+    for (int m = 0; m < n; ++m) {
+      if (std::abs(n % 3 - m % 3) > 1 || std::abs(n / 3 - m / 3) > 1) continue;
+      largest = std::max(largest, std::abs(attenuated(n % 3, n / 3) - attenuated(m % 3, m / 3)));
+    }
+  }
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   for (int i = 0; i < 3; ++i) {  // The middle row; the first is fixed at 1, the last at 0.
@@ -82,11 +97,10 @@ TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
       for (int y = 0; y < 3; ++y) {
         if (x == i && y == 1) continue;
         const double aside = 0.4 * (x - i);
-        const double length = std::hypot(aside, 0.5 * (y - 1));
-        const double sine = std::abs(aside) / length;
-        const double penalty = options.gamma * length / 0.4 * std::min(1.0, std::sqrt(2.0) * sine);
-        const double jump = std::abs(attenuated(i, 1) - attenuated(x, y));
-        const double weight = std::exp(-options.beta * (jump + penalty)) + 1e-5;
+        const double penalty = options.gamma * std::abs(aside) / 0.4;
+        const double jump = std::abs(attenuated(i, 1) - attenuated(x, y)) / largest;
+        const double weight =
+            std::exp(-options.beta * (jump + penalty) / (1 + options.gamma)) + 1e-5;
         matrix(i, i) += weight;
         if (y == 1) matrix(i, x) -= weight;
         if (y == 0) b[i] += weight;
@@ -95,6 +109,85 @@ TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
   }
   const Eigen::Vector3d x = matrix.inverse() * b;
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(found->volume.at(i, 1, 0), x[i], 5e-6);
+}
+
+/// The mean of a row of pixels half way down, as the paper prints the weights.
+double printed_half_way(const ScalarVolume& volume, const ConfidenceOptions& options) {
+  const auto [width, height, slices] = volume.grid().size;
+  const auto attenuated = [&](int i, int j) {
+    return volume.at(i, j, 0) / 255.0 * std::exp(-options.alpha * j / (height - 1));
+  };
+  const int open = width * (height - 2);
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(open, open);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(open);
+  for (int n = 0; n < open; ++n) {
+    const int i = n % width, j = n / width + 1;
+    for (int y = j - 1; y <= j + 1; ++y) {
+      for (int x = std::max(i - 1, 0); x <= std::min(i + 1, width - 1); ++x) {
+        if (x == i && y == j) continue;
+        const double aside = x == i ? 0 : std::hypot(x - i, y - j);
+        const double weight =
+            std::exp(-options.beta *
+                     (std::abs(attenuated(i, j) - attenuated(x, y)) + options.gamma * aside)) +
+            1e-5;
+        matrix(n, n) += weight;
+        if (y == 0) b[n] += weight;
+        if (y > 0 && y < height - 1) matrix(n, (y - 1) * width + x) -= weight;
+      }
+    }
+  }
+  const Eigen::VectorXd x = matrix.ldlt().solve(b);
+  return x.segment((height / 2 - 1) * width, width).mean();
+}
+
+// Differences deep down are the least there, so that walks run free and all confidence is lost in
+// front of them.
+TEST(ConfidenceTest, ThePrintedWeightsLoseItAllInFrontOfSpeckle) {
+  const auto grid = test::centred_grid({16, 40, 1}, {1, 1, 1});
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> grey(0, 1);
+  const auto volume = test::make_scalar(grid, [&](int, int j, int) {
+    return std::floor(256 * grey(random) * std::exp(-2 * j / 39.0));
+  });
+  EXPECT_LT(printed_half_way(volume, {}), 0.05);
+  const auto found = confidence(volume, down(), exact());
+  ASSERT_TRUE(test::has_value(found));
+  double mean = 0;
+  for (int i = 0; i < 16; ++i) mean += static_cast<double>(found->volume.at(i, 20, 0)) / 16;
+  EXPECT_NEAR(mean, 0.5, 0.2);
+}
+
+/// 8-bit pixels of a file that is stored from the bottom up, from the top down.
+std::vector<std::uint8_t> turned(const std::filesystem::path& path, int width, int height) {
+  std::vector<std::uint8_t> stored(static_cast<std::size_t>(width * height));
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(stored.data()), static_cast<std::streamsize>(stored.size()));
+  EXPECT_EQ(file.gcount(), static_cast<std::streamsize>(stored.size())) << path;
+  std::vector<std::uint8_t> rows;
+  for (int j = height - 1; j >= 0; --j) {
+    rows.insert(rows.end(), stored.begin() + j * width, stored.begin() + (j + 1) * width);
+  }
+  return rows;
+}
+
+// A picture of vessels beside its confidence as the authors' laboratory published it.
+TEST(ConfidenceTest, IsThatOfItsAuthors) {
+  SONDE_REQUIRE_DATA(map, "us-predicate/cm.raw");
+  constexpr int kWidth = 720, kHeight = 500;
+  const auto picture = turned(map.parent_path() / "us.raw", kWidth, kHeight);
+  const auto theirs = turned(map, kWidth, kHeight);
+  const auto volume = test::make_scalar(
+      test::centred_grid({kWidth, kHeight, 1}, {1, 1, 1}), [&](int i, int j, int) {
+        return static_cast<double>(picture[static_cast<std::size_t>(j * kWidth + i)]);
+      });
+  const auto ours = confidence(volume, down(), {});
+  ASSERT_TRUE(test::has_value(ours));
+  double squares = 0;
+  for (std::size_t n = 0; n < theirs.size(); ++n) {
+    const double apart = static_cast<double>((*ours->volume.values)[n]) - theirs[n] / 255.0;
+    squares += apart * apart;
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(theirs.size())), 0.005);
 }
 
 TEST(ConfidenceTest, UnknownVoxelsInFrontCountForNothing) {
