@@ -489,6 +489,10 @@ void CommandLine::add_derive() {
                        "x y z, LPS: of parallel scan lines, away from the probe; none: "
                        "0 1 0")
           ->expected(3);
+  verb->add_option("--face", o.face_mm,
+                   "x y z, LPS mm: a point of the plane where parallel lines have depth 0; none: "
+                   "the known voxel nearest to the probe")
+      ->expected(3);
   auto* apex =
       verb->add_option("--apex", o.apex_mm, "x y z, LPS mm: apex of a fan of scan lines instead")
           ->expected(3)
@@ -502,6 +506,18 @@ void CommandLine::add_derive() {
       ->excludes(apex);
   verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")
       ->check(in_range(0, 20, "mm"))
+      ->capture_default_str();
+  verb->add_option("--black", o.black, "stored value of black")->capture_default_str();
+  verb->add_option("--white", o.white, "stored value of white")->capture_default_str();
+  verb->add_option("--snr-window", o.snr.window_voxels, "side of the neighbourhood, voxels, odd")
+      ->capture_default_str();
+  verb->add_flag_function(
+      "--snr-gaussian",
+      [&o](std::int64_t) { o.snr.weights = render::derived::WindowWeights::kGaussian; },
+      "what is farther from the middle counts less");
+  verb->add_option("--confidence-alpha", o.confidence.alpha, "attenuation")->capture_default_str();
+  verb->add_option("--confidence-beta", o.confidence.beta, "steepness")->capture_default_str();
+  verb->add_option("--confidence-gamma", o.confidence.gamma, "penalty across scan lines")
       ->capture_default_str();
   verb->add_option("--smallest-radius", o.smallest_radius_mm, "of vessels, mm")
       ->check(in_range(1e-3, 100, "mm"))
@@ -791,6 +807,10 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& problem) {
     return fail({ErrorCode::kUsage, in_words(app_, problem)});
   }
+  if (const auto ok = refuse_empty(app_); !ok) return fail(ok.error());
+  const auto json =
+      refuse_unwritable({{"--json", json_}}, {config_.output.folder, demo_.output.folder});
+  if (!json) return fail(json.error());
   Console console(verbose_);
   const auto outcome = verb_(console);
   if (outcome) {

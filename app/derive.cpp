@@ -25,6 +25,8 @@ using namespace render::derived;
 struct Feature {
   std::string name;
   DerivedOptions options;
+  std::string unit;
+  double per_unit = 1;  ///< Of what is computed.
 };
 
 std::vector<Feature> features_of(const DeriveOptions& options) {
@@ -35,14 +37,15 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
   const auto gradient = [&](GradientPart part) {
     return GradientPartOptions{part, {.smoothing_mm = options.smoothing_mm}};
   };
-  return {{"snr", SnrOptions{}},
-          {"vesselness", vessels},
-          {"confidence", ConfidenceOptions{}},
-          {"gradient-magnitude", gradient(GradientPart::kMagnitude)},
-          {"gradient-angle", gradient(GradientPart::kAngle)},
-          {"gradient-along", gradient(GradientPart::kAlong)},
-          {"gradient-across", gradient(GradientPart::kAcross)},
-          {"depth", ScanDepthOptions{}}};
+  const double per_white = 1 / (options.white - options.black);
+  return {{"snr", options.snr, "1"},
+          {"vesselness", vessels, "1"},
+          {"confidence", options.confidence, "1"},
+          {"gradient-magnitude", gradient(GradientPart::kMagnitude), "white/mm", per_white},
+          {"gradient-angle", gradient(GradientPart::kAngle), "deg", 180 / M_PI},
+          {"gradient-along", gradient(GradientPart::kAlong), "white/mm", per_white},
+          {"gradient-across", gradient(GradientPart::kAcross), "white/mm", per_white},
+          {"depth", ScanDepthOptions{}, "mm"}};
 }
 
 Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
@@ -63,8 +66,13 @@ Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
   return some;
 }
 
-/// Depth 0 at nearest_corner().
-Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) {
+std::optional<std::int16_t> unknown_of(const DeriveOptions& options) {
+  if (!options.unknown) return {};
+  return static_cast<std::int16_t>(*options.unknown);
+}
+
+Result<ScanLines> lines_of(const DeriveOptions& options, const Volume& volume) {
+  const VoxelGrid& grid = volume.grid();
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
   };
@@ -86,7 +94,14 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const VoxelGrid& grid) 
     return Error{ErrorCode::kUsage, text.str()};
   }
   away = away.stableNormalized();  // Of any length, whose square need not be finite.
-  return ScanLines::parallel({away}, nearest_corner(grid, away));
+  if (options.face_mm.empty()) {
+    return ScanLines::parallel({away}, nearest_voxel(volume, away, unknown_of(options)));
+  }
+  const Point<frames::Ct> face{vector(options.face_mm)};
+  if (is_place(face.mm)) return ScanLines::parallel({away}, face);
+  std::ostringstream text;
+  text << "--face: expected 3 numbers within 1e7 mm, found " << face.mm.transpose();
+  return Error{ErrorCode::kUsage, text.str()};
 }
 
 /// The middle slice across an axis.
@@ -116,17 +131,18 @@ Image2d<Rgba8> slice_of(const FeatureVolume& volume, int axis, const ValueRange&
   return {width, height, std::move(pixels)};
 }
 
-Result<void> write_slices(const FeatureVolume& volume, const std::string& name,
+Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
                           const std::filesystem::path& folder) {
   std::vector<float> finite(*volume.values);
   for (float& v : finite) v = std::isinf(v) ? kUnknown : v;
-  const auto scalar = ScalarVolume::create(volume.grid, std::move(finite), name);
+  const auto scalar = ScalarVolume::create(volume.grid, std::move(finite), feature.name);
   if (!scalar) return scalar.error();
   const ValueRange range = value_range(*scalar, 0.01, 0.99, 0);
-  std::printf("%-20s %10.4g %10.4g %10.4g %10.4g", name.c_str(), range.least, range.low, range.high,
-              range.greatest);
+  const double unit = feature.per_unit;
+  std::printf("%-20s %-9s %10.4g %10.4g %10.4g %10.4g", feature.name.c_str(), feature.unit.c_str(),
+              unit * range.least, unit * range.low, unit * range.high, unit * range.greatest);
   for (int axis = 0; axis < 3; ++axis) {
-    const auto path = folder / (name + "-across-" + "ijk"[axis] + ".png");
+    const auto path = folder / (feature.name + "-across-" + "ijk"[axis] + ".png");
     if (auto ok = io::write_png(slice_of(volume, axis, range), path); !ok) return ok;
   }
   return {};
@@ -140,6 +156,11 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   if (options.out.empty()) {
     return Error{ErrorCode::kUsage, "--out: expected a folder, found nothing"};
   }
+  if (!(options.black < options.white)) {
+    std::ostringstream text;
+    text << "--white: expected more than --black, " << options.black << ", found " << options.white;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
   if (options.smallest_radius_mm > options.largest_radius_mm) {
     std::ostringstream text;
     text << "--smallest-radius: expected at most --largest-radius, " << options.largest_radius_mm
@@ -148,10 +169,9 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   }
   auto read = read_ultrasound(options.volume, console);
   if (!read) return read.error();
-  std::optional<std::int16_t> unknown;
-  if (options.unknown) unknown = static_cast<std::int16_t>(*options.unknown);
-  const auto volume = ScalarVolume::of(std::make_shared<const Volume>(std::move(*read)), unknown);
-  const auto lines = lines_of(options, volume.grid());
+  const auto stored = std::make_shared<const Volume>(std::move(*read));
+  const auto volume = ScalarVolume::of(stored, unknown_of(options));
+  const auto lines = lines_of(options, *stored);
   if (!lines) return lines.error();
   // Whatever is wrong with one of them is said before any is made.
   for (const Feature& feature : *features) {
@@ -163,15 +183,15 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
     return Error{ErrorCode::kIo, options.out.string() + ": expected a folder to write to, found " +
                                      failed.message()};
   }
-  std::printf("%-20s %10s %10s %10s %10s %10s\n", "feature", "least", "1 %", "99 %", "greatest",
-              "seconds");
+  std::printf("%-20s %-9s %10s %10s %10s %10s %10s\n", "feature", "unit", "least", "1 %", "99 %",
+              "greatest", "seconds");
   FeatureMaker maker(options.threads, options.cache, console);
   for (const Feature& feature : *features) {
     const auto begun = std::chrono::steady_clock::now();
     const auto found = maker.make(feature.name, {volume, feature.options, *lines});
     if (!found) return found.error();
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
-    if (auto ok = write_slices(found->volume, feature.name, options.out); !ok) return ok;
+    if (auto ok = write_slices(found->volume, feature, options.out); !ok) return ok;
     std::printf(" %10.2f  %s\n", taken.count(), found->note.c_str());
   }
   return {};

@@ -9,7 +9,9 @@
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
+#include "render/derived/confidence.hpp"
 #include "render/derived/gradient.hpp"
+#include "render/derived/snr.hpp"
 
 namespace nav::app {
 
@@ -21,9 +23,14 @@ struct DeriveOptions {
   std::vector<std::string> features;
   std::vector<double> direction;  ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
   std::vector<double> apex_mm;    ///< Of a fan instead, LPS: 3 numbers.
+  std::vector<double> face_mm;    ///< Where parallel lines have depth 0; none: the nearest voxel.
   double face_radius_mm = 0;      ///< Of the fan's probe.
   std::filesystem::path scan_lines;                          ///< File of a sweep's planes; instead.
   double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
+  double black = 0;  ///< Stored values; gradients are of shares of white.
+  double white = 255;
+  render::derived::SnrOptions snr{};
+  render::derived::ConfidenceOptions confidence{};
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;
@@ -32,10 +39,10 @@ struct DeriveOptions {
   std::filesystem::path cache;  ///< Folder of derived features; empty: none is kept.
 };
 
-/// Computes the features that predicates read from an ultrasound volume and writes the middle slice
-/// of each along every axis as PNG, black at the 1st and white at the 99th percentile; blue where a
-/// feature is undefined. Prints ranges and times, and shows how far it is; Ctrl-C ends it
-/// (kCancelled).
+/// Computes the features that predicates read from an ultrasound volume, in their units, and writes
+/// the middle slice of each along every axis as PNG, black at the 1st and white at the 99th
+/// percentile; blue where a feature is undefined. Prints ranges and times, and shows how far it is;
+/// Ctrl-C ends it (kCancelled).
 Result<void> run_derive(const DeriveOptions& options, Console& console);
 
 }  // namespace nav::app

@@ -109,7 +109,8 @@ Need fan_of_face(const PredicateOptions& options) {
 
 /// Options of what only some predicates read.
 Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions& options) {
-  const std::vector<const char*> scan{"--into", "--apex", "--face-radius-mm", "--scan-lines"};
+  const std::vector<const char*> scan{"--into", "--face", "--apex", "--face-radius-mm",
+                                      "--scan-lines"};
   const std::vector<const char*> labels{"--labels", "--layers"};
   const std::vector<const char*> vessels{"--smallest-radius", "--largest-radius", "--bright"};
   const auto given = [&](const auto& names) {
@@ -133,7 +134,12 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
        {labels, any_of({"label"}), "a predicate label", found},
        {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
        {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
-       {{"--unknown", "--cache"},
+       {{"--unknown"},
+        gradients || any_of({"snr", "vesselness", "confidence"}) ||
+            (any_of({"depth"}) && options.into_ct && !options.face_ct),
+        "a predicate of a derived feature",
+        found},
+       {{"--cache"},
         gradients || any_of({"snr", "vesselness", "confidence"}),
         "a predicate of a derived feature",
         found}});
@@ -173,6 +179,7 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
         "--black",
         "--white",
         "--into",
+        "--face",
         "--apex",
         "--face-radius-mm",
         "--scan-lines",
@@ -184,7 +191,7 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
        "one of the simulated procedure"},
       folder_of_series(config),
       {{"--us-alone", "--ct-importance", "--predicates", "--labels", "--layers", "--black",
-        "--white", "--into", "--apex", "--face-radius-mm", "--scan-lines", "--cache"},
+        "--white", "--into", "--face", "--apex", "--face-radius-mm", "--scan-lines", "--cache"},
        ultrasound,
        "--us-volume"},
       {{"--ct-importance"}, !without_ct, "a CT, which --us-alone leaves out,", "both"},
@@ -269,14 +276,23 @@ Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& op
         any_of({"vesselness"}),
         "--feature vesselness",
         "others"},
-       {{"--direction", "--apex", "--face-radius-mm", "--scan-lines"},
+       {{"--direction", "--apex", "--face", "--face-radius-mm", "--scan-lines"},
         any_of({"confidence", "gradient-angle", "gradient-along", "gradient-across", "depth"}),
         "--feature confidence, gradient-angle, -along, -across or depth",
         "others"},
        {{"--face-radius-mm"}, !options.apex_mm.empty(), "--apex"},
-       {{"--smoothing-mm"},
+       {{"--face"},
+        options.apex_mm.empty() && options.scan_lines.empty(),
+        "parallel scan lines",
+        "others"},
+       {{"--smoothing-mm", "--black", "--white"},
         any_of({"gradient-magnitude", "gradient-angle", "gradient-along", "gradient-across"}),
         "--feature gradient-magnitude, -angle, -along or -across",
+        "others"},
+       {{"--snr-window", "--snr-gaussian"}, any_of({"snr"}), "--feature snr", "others"},
+       {{"--confidence-alpha", "--confidence-beta", "--confidence-gamma"},
+        any_of({"confidence"}),
+        "--feature confidence",
         "others"},
        {{"--unknown"},
         any_of({"snr", "vesselness", "confidence", "gradient-magnitude", "gradient-angle",

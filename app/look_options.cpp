@@ -34,13 +34,21 @@ Result<render::ImportanceRule> importance_rule(const std::string& text) {
 }
 
 void add_cutaway_options(CLI::App& verb, SessionConfig::Look::Cutaway& cutaway) {
-  verb.add_flag_callback(
-      "--no-cutaway", [&cutaway] { cutaway.enabled = false; }, "show everything in front too");
-  verb.add_option("--cutaway-inner", cutaway.theta1_deg,
-                  "angle of the inner surface of the cutaway, degrees: 30");
-  verb.add_option("--cutaway-outer", cutaway.theta2_deg, "of the outer one, degrees: 50");
-  verb.add_option("--cutaway-overlay", cutaway.overlay_mm,
-                  "depth in front of the plane that keeps what is important, mm: 15; inf: all");
+  // Whoever says how to cut wants it, whatever the look or the session says.
+  const auto add = [&](const char* option, std::optional<double>& value, const char* description) {
+    verb.add_option_function<double>(
+        option,
+        [&cutaway, &value](const double& given) {
+          value = given;
+          cutaway.enabled = true;
+        },
+        description);
+  };
+  add("--cutaway-inner", cutaway.theta1_deg,
+      "angle of the inner surface of the cutaway, degrees: 30");
+  add("--cutaway-outer", cutaway.theta2_deg, "of the outer one, degrees: 50");
+  add("--cutaway-overlay", cutaway.overlay_mm,
+      "depth in front of the plane that keeps what is important, mm: 15; inf: all");
   verb.add_option_function<std::vector<std::string>>(
           "--cutaway-around",
           [&cutaway](const std::vector<std::string>& kinds) {
@@ -50,10 +58,14 @@ void add_cutaway_options(CLI::App& verb, SessionConfig::Look::Cutaway& cutaway) 
             cutaway.around_plane = has("plane");
             cutaway.around_needle = has("needle");
             cutaway.around_targets = has("targets");
+            cutaway.enabled = true;
           },
           "what is cut free, of plane, needle, targets: plane")
       ->delimiter(',')
       ->check(among({"plane", "needle", "targets"}));
+  // The last, so that it is refused beside those instead of being overruled.
+  verb.add_flag_callback(
+      "--no-cutaway", [&cutaway] { cutaway.enabled = false; }, "show everything in front too");
 }
 
 }  // namespace

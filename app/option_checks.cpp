@@ -181,4 +181,17 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
   return said;
 }
 
+Result<void> refuse_empty(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    const auto& given = option->results();
+    const std::string name = option->get_name();
+    if (name == "--needle-frame" || std::ranges::find(given, "") == given.end()) continue;
+    return Error{ErrorCode::kUsage, name + ": expected " + kind_of(*option) + ", found ''"};
+  }
+  for (const CLI::App* verb : app.get_subcommands()) {
+    if (auto ok = refuse_empty(*verb); !ok) return ok;
+  }
+  return {};
+}
+
 }  // namespace nav::app

@@ -44,6 +44,10 @@ std::string listed(const std::vector<std::string>& names);
 /// expected and what was found. One sentence.
 std::string in_words(const CLI::App& app, const CLI::ParseError& problem);
 
+/// Refuses options of a parsed command line that were given an empty value, for which a variable
+/// stood that was never set. Only --needle-frame means something by it: that there is none.
+Result<void> refuse_empty(const CLI::App& app);
+
 // Implementation.
 
 /// A refusal by another part of Sonde, as that of an option that may also be or_else.

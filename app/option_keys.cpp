@@ -54,6 +54,7 @@ constexpr OptionOfKey kOptionsOfKeys[] = {{"output.engine", "--engine"},
                                           {"predicates.layers", "--layers"},
                                           {"predicates.apex_mm", "--apex"},
                                           {"predicates.into", "--into"},
+                                          {"predicates.face_mm", "--face"},
                                           {"predicates.from", "--from"},
                                           {"predicates.target_mm", "--target"},
                                           {"predicates.needle_mm", "--needle"}};

@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "io/atomic_file.hpp"
 #include "io/ct.hpp"
 #include "io/sequence.hpp"
 
@@ -51,6 +52,16 @@ std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
   return pixels;
 }
 
+/// Whether a path is in a folder, by its name: neither has to be there.
+bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  std::error_code failed;
+  const auto whole = [&](const std::filesystem::path& p) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(p, failed), failed);
+  };
+  const auto inside = whole(path).lexically_relative(whole(folder));
+  return !inside.empty() && *inside.begin() != "..";
+}
+
 bool is_there(const NamedFile& output) {
   std::error_code failed;
   return std::filesystem::is_regular_file(output.path, failed);
@@ -81,6 +92,19 @@ Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
     for (const NamedFile& file : pixels) {
       if (same(out.path, file.path)) return refuse(file.name);
     }
+  }
+  return {};
+}
+
+Result<void> refuse_unwritable(const std::vector<NamedFile>& outputs,
+                               const std::vector<std::filesystem::path>& made) {
+  for (const NamedFile& out : outputs) {
+    if (may_be_replaced(out.path)) continue;
+    const bool own_folder = std::ranges::any_of(
+        made, [&](const auto& folder) { return !folder.empty() && lies_below(out.path, folder); });
+    if (own_folder) continue;
+    const auto file = io::AtomicFile::create(out.path);
+    if (!file) return Error{file.error().code, out.name + ": " + file.error().message};
   }
   return {};
 }

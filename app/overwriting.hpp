@@ -22,4 +22,9 @@ struct NamedFile {
 Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs);
 
+/// Refuses outputs that cannot be written, by name, before anything is computed; leaves nothing
+/// behind. What lies in one of the folders that the verb makes by itself is taken as it is.
+Result<void> refuse_unwritable(const std::vector<NamedFile>& outputs,
+                               const std::vector<std::filesystem::path>& made = {});
+
 }  // namespace nav::app

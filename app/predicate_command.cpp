@@ -44,7 +44,7 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("--save", o.save_set_up, "file for the set-up as it was drawn");
   verb.add_option("--opacity-length-mm", o.opacity_length_mm,
                   "of this much material intensity is the opacity");
-  verb.add_option("--smoothing-mm", o.smoothing_mm, "of gradients")->capture_default_str();
+  verb.add_option("--smoothing-mm", o.smoothing_mm, "of gradients; none: as the set-up says");
   verb.add_option("--smallest-radius", o.smallest_radius_mm,
                   "of vessels, mm; none: as the set-up says");
   verb.add_option("--largest-radius", o.largest_radius_mm,
@@ -135,6 +135,7 @@ void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("--white", o.white, "stored value of white")->capture_default_str();
   const auto replace_lines = [&o] {
     o.into_ct.reset();
+    o.face_ct.reset();
     o.apex_ct.reset();
     o.scan_lines.clear();
   };
@@ -151,6 +152,11 @@ void add_ultrasound_options(CLI::App& verb, PredicateOptions& o) {
         ->expected(3);
   };
   auto* into = add_lines("--into", o.into_ct, "x y z, LPS: direction of parallel scan lines");
+  verb.add_option_function<Numbers>(
+          "--face", [&o](const Numbers& p) { o.face_ct = Eigen::Vector3d(p[0], p[1], p[2]); },
+          "x y z, LPS mm: a point of the plane where --into has depth 0; none: the known voxel "
+          "nearest to the probe")
+      ->expected(3);
   auto* apex = add_lines("--apex", o.apex_ct, "x y z, LPS mm: of a fan of scan lines");
   apex->excludes(into);
   verb.add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")

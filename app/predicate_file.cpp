@@ -3,6 +3,7 @@
 #include "app/predicate_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "app/json_member.hpp"
@@ -133,6 +134,55 @@ void read_vessels(JsonMember& member, const std::string& name, std::optional<Err
   }
 }
 
+void read_smoothing(JsonMember& member, const std::string& name, std::optional<Error>& error,
+                    double& smoothing_mm) {
+  const Json* json = member.any("gradient");
+  if (json == nullptr || error) return;
+  JsonMember gradient(*json, name + ".gradient", error);
+  gradient.number("smoothing_mm", smoothing_mm);
+  gradient.finish();
+  if (!(smoothing_mm >= 0 && smoothing_mm <= 20)) {
+    gradient.fail("smoothing_mm", "a number in [0, 20]", smoothing_mm);
+  }
+}
+
+void read_snr(JsonMember& member, const std::string& name, std::optional<Error>& error,
+              render::derived::SnrOptions& snr) {
+  using render::derived::WindowWeights;
+  const Json* json = member.any("snr");
+  if (json == nullptr || error) return;
+  JsonMember window(*json, name + ".snr", error);
+  double voxels = snr.window_voxels;
+  std::string weights = "uniform";
+  window.number("window_voxels", voxels);
+  window.text("weights", weights);
+  window.finish();
+  if (voxels >= 3 && voxels <= 31 && std::fmod(voxels, 2) == 1) {
+    snr.window_voxels = static_cast<int>(voxels);
+  } else {
+    window.fail("window_voxels", "an odd number in [3, 31]", voxels);
+  }
+  if (weights != "uniform" && weights != "gaussian") {
+    window.fail("weights", "uniform or gaussian", weights);
+  }
+  snr.weights = weights == "gaussian" ? WindowWeights::kGaussian : WindowWeights::kUniform;
+}
+
+void read_confidence(JsonMember& member, const std::string& name, std::optional<Error>& error,
+                     render::derived::ConfidenceOptions& confidence) {
+  const Json* json = member.any("confidence");
+  if (json == nullptr || error) return;
+  JsonMember walk(*json, name + ".confidence", error);
+  walk.number("alpha", confidence.alpha);
+  walk.number("beta", confidence.beta);
+  walk.number("gamma", confidence.gamma);
+  walk.finish();
+  if (error) return;
+  if (const auto ok = validate(confidence); !ok) {
+    error = Error{ErrorCode::kMalformedData, name + ": " + ok.error().message};
+  }
+}
+
 /// The different predicates of an expression.
 void collect(const PredicateExpression& e, std::vector<PredicateExpression>& different) {
   for (const auto& operand : e.operands) collect(operand, different);
@@ -157,6 +207,9 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   }
   read_hue_mean(member, file);
   read_vessels(member, name, error, file.vessels);
+  read_smoothing(member, name, error, file.smoothing_mm);
+  read_snr(member, name, error, file.snr);
+  read_confidence(member, name, error, file.confidence);
   member.list("predicates", [&](const Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });
@@ -231,6 +284,13 @@ std::string to_json_text(const PredicateFile& file) {
   root["vessels"] = {{"smallest_radius_mm", file.vessels.smallest_radius_mm},
                      {"largest_radius_mm", file.vessels.largest_radius_mm},
                      {"bright", file.vessels.bright}};
+  root["gradient"] = {{"smoothing_mm", file.smoothing_mm}};
+  const bool uniform = file.snr.weights == render::derived::WindowWeights::kUniform;
+  root["snr"] = {{"window_voxels", file.snr.window_voxels},
+                 {"weights", uniform ? "uniform" : "gaussian"}};
+  root["confidence"] = {{"alpha", file.confidence.alpha},
+                        {"beta", file.confidence.beta},
+                        {"gamma", file.confidence.gamma}};
   root["hue_mean"] = file.hue_mean == render::spec::HueMean::kLinear ? "linear" : "circular";
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

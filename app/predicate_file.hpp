@@ -7,6 +7,9 @@
 #include <string>
 
 #include "nav/result.hpp"
+#include "render/derived/confidence.hpp"
+#include "render/derived/gradient.hpp"
+#include "render/derived/snr.hpp"
 #include "render/predicate_scene.hpp"
 
 namespace nav::app {
@@ -27,6 +30,9 @@ struct PredicateFile {
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
   VesselScales vessels{};
+  double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
+  render::derived::SnrOptions snr{};
+  render::derived::ConfidenceOptions confidence{};
 };
 
 /// A built-in set-up by its name; kNotFound lists them.
@@ -38,7 +44,9 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 ///                    "where": {"all": [{"vesselness": {"low": 0.15, "high": 1}},
 ///                                      {"not": {"entry": "skin"}}]}}, ..],
 ///    "opacity_length_mm": 2, "cutaway_importance": 0.5, "hue_mean": "circular",
-///    "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false}}
+///    "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false},
+///    "gradient": {"smoothing_mm": 0.4}, "snr": {"window_voxels": 7, "weights": "uniform"},
+///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05}}
 /// An expression has one member: "not" with an expression, "all" or "any" with a list of them,
 /// "entry" with a name, or a predicate of the library with its parameters, angles in degrees;
 /// parameters left out keep their initial values. Importances are scaled to sum 1. Refuses files

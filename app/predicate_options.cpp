@@ -34,7 +34,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
       {"white", o.white, -kWhole, kWhole},
       {"opacity_length_mm", o.opacity_length_mm.value_or(1), 1e-3, 1e4},
       {"face_radius_mm", o.face_radius_mm, 0, 1e4},
-      {"smoothing_mm", o.smoothing_mm, 0, 20},
+      {"smoothing_mm", o.smoothing_mm.value_or(0), 0, 20},
       {"smallest_radius_mm", o.smallest_radius_mm.value_or(1), 1e-3, 100},
       {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
   };
@@ -100,6 +100,10 @@ Result<void> validate(const PredicateOptions& o) {
     return refusal("scan_lines", "it, into or apex_mm", "more than one");
   }
   if (!o.layers.empty() && !o.labels.empty()) return refusal("layers", "it or labels", "both");
+  if (o.face_ct && !o.into_ct) return refusal("face_mm", "into beside it", "none");
+  if (!near(o.face_ct)) {
+    return refusal("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
+  }
   if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
   if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
     return refusal("into", "3 finite numbers, not all 0", o.into_ct->transpose());

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "nav/result.hpp"
-#include "render/derived/gradient.hpp"
 #include "render/derived/scribbles.hpp"
 #include "render/predicates/model.hpp"
 
@@ -44,12 +43,15 @@ struct PredicateOptions {
       save_set_up;   ///< Where to write the set-up as it was drawn; empty: nowhere.
   double black = 0;  ///< Stored values.
   double white = 255;
-  std::optional<double> opacity_length_mm{};                 ///< Absent: what the set-up says.
-  std::optional<Eigen::Vector3d> into_ct{};                  ///< Parallel scan lines, LPS.
-  std::optional<Eigen::Vector3d> apex_ct{};                  ///< Of a fan, LPS mm; instead.
-  double face_radius_mm = 0;                                 ///< Of the fan's probe.
-  double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
-  std::filesystem::path cache;  ///< Folder of derived features; empty: none is kept.
+  std::optional<double> opacity_length_mm{};  ///< Absent: what the set-up says.
+  std::optional<Eigen::Vector3d> into_ct{};   ///< Parallel scan lines, LPS.
+  /// LPS mm, a point of the plane where those have depth 0; absent: of the known voxel that lies
+  /// furthest towards the probe.
+  std::optional<Eigen::Vector3d> face_ct{};
+  std::optional<Eigen::Vector3d> apex_ct{};  ///< Of a fan, LPS mm; instead.
+  double face_radius_mm = 0;                 ///< Of the fan's probe.
+  std::optional<double> smoothing_mm{};      ///< Of gradients; absent: what the set-up says.
+  std::filesystem::path cache;               ///< Folder of derived features; empty: none is kept.
   /// Of vessels, for vesselness; absent: what the set-up says.
   std::optional<double> smallest_radius_mm{};
   std::optional<double> largest_radius_mm{};

@@ -112,11 +112,15 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
   return y + (x > 0 ? kLine : 0) + kMargin;
 }
 
-bool lies_in(const Stroke& stroke, const render::SlicePlane& plane) {
+/// Whether a slice shows all of a stroke: painted on it, but for rounding, or as thick as wide.
+bool lies_in(const Stroke& stroke, const render::SlicePlane& plane, const VoxelGrid& grid) {
+  constexpr double kRounding = 1e-3;
   const Eigen::Vector3d normal = plane.right.v.cross(plane.down.v);
-  constexpr double kNearMm = 0.5;
+  const bool parallel = normal.cross(stroke.plane_normal.v.stableNormalized()).norm() < kRounding;
+  if (!parallel && stroke.half_thickness_mm < stroke.radius_mm) return false;
+  const double near_mm = kRounding * grid.spacing_mm.minCoeff();
   return std::all_of(stroke.points.begin(), stroke.points.end(), [&](const auto& p) {
-    return std::abs((p.mm - plane.centre_ct.mm).dot(normal)) < kNearMm;
+    return std::abs((p.mm - plane.centre_ct.mm).dot(normal)) < near_mm;
   });
 }
 
@@ -133,13 +137,13 @@ render::SlicePlane plane_of(const Stroke& stroke, const VoxelGrid& grid) {
   return {{centre + off * normal}, {right}, {down}};
 }
 
-/// One plane for all strokes that lie in it.
+/// One plane for all strokes that it shows.
 std::vector<render::SlicePlane> slices_of(const std::vector<Stroke>& strokes,
                                           const VoxelGrid& grid) {
   std::vector<render::SlicePlane> slices;
   for (const Stroke& stroke : strokes) {
     const bool known = std::any_of(slices.begin(), slices.end(),
-                                   [&](const auto& plane) { return lies_in(stroke, plane); });
+                                   [&](const auto& plane) { return lies_in(stroke, plane, grid); });
     if (!known) slices.push_back(plane_of(stroke, grid));
   }
   return slices;

@@ -107,8 +107,6 @@ bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid)
   return false;
 }
 
-}  // namespace
-
 Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& away) {
   Point<frames::Ct> nearest = grid.at({0, 0, 0});
   for (int corner = 1; corner < 8; ++corner) {
@@ -118,6 +116,31 @@ Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& a
     if ((grid.at(index).mm - nearest.mm).dot(away) < 0) nearest = grid.at(index);
   }
   return nearest;
+}
+
+}  // namespace
+
+Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& away,
+                                std::optional<std::int16_t> unknown) {
+  const VoxelGrid& grid = volume.grid();
+  if (!unknown) return nearest_corner(grid, away);
+  const Eigen::Vector3d depth_step =
+      (grid.directions.transpose() * away).cwiseProduct(grid.spacing_mm);
+  double least = INFINITY;
+  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
+  std::size_t at = 0;
+  for (int k = 0; k < grid.size[2]; ++k) {
+    for (int j = 0; j < grid.size[1]; ++j) {
+      for (int i = 0; i < grid.size[0]; ++i) {
+        if (volume.hu()[at++] == *unknown) continue;
+        const double depth = depth_step.dot(Eigen::Vector3d(i, j, k));
+        if (depth >= least) continue;
+        least = depth;
+        nearest = {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+      }
+    }
+  }
+  return std::isfinite(least) ? grid.at(nearest) : nearest_corner(grid, away);
 }
 
 Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "nav/result.hpp"
 #include "render/derived/scan_lines.hpp"
@@ -10,9 +11,11 @@
 
 namespace nav::app {
 
-/// Where parallel scan lines have depth 0: the corner that lies furthest towards the probe. away:
-/// from the probe, of any finite length > 0.
-Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& away);
+/// Where parallel scan lines have depth 0: the known voxel that lies furthest towards the probe, or
+/// the corner of a volume of which all or nothing is known. away: from the probe, of any finite
+/// length > 0. unknown: value of voxels that no picture reached.
+Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& away,
+                                std::optional<std::int16_t> unknown);
 
 /// Scan lines of a volume of that grid that was compounded from the pictures of a sweep
 /// (sonde_scan_lines, docs/predicates.md). Refuses whatever the file gets wrong, naming the member,

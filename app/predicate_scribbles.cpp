@@ -178,9 +178,9 @@ Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<S
   ScribbleMask mask(scene.ct->grid());
   for (std::size_t n = 0; n < strokes.size(); ++n) {
     const std::string name = "stroke " + std::to_string(n + 1);
-    const auto marked = mask.add(strokes[n]);
-    if (!marked) return Error{marked.error().code, name + ": " + marked.error().message};
-    if (*marked == 0 && strokes[n].paint != Paint::kErase) {
+    const auto painted = mask.add(strokes[n]);
+    if (!painted) return Error{painted.error().code, name + ": " + painted.error().message};
+    if (!painted->covers_any) {
       return Error{ErrorCode::kUsage,
                    name + ": expected voxels of the volume under it, found none"};
     }

@@ -30,14 +30,19 @@ Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels)
   return {ErrorCode::kUsage, text.str()};
 }
 
+std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
+  if (!options.unknown) return {};
+  return static_cast<std::int16_t>(*options.unknown);
+}
+
 /// Absent where nothing was said of them: no scan line is made up.
-std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options,
-                                            const VoxelGrid& grid) {
+std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
   if (!options.into_ct) return {};
   // Directions may have any length, whose products need not be finite.
   const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
-  return render::ParallelScan{nearest_corner(grid, into), {into}};
+  if (options.face_ct) return render::ParallelScan{{*options.face_ct}, {into}};
+  return render::ParallelScan{nearest_voxel(volume, into, unknown_of(options)), {into}};
 }
 
 Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
@@ -63,7 +68,7 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
   }();
   if (!out) return out;
   const VoxelGrid& grid = out->ultrasound->grid();
-  if (auto scan = scan_of(options, grid)) out->predicates.scan = *std::move(scan);
+  if (auto scan = scan_of(options, *out->ultrasound)) out->predicates.scan = *std::move(scan);
   if (!options.scan_lines.empty()) {
     if (auto ok =
             add_scan_lines(options.scan_lines, grid, usable_threads(threads), out->predicates);
@@ -113,20 +118,17 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
   return {};
 }
 
-std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
-  if (!options.unknown) return {};
-  return static_cast<std::int16_t>(*options.unknown);
-}
-
-Result<void> add_features(const PredicateOptions& options, const VesselScales& vessels, int threads,
+Result<void> add_features(const PredicateOptions& options, const PredicateFile& file, int threads,
                           bench::PredicateVolume& volume, Console& console) {
   FeatureMaker maker(threads, options.cache, console);
   render::DerivedFeatureOptions derive;
-  derive.gradient.smoothing_mm = options.smoothing_mm;
-  derive.vesselness.smallest_radius_mm = vessels.smallest_radius_mm;
-  derive.vesselness.largest_radius_mm = vessels.largest_radius_mm;
+  derive.gradient.smoothing_mm = file.smoothing_mm;
+  derive.snr = file.snr;
+  derive.confidence = file.confidence;
+  derive.vesselness.smallest_radius_mm = file.vessels.smallest_radius_mm;
+  derive.vesselness.largest_radius_mm = file.vessels.largest_radius_mm;
   derive.unknown = unknown_of(options);
-  if (vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
+  if (file.vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
   return render::add_derived_features(
       volume.ultrasound, derive,
       [&maker](const std::string& name, const render::derived::DerivedRequest& request) {
@@ -160,6 +162,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
       options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
   file->vessels.largest_radius_mm =
       options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->smoothing_mm = options.smoothing_mm.value_or(file->smoothing_mm);
   file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
   if (file->vessels.smallest_radius_mm > file->vessels.largest_radius_mm) {
     return refuse_radii(options, file->vessels);
@@ -189,7 +192,7 @@ Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, i
   predicates.hue_mean = file->hue_mean;
   predicates.cutaway_importance = file->cutaway_importance;
   predicates.opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);
-  if (const auto ok = add_features(options, file->vessels, threads, *volume, console); !ok) {
+  if (const auto ok = add_features(options, *file, threads, *volume, console); !ok) {
     return ok.error();
   }
   return PreparedPredicates{*std::move(file), *std::move(volume)};

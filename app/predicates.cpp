@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <tuple>
 
 #include "app/engines.hpp"
 #include "app/orthographic.hpp"
@@ -59,6 +60,18 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
   return render::to_8bit(image->pixels);
 }
 
+/// A picture of nothing says why.
+void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Console& console) {
+  const auto pixels = picture.pixels();
+  const auto differs = [&](const Rgba8& p) {
+    return std::tie(p.r, p.g, p.b) != std::tie(pixels[0].r, pixels[0].g, pixels[0].b);
+  };
+  if (std::ranges::any_of(pixels, differs) || !scene.spheres.empty() || scene.needle) return;
+  console.report(Severity::kWarning, "picture",
+                 "expected samples that satisfy a predicate of importance above 0, found none: "
+                 "the picture by predicates is empty (units of the library: docs/predicates.md)");
+}
+
 Result<void> check_files(const SessionConfig& config) {
   const PredicateOptions& options = config.predicates;
   if (options.picture.empty()) {
@@ -81,8 +94,13 @@ Result<void> check_files(const SessionConfig& config) {
   const auto ok =
       refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
   // A set-up may be saved as the file that it came from.
-  return ok ? refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}})
-            : ok;
+  if (!ok) return ok;
+  if (const auto own =
+          refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
+      !own) {
+    return own;
+  }
+  return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
 }
 
 /// Standard rendering beside the one by predicates.
@@ -90,6 +108,7 @@ Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render
                                             Console& console) {
   auto right = draw(engine, scene, console);  // Says what is wrong with the options.
   if (!right) return right.error();
+  warn_if_empty(*right, scene, console);
   auto left = draw(engine, bench::standard_scene(scene), console);
   if (!left) return left.error();
   return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},

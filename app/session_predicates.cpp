@@ -101,6 +101,7 @@ void read_predicates(Section& section, const std::string& file, std::optional<Er
   section.path("save_set_up", o.save_set_up);
   read_numbers(section, o);
   read_vector<3>(section, "into", o.into_ct);
+  read_vector<3>(section, "face_mm", o.face_ct);
   read_vector<3>(section, "apex_mm", o.apex_ct);
   read_vector<4>(section, "target_mm", o.target);
   read_vector<6>(section, "needle_mm", o.needle);
@@ -121,7 +122,6 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
       {"black", o.black},
       {"white", o.white},
       {"face_radius_mm", o.face_radius_mm},
-      {"smoothing_mm", o.smoothing_mm},
       {"from", array_of(o.from)}};
   for (const auto& [key, path] : {std::pair("volume", &o.volume),
                                   {"picture", &o.picture},
@@ -139,12 +139,14 @@ toml::table predicates_to_toml(const PredicateOptions& o) {
   }
   if (!o.histogram.empty()) table.insert("histogram", histogram_to_toml(o.histogram));
   if (o.opacity_length_mm) table.insert("opacity_length_mm", *o.opacity_length_mm);
+  if (o.smoothing_mm) table.insert("smoothing_mm", *o.smoothing_mm);
   if (o.smallest_radius_mm) table.insert("smallest_radius_mm", *o.smallest_radius_mm);
   if (o.largest_radius_mm) table.insert("largest_radius_mm", *o.largest_radius_mm);
   if (o.bright_vessels) table.insert("bright_vessels", *o.bright_vessels);
   if (o.hue_mean) table.insert("hue_mean", *o.hue_mean);
   if (o.unknown) table.insert("unknown", *o.unknown);
   if (o.into_ct) table.insert("into", array_of(*o.into_ct));
+  if (o.face_ct) table.insert("face_mm", array_of(*o.face_ct));
   if (o.apex_ct) table.insert("apex_mm", array_of(*o.apex_ct));
   if (o.target) table.insert("target_mm", array_of(*o.target));
   if (o.needle) table.insert("needle_mm", array_of(*o.needle));

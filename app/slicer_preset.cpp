@@ -279,6 +279,7 @@ Result<LookFile> slicer_look_from_vp(const std::string& name, const std::string&
     }
     head[i] = (*numbers)[0];
   }
+  if (head[0] == 0) return refusal(name + ": interpolation", "1, linear", "0, nearest");
   SlicerProperty property;
   property.shade = head[1] != 0;
   property.diffuse = std::min(head[2], 10.0);
@@ -309,10 +310,14 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
     return Error{ErrorCode::kUnsupportedData,
                  name + ": components: expected one, found " + std::to_string(components.size())};
   }
+  const PresetJson interpolation = properties[0].value("interpolationType", PresetJson("linear"));
+  if (interpolation != "linear") {
+    return refusal(name + ": interpolationType", "\"linear\"", interpolation.dump().substr(0, 40));
+  }
   const PresetJson& component = components[0];
   JsonReader reader(name);
   SlicerProperty property;
-  property.shade = reader.flag(component, "shade", true);
+  property.shade = reader.flag(component, "shade", false);  // As Slicer reads it.
   if (component.contains("lighting")) {
     const PresetJson& lighting = component["lighting"];
     if (!lighting.is_object()) {

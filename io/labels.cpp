@@ -44,7 +44,9 @@ class LabelSink final : public detail::VoxelSink {
 
 Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& diagnostics) {
   LabelSink sink;
-  const auto grid = detail::read_voxels(path, sink, diagnostics, {});
+  CtOptions reading;
+  reading.least_slices = 1;  // As ultrasound may have.
+  const auto grid = detail::read_voxels(path, sink, diagnostics, reading);
   if (!grid) {
     return Error{
         ErrorCode::kUnsupportedData,

@@ -221,6 +221,14 @@ Result<void> validate(const GradientOptions& options) {
   return {};
 }
 
+Result<void> validate(const GradientOptions& options, const VoxelGrid& grid,
+                      const std::string& name) {
+  if (const auto ok = validate(options); !ok) return ok;
+  const FilterReach widest{"smoothing_mm", options.smoothing_mm, options.smoothing_mm,
+                           options.truncate};
+  return check_reach(widest, grid, name + ": gradient");
+}
+
 Eigen::Vector3d gradient_at(const ScalarVolume& volume, int i, int j, int k) {
   const VoxelGrid& grid = volume.grid();
   const auto value = [&](int x, int y, int z) {
@@ -245,8 +253,8 @@ double gradient_angle(const Eigen::Vector3d& gradient, const Eigen::Vector3d& aw
 Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart part,
                                     const ScanLines* lines, const GradientOptions& options,
                                     const RunOptions& run) {
-  if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
+  if (const auto ok = validate(options, grid, volume.name()); !ok) return ok.error();
   const std::string name = volume.name() + ": gradient";
   if (part != GradientPart::kMagnitude) {
     if (lines == nullptr) {
@@ -254,9 +262,6 @@ Result<FeatureVolume> gradient_part(const ScalarVolume& volume, GradientPart par
     }
     if (auto ok = lines->check(grid, name); !ok) return ok.error();
   }
-  const FilterReach widest{"smoothing_mm", options.smoothing_mm, options.smoothing_mm,
-                           options.truncate};
-  if (auto ok = check_reach(widest, grid, name); !ok) return ok.error();
   const double bytes = 4 + (options.smoothing_mm > 0 ? 10 : 0);
   if (auto ok = check_memory(name, grid.voxel_count(), bytes, run.memory_limit); !ok) {
     return ok.error();

@@ -23,6 +23,9 @@ struct GradientOptions {
   double least_per_mm = 1e-3;
 };
 Result<void> validate(const GradientOptions& options);
+/// Also smoothing that would reach hundreds of voxels of a grid. name: of the volume.
+Result<void> validate(const GradientOptions& options, const VoxelGrid& grid,
+                      const std::string& name);
 
 /// Gradient at a voxel by central differences, per mm, in the frame of the volume; one-sided at
 /// borders and beside unknown voxels; 0 along an axis of one voxel. NaN at unknown voxels and where

@@ -55,7 +55,7 @@ ScribbleMask::ScribbleMask(const VoxelGrid& grid) : grid_(grid), bits_(grid.voxe
   NAV_CHECK(ok.has_value());
 }
 
-Result<std::size_t> ScribbleMask::add(const Stroke& stroke) {
+Result<ScribbleMask::Painted> ScribbleMask::add(const Stroke& stroke) {
   if (const auto ok = check(stroke); !ok) return ok.error();
   // Stable: squares of finite numbers may not be finite.
   const Eigen::Vector3d normal = stroke.plane_normal.v.stableNormalized();
@@ -63,18 +63,18 @@ Result<std::size_t> ScribbleMask::add(const Stroke& stroke) {
       stroke.half_thickness_mm > 0
           ? stroke.half_thickness_mm
           : 0.5 * (grid_.directions.transpose() * normal).cwiseAbs().dot(grid_.spacing_mm);
-  std::size_t marked = 0;
+  Painted painted;
   for (std::size_t n = 0; n < stroke.points.size(); ++n) {
     const std::size_t next = std::min(n + 1, stroke.points.size() - 1);
     if (next == n && n > 0) break;
-    marked += add_segment(stroke, stroke.points[n].mm, stroke.points[next].mm, normal, thickness);
+    add_segment(stroke, stroke.points[n].mm, stroke.points[next].mm, normal, thickness, painted);
   }
-  return marked;
+  return painted;
 }
 
-std::size_t ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3d& from,
-                                      const Eigen::Vector3d& to, const Eigen::Vector3d& normal,
-                                      double half_thickness) {
+void ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3d& from,
+                               const Eigen::Vector3d& to, const Eigen::Vector3d& normal,
+                               double half_thickness, Painted& painted) {
   const Eigen::Vector3d a = grid_.index_of({from});
   const Eigen::Vector3d b = grid_.index_of({to});
   const Eigen::Vector3d reach = grid_.spacing_mm.cwiseInverse() * stroke.radius_mm;
@@ -89,7 +89,6 @@ std::size_t ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3
     last[n] = static_cast<int>(
         std::floor(std::clamp(std::max(a[axis], b[axis]) + reach[axis], -1.0, most)));
   }
-  std::size_t marked = 0;
   const std::uint8_t bit = bit_of(stroke.paint);
   for (int k = first[2]; k <= last[2]; ++k) {
     for (int j = first[1]; j <= last[1]; ++j) {
@@ -98,12 +97,12 @@ std::size_t ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3
         if (std::abs((p - stroke.points.front().mm).dot(normal)) > half_thickness) continue;
         if (distance_to_segment(p, from, to) > stroke.radius_mm) continue;
         std::uint8_t& voxel = bits_[offset_of(grid_, i, j, k)];
-        marked += voxel != bit ? 1 : 0;
+        painted.covers_any = true;
+        painted.changed += voxel != bit ? 1 : 0;
         voxel = bit;
       }
     }
   }
-  return marked;
 }
 
 void ScribbleMask::clear() { std::fill(bits_.begin(), bits_.end(), std::uint8_t{0}); }

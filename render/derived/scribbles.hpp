@@ -35,19 +35,22 @@ class ScribbleMask {
   /// Precondition: validate(grid), otherwise a Bug.
   explicit ScribbleMask(const VoxelGrid& grid);
 
+  struct Painted {
+    std::size_t changed = 0;  ///< Voxels that had another paint or none.
+    bool covers_any = false;  ///< Voxels of the volume lie under the stroke.
+  };
   /// Marks the voxels whose centres lie within radius_mm of the polyline and half_thickness_mm of
-  /// the plane through its first point; returns how many. Refuses strokes without points, numbers
-  /// that are not finite or out of range. What lies outside the volume is left out.
-  Result<std::size_t> add(const Stroke& stroke);
+  /// the plane through its first point. Refuses strokes without points, numbers that are not finite
+  /// or out of range. What lies outside the volume is left out.
+  Result<Painted> add(const Stroke& stroke);
   void clear();
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   [[nodiscard]] const std::vector<std::uint8_t>& bits() const { return bits_; }
 
  private:
-  std::size_t add_segment(const Stroke& stroke, const Eigen::Vector3d& from,
-                          const Eigen::Vector3d& to, const Eigen::Vector3d& normal,
-                          double half_thickness);
+  void add_segment(const Stroke& stroke, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                   const Eigen::Vector3d& normal, double half_thickness, Painted& painted);
   VoxelGrid grid_;
   std::vector<std::uint8_t> bits_;
 };

@@ -35,7 +35,8 @@ struct DerivedRequest {
   std::optional<ScanLines> lines;
 };
 
-/// Refuses options out of range, missing scan lines and those of another grid.
+/// Refuses options out of range or too wide for the volume's voxels, missing scan lines and those
+/// of another grid.
 Result<void> validate(const DerivedRequest& request);
 /// Digest of the volume and of all that the feature depends on, the version of its definition
 /// included: the same key is the same values, in other runs of the program too.

@@ -202,19 +202,24 @@ double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume,
   return whole > 0 ? whole : 1;
 }
 
+Result<void> validate(const VesselnessOptions& options, const VoxelGrid& grid,
+                      const std::string& name) {
+  if (const auto ok = validate(options); !ok) return ok;
+  const FilterReach widest{"largest_radius_mm", options.largest_radius_mm,
+                           sigmas_mm(options).back(), options.truncate};
+  return check_reach(widest, grid, name + ": vesselness");
+}
+
 Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOptions& options,
                                  const RunOptions& run) {
-  if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
+  if (const auto ok = validate(options, grid, volume.name()); !ok) return ok.error();
   const std::string name = volume.name() + ": vesselness";
   constexpr double kBytesPerVoxel = 14;
   if (auto ok = check_memory(name, grid.voxel_count(), kBytesPerVoxel, run.memory_limit); !ok) {
     return ok.error();
   }
   const auto sigmas = sigmas_mm(options);
-  const FilterReach widest{"largest_radius_mm", options.largest_radius_mm, sigmas.back(),
-                           options.truncate};
-  if (auto ok = check_reach(widest, grid, name); !ok) return ok.error();
   const double contrast = contrast_of(options, volume, run.threads);
   const TubeConstants constants = constants_of(options, contrast);
   const double coarsest = sigmas.back() / grid.spacing_mm.minCoeff();

@@ -31,6 +31,9 @@ struct VesselnessOptions {
   double negligible_response = 1e-4;
 };
 Result<void> validate(const VesselnessOptions& options);
+/// Also filters that would reach hundreds of voxels of a grid. name: of the volume.
+Result<void> validate(const VesselnessOptions& options, const VoxelGrid& grid,
+                      const std::string& name);
 
 /// Sigmas of the scales, mm, ascending.
 std::vector<double> sigmas_mm(const VesselnessOptions& options);

@@ -644,6 +644,164 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
   }
 }
 
+// The first known voxel along the lines, or where the user says.
+TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
+  constexpr int kEmptyRows = 25;
+  const auto write = [&](const char* name, int empty_rows) {
+    VoxelGrid grid;
+    grid.size = {20, 20 + empty_rows, 20};
+    grid.spacing_mm = {0.4, 0.4, 0.4};
+    grid.origin_mm = {0, -0.4 * empty_rows, 0};
+    std::vector<std::int16_t> hu(grid.voxel_count(), 200);
+    for (std::size_t n = 0; n < hu.size(); ++n) {
+      if (static_cast<int>(n / 20 % static_cast<std::size_t>(grid.size[1])) < empty_rows) hu[n] = 0;
+    }
+    const auto path = folder_ / name;
+    EXPECT_TRUE(
+        test::has_value(io::write_ct_mha(*Volume::create(grid, std::move(hu), name), path)));
+    return path.string();
+  };
+  std::ofstream(folder_ / "shallow.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "near", "where": {"depth": {"low_mm": -1, "high_mm": 3}}}]})";
+  const auto lit = [&](const std::string& volume, const std::string& more) {
+    const auto out = folder_ / "near.png";
+    const Outcome outcome =
+        sonde("predicates " + volume + " --into 0 1 0 --predicates " +
+              (folder_ / "shallow.json").string() + " --width 200 --height 200 --from 0 0 1 " +
+              more + " --out " + out.string());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const auto picture = io::read_png(out);
+    EXPECT_TRUE(test::has_value(picture));
+    int count = 0;
+    for (int y = 40; y < 200; ++y) {
+      for (int x = 200; x < 400; ++x) count += picture->at(x, y).r > 60 ? 1 : 0;
+    }
+    return std::pair(count, outcome.errors);
+  };
+  const std::string padded = write("padded.mha", kEmptyRows);
+  EXPECT_GT(lit(write("whole.mha", 0), "").first, 1000);
+  EXPECT_GT(lit(padded, "--unknown 0").first, 500);
+  EXPECT_GT(lit(padded, "--face 5 0 7").first, 500);
+  // From the box's own face those depths hold nothing, which is said.
+  const auto [count, errors] = lit(padded, "");
+  EXPECT_EQ(count, 0);
+  EXPECT_NE(errors.find("the picture by predicates is empty"), std::string::npos) << errors;
+  expect_refusal("predicates --print-session --predicates " + (folder_ / "shallow.json").string() +
+                     " --face 0 0 0",
+                 2, {"--face", "expected into beside it, found none"});
+  const std::string derive =
+      "derive " + padded + " --feature depth --out " + (folder_ / "d").string();
+  EXPECT_NE(sonde(derive + " --face 0 0 0").output.find("-10"), std::string::npos);
+  expect_refusal(derive + " --face 0 0 0 --apex 0 0 0", 2,
+                 {"--face: expected parallel scan lines"});
+}
+
+TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
+  const std::string derive = "derive " + write_ultrasound(folder_ / "us.mha") + " --out " +
+                             (folder_ / "d").string() + " --feature ";
+  const auto greatest = [&](const std::string& options) {
+    const Outcome outcome = sonde(derive + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    std::istringstream lines(outcome.output);
+    std::string header, name, unit;
+    std::getline(lines, header);
+    double least = 0, low = 0, high = 0, most = 0;
+    lines >> name >> unit >> least >> low >> high >> most;
+    return std::pair(unit, most);
+  };
+  const auto [of_white, share] = greatest("gradient-magnitude");
+  EXPECT_EQ(of_white, "white/mm");
+  EXPECT_GT(share, 0);
+  EXPECT_NEAR(greatest("gradient-magnitude --black 5 --white 132.5").second, 2 * share,
+              1e-3 * share);
+  const auto [degrees, angle] = greatest("gradient-angle");
+  EXPECT_EQ(degrees, "deg");
+  EXPECT_GT(angle, 10);
+  EXPECT_LE(angle, 180);
+  EXPECT_NE(greatest("snr --snr-window 3").second, greatest("snr").second);
+  EXPECT_NE(greatest("snr --snr-gaussian").second, greatest("snr").second);
+  for (const char* one : {"alpha 0", "beta 10", "gamma 1"}) {
+    EXPECT_EQ(greatest("confidence --confidence-" + std::string(one)).second, 1) << one;
+  }
+  for (const auto& [options, pieces] : std::vector<std::pair<std::string, std::string>>{
+           {"snr --snr-window 4", "window_voxels odd in [3, 31], found 4"},
+           {"confidence --confidence-gamma 2", "gamma in [0, 1], found 2"},
+           {"gradient-magnitude --white -1", "--white: expected more than --black, 0, found -1"},
+           {"snr --white 9", "--white: expected --feature gradient-magnitude"},
+           {"snr --confidence-beta 9", "--confidence-beta: expected --feature confidence"},
+           {"depth --snr-window 3", "--snr-window: expected --feature snr"}}) {
+    expect_refusal(derive + options, 2, {pieces});
+  }
+}
+
+TEST_F(CommandLineTest, WhatASavedSetUpDrawsIsWhatWasDrawn) {
+  std::ofstream(folder_ / "edges.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "edge", "where": {"gradient_magnitude": {"low_per_mm": 0.02}}}]})";
+  const auto draw = [&](const std::string& set_up, const std::string& more) {
+    const auto out = folder_ / "drawn.png";
+    const Outcome outcome = sonde("predicates " + write_ultrasound(folder_ / "us.mha") +
+                                  " --predicates " + (folder_ / set_up).string() +
+                                  " --width 200 --height 200 --out " + out.string() + " " + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return text_of(out);
+  };
+  const std::string usual = draw("edges.json", "");
+  const std::string smooth =
+      draw("edges.json", "--smoothing-mm 1.5 --save " + (folder_ / "smooth.json").string());
+  EXPECT_NE(smooth, usual);
+  EXPECT_EQ(draw("smooth.json", ""), smooth);
+  EXPECT_EQ(draw("smooth.json", "--smoothing-mm 0.4"), usual);
+}
+
+// A report, picture or set-up that cannot be written is no reason to compute for a minute.
+TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
+  const std::string nowhere = (folder_ / "none" / "x").string();
+  const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
+  for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
+           {"bench render --quick --json " + nowhere, "--json: "},
+           {"bench predicates --quick --json " + nowhere, "--json: "},
+           {"bench derived --json " + nowhere, "--json: "},
+           {"bench registration --json " + nowhere, "--json: "},
+           {"predicates --phantom-side 512 --out " + nowhere + ".png", "--out: "},
+           {"predicates --phantom-side 512 --out x.png --save " + nowhere, "--save: "}}) {
+    expect_refusal(arguments, 3, {option, "none/x"});
+  }
+  EXPECT_FALSE(std::filesystem::exists("x.png"));
+  // Where the verb makes the folder, a report may lie in it.
+  const std::string sweep = write_sweep();
+  const std::string arguments = "replay " + sweep + " --ct " + write_ct() + " --config " +
+                                write_config() + " --width 96 --height 64 --step 2 --out " +
+                                (folder_ / "new").string() + " --json " +
+                                (folder_ / "new" / "report2.json").string();
+  const Outcome made = sonde(arguments);
+  EXPECT_EQ(made.code, 0) << made.errors;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "new" / "report2.json"));
+}
+
+TEST_F(CommandLineTest, EmptyValuesAreRefused) {
+  for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
+                             "--config", "--registration", "--series"}) {
+    expect_refusal("replay x.mha --print-session " + std::string(option) + " ''", 2,
+                   {std::string(option) + ": expected a value, found ''"});
+  }
+  expect_refusal("predicates ''", 2, {"volume: expected a value, found ''"});
+  EXPECT_EQ(sonde("replay x.mha --print-session --needle-frame ''").code, 0);
+}
+
+TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const auto look = (folder_ / "look.json").string();
+  ASSERT_EQ(sonde(arguments + " --no-cutaway --save-look " + look).code, 0);
+  for (const char* option : {"--cutaway-around plane", "--cutaway-inner 20", "--cutaway-outer 60",
+                             "--cutaway-overlay 5"}) {
+    const auto saved = (folder_ / "cut.json").string();
+    const Outcome outcome =
+        sonde(arguments + " --look " + look + " " + option + " --save-look " + saved);
+    EXPECT_EQ(outcome.code, 0) << option << ": " << outcome.errors;
+    EXPECT_TRUE(read_json("cut.json")["cutaway"].is_object()) << option;
+  }
+}
+
 TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
   std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {"low": 0.5}}}]})";
@@ -687,6 +845,10 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
   expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
   expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
+  // Twice the same voxels is no mistake.
+  EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
+                .errors.find("123 voxels to show, 0 to hide"),
+            std::string::npos);
   // The last one that covers a voxel counts.
   const std::string hide = " --hide '9,9,9 radius=3'";
   const std::string show = " --show '9,9,9 radius=3'";

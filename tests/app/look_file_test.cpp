@@ -186,6 +186,14 @@ TEST_F(LookFileTest, ReadsSlicersJson) {
   EXPECT_EQ(look->shading->ambient, 0.15);
 }
 
+TEST_F(LookFileTest, AVolumePropertyThatDoesNotSayShadeIsNotShaded) {
+  EXPECT_TRUE(read(kVpJson)->shading->enabled);
+  const auto silent = read(replaced(kVpJson, "\"shade\": true,", ""));
+  ASSERT_TRUE(test::has_value(silent));
+  EXPECT_FALSE(silent->shading->enabled);
+  EXPECT_TRUE(read(replaced(kVpJson, "\"interpolationType\": \"linear\",", "")).has_value());
+}
+
 TEST_F(LookFileTest, TakesImportanceLikeAnyOther) {
   const auto look = read(kVp);
   ASSERT_TRUE(test::has_value(look));
@@ -209,6 +217,9 @@ TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
   EXPECT_TRUE(refused(replaced(kVp, "0.169643", "1.2"), {"scalar opacity", "[0, 1]", "1.2"}));
   EXPECT_TRUE(refused(replaced(kVp, "0.25098 1 45", "-1 1 45"), {"colours", "[0, 1]", "-1"}));
   EXPECT_TRUE(refused(replaced(kVp, "0.9\n", "x\n"), {"diffuse", "x"}));
+  EXPECT_TRUE(refused("0" + kVp.substr(1), {"interpolation: expected 1, linear, found 0"}));
+  EXPECT_TRUE(refused(replaced(kVpJson, "\"linear\"", "\"nearest\""),
+                      {"interpolationType: expected \"linear\", found \"nearest\""}));
   EXPECT_TRUE(
       refused(replaced(kVpJson, "\"y\": 0.75", "\"y\": null"), {"scalarOpacity", "x and y"}));
   EXPECT_TRUE(refused(replaced(kVpJson, "\"y\": 0.75", "\"y\": 7"), {"scalar opacity", "[0, 1]"}));

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "render/predicates/registry.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::app {
@@ -38,6 +39,11 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
     file.cutaway_importance = 0.75;
     file.hue_mean = render::spec::HueMean::kLinear;
     file.vessels = {1.5, 2.5, true};
+    file.smoothing_mm = 1.75;
+    file.snr = {9, render::derived::WindowWeights::kGaussian};
+    file.confidence.alpha = 1;
+    file.confidence.beta = 45;
+    file.confidence.gamma = 0.25;
     const auto back = read(to_json_text(file));
     ASSERT_TRUE(test::has_value(back)) << name;
     EXPECT_EQ(back->name, name);
@@ -47,6 +53,12 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
     EXPECT_EQ(back->vessels.largest_radius_mm, 2.5);
     EXPECT_TRUE(back->vessels.bright);
     EXPECT_EQ(back->hue_mean, render::spec::HueMean::kLinear);
+    EXPECT_EQ(back->smoothing_mm, 1.75);
+    EXPECT_EQ(back->snr.window_voxels, 9);
+    EXPECT_EQ(back->snr.weights, render::derived::WindowWeights::kGaussian);
+    EXPECT_EQ(back->confidence.alpha, 1);
+    EXPECT_EQ(back->confidence.beta, 45);
+    EXPECT_EQ(back->confidence.gamma, 0.25);
     ASSERT_EQ(back->model.entries.size(), file.model.entries.size());
     for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
       EXPECT_EQ(back->model.entries[j].name, file.model.entries[j].name);
@@ -56,6 +68,33 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
     }
     // Once through, nothing moves any more.
     EXPECT_EQ(to_json_text(*back), to_json_text(file));
+  }
+}
+
+TEST_F(PredicateFileTest, BrighterThanWhiteIsBrightUnlessTheFileSaysOtherwise) {
+  const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a",
+      "where": {"intensity": {"low": 0.2}}}]})");
+  ASSERT_TRUE(test::has_value(file));
+  EXPECT_GE(file->model.entries[0].expression.values[1], 1e6);
+}
+
+// Whoever leaves a parameter out has to know what it is then.
+TEST(PredicateLibraryTest, TheInitialValuesAreInTheDocumentation) {
+  std::ifstream page(std::string(SONDE_SOURCE_DIR) + "/docs/predicates.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  for (const render::PredicateKind* kind : render::predicate_kinds()) {
+    const std::string name = kind->name();
+    const auto row = text.find("| `" + name + "` |");
+    ASSERT_NE(row, std::string::npos) << name;
+    const std::string line = text.substr(row, text.find('\n', row) - row);
+    for (const auto& p : kind->parameters()) {
+      const bool radians = p.name.ends_with("_rad");
+      const std::string key = radians ? p.name.substr(0, p.name.size() - 4) + "_deg" : p.name;
+      char value[32];
+      std::snprintf(value, sizeof value, "%.3g", radians ? p.initial * 180 / M_PI : p.initial);
+      EXPECT_NE(line.find("`" + key + "` " + value), std::string::npos)
+          << name << ' ' << key << ' ' << value;
+    }
   }
 }
 
@@ -107,6 +146,13 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
     EXPECT_TRUE(refuses(also(R"("opacity_length_mm": )" + std::string(length)),
                         {file, "opacity_length_mm", "[0.001, 10000]"}));
   }
+  EXPECT_TRUE(refuses(also(R"("gradient": {"smoothing_mm": -1})"),
+                      {file, "gradient.smoothing_mm", "[0, 20]"}));
+  EXPECT_TRUE(refuses(also(R"("snr": {"window_voxels": 4})"),
+                      {file, "snr.window_voxels", "odd", "found 4"}));
+  EXPECT_TRUE(refuses(also(R"("snr": {"weights": "flat"})"), {"snr.weights", "gaussian", "flat"}));
+  EXPECT_TRUE(refuses(also(R"("confidence": {"alpha": 200})"), {file, "alpha in [0, 20]", "200"}));
+  EXPECT_TRUE(refuses(also(R"("confidence": {"delta": 2})"), {"confidence.delta", "no such"}));
   EXPECT_TRUE(refuses(also(R"("vessels": {"largest_radius_mm": 1000})"),
                       {file, "vessels.largest_radius_mm", "at most 100"}));
   EXPECT_TRUE(refuses(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));

@@ -105,6 +105,25 @@ TEST_F(StrokePictureTest, EverySliceIsShown) {
   EXPECT_GT(before, 0);
 }
 
+// Slices may lie nearer to each other than half a millimetre, and cross.
+TEST_F(StrokePictureTest, StrokesOfNeighbouringVoxelsAndOtherDirectionsAreShownToo) {
+  VoxelGrid fine;
+  fine.size = {40, 40, 40};
+  fine.spacing_mm = {0.4, 0.4, 0.4};
+  volume_ = std::make_shared<const Volume>(*Volume::create(
+      fine, std::vector<std::int16_t>(fine.voxel_count(), std::int16_t{60}), "block"));
+  const Stroke first = stroke({3, 4, 4.8}, {10, 4, 4.8});
+  const Stroke beside = stroke({3, 10, 5.2}, {10, 10, 5.2});
+  Stroke hidden = first;
+  hidden.paint = Paint::kHide;
+  EXPECT_GT(green({hidden, beside}), 50);
+  // Its points lie in the first slice, most of its voxels do not.
+  Stroke across = stroke({3, 6, 4.8}, {10, 6, 4.8});
+  across.plane_normal = {{0, 1, 0}};
+  across.radius_mm = 2;
+  EXPECT_GT(green({hidden, across}), 400);
+}
+
 TEST_F(StrokePictureTest, WhatThereIsNoRoomForIsCounted) {
   std::vector<Stroke> strokes;
   for (int n = 0; n < 12; ++n) strokes.push_back(stroke({5, 20, 3.0 * n}, {35, 20, 3.0 * n}));

@@ -54,6 +54,17 @@ TEST_F(LabelFileTest, WhatIsNoLabelIsRefusedByValueAndPlace) {
       test::refuses(read<double>("MET_DOUBLE", {0, 4294967296.0, 0, 0}), kCode, {"4294967296"}));
 }
 
+TEST_F(LabelFileTest, OneSliceIsEnough) {
+  test::put(folder_ / "slice.mha",
+            "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
+            "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nElementSpacing = 1 1 1\n"
+            "DimSize = 2 1 1\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
+                test::bytes_of(std::vector<std::uint8_t>{3, 4}));
+  const auto file = read_labels(folder_ / "slice.mha", diagnostics_);
+  ASSERT_TRUE(test::has_value(file));
+  EXPECT_EQ(file->values, (std::vector<std::uint32_t>{3, 4}));
+}
+
 TEST_F(LabelFileTest, OtherKindsOfFilesAreRefused) {
   EXPECT_TRUE(test::refuses(read_labels(folder_ / "a.png", diagnostics_),
                             ErrorCode::kUnsupportedData, {"a.png", "expected labels as .nii"}));

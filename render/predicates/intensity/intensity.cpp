@@ -7,7 +7,7 @@ namespace nav::render {
 const PredicateKind& intensity_predicate() {
   static const RangePredicate kind("intensity", "Brightness within a range, as a share of white.",
                                    feature::kIntensity,
-                                   {{"low", "1", -1e6, 1e6, 0.2}, {"high", "1", -1e6, 1e6, 1}});
+                                   {{"low", "1", -1e6, 1e6, 0.2}, {"high", "1", -1e6, 1e6, 1e6}});
   return kind;
 }
 

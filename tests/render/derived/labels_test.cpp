@@ -151,25 +151,31 @@ TEST(ScribbleTest, MarksTheVoxelsWithinReachOnObliquePlanes) {
     expected += inside ? 1 : 0;
   }
   EXPECT_GT(expected, 40U);
-  EXPECT_NEAR(static_cast<double>(*marked), static_cast<double>(expected), 2);
+  EXPECT_NEAR(static_cast<double>(marked->changed), static_cast<double>(expected), 2);
 }
 
 TEST(ScribbleTest, LaterStrokesReplaceErasersClearAndOutsideIsLeftOut) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   ScribbleMask mask(grid);
   auto stroke = line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1}, 0.4);
-  EXPECT_EQ(*mask.add(stroke), 5U);
-  EXPECT_EQ(*mask.add(stroke), 0U);
+  EXPECT_EQ(mask.add(stroke)->changed, 5U);
+  const auto again = mask.add(stroke);
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(again->changed, 0U);
+  EXPECT_TRUE(again->covers_any);
   stroke.paint = Paint::kHide;
   stroke.points[1].mm.x() = 0;
-  EXPECT_EQ(*mask.add(stroke), 3U);
+  EXPECT_EQ(mask.add(stroke)->changed, 3U);
   EXPECT_EQ(std::count(mask.bits().begin(), mask.bits().end(), ScribbleMask::kShowBit), 2);
   stroke.paint = Paint::kErase;
   stroke.points = {{{-2, 0, 0}}};
-  EXPECT_EQ(*mask.add(stroke), 1U);
+  EXPECT_EQ(mask.add(stroke)->changed, 1U);
   EXPECT_EQ(std::count(mask.bits().begin(), mask.bits().end(), ScribbleMask::kHideBit), 2);
-  EXPECT_EQ(*mask.add(line({1e6, 0, 0}, {1e6, 5, 0}, {0, 0, 1}, 1)), 0U);
-  EXPECT_EQ(*mask.add(line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1e300}, 0.4)), 3U) << "any length";
+  const auto outside = mask.add(line({1e6, 0, 0}, {1e6, 5, 0}, {0, 0, 1}, 1));
+  ASSERT_TRUE(test::has_value(outside));
+  EXPECT_EQ(outside->changed, 0U);
+  EXPECT_FALSE(outside->covers_any);
+  EXPECT_EQ(mask.add(line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1e300}, 0.4))->changed, 3U) << "any length";
   EXPECT_FALSE(mask.add(line({1e300, 0, 0}, {0, 5, 0}, {0, 0, 1}, 1)));
   stroke.points.clear();
   EXPECT_FALSE(mask.add(stroke));
