@@ -29,9 +29,13 @@ constexpr std::uint64_t kMaxSurfaceBytes = 1 << 30;
 /// VTK takes an STL file that is cut short for a smaller surface.
 Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view text) {
   constexpr std::size_t kHead = 512;
-  const bool words =
-      text.starts_with("solid") && text.substr(0, kHead).find("facet") != std::string_view::npos;
-  if (words) {
+  const auto head_has = [&](std::string_view word) {
+    return text.substr(0, kHead).find(word) != std::string_view::npos;
+  };
+  const auto no_facets = [&] { return detail::malformed_surface(path, "facets", "none"); };
+  const bool solid = text.starts_with("solid");
+  if (solid && !head_has("facet") && head_has("endsolid")) return no_facets();
+  if (solid && head_has("facet")) {
     if (text.rfind("endsolid") != std::string_view::npos) return {};
     return detail::malformed_surface(path, "endsolid", "the end of the file before it");
   }
@@ -45,6 +49,7 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
   for (std::size_t i = 4; i > 0; --i) {
     facets = facets << 8U | static_cast<unsigned char>(text[kHeader - 5 + i]);
   }
+  if (facets == 0) return no_facets();
   if (text.size() - kHeader >= kFacet * facets) return {};
   return detail::malformed_surface(path, std::to_string(facets) + " facets",
                                    std::to_string((text.size() - kHeader) / kFacet));

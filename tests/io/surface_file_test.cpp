@@ -221,6 +221,16 @@ TEST_F(SurfaceFileTest, RefusesFilesThatAreCutShort) {
   EXPECT_TRUE(refuses(read("f.stl", stl), Code::kMalformedData, {"f.stl", "endsolid"}));
 }
 
+TEST_F(SurfaceFileTest, SaysThatAnStlHasNoFacets) {
+  const std::string count(4, '\0');
+  for (const std::string& stl :
+       {std::string(80, ' ') + count, "solid" + std::string(75, ' ') + count,
+        std::string("solid a\nendsolid a\n")}) {
+    EXPECT_TRUE(
+        refuses(read("a.stl", stl), Code::kMalformedData, {"a.stl: expected facets, found none"}));
+  }
+}
+
 TEST_F(SurfaceFileTest, RefusesNumbersThatAreNone) {
   EXPECT_FALSE(read("a.ply", kPlyHead + "0 0 0\n1,5 0 0\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
   EXPECT_FALSE(read("b.ply", kPlyHead + "0 0 0\n1.5 0 x\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
