@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/session_config.hpp"
 
-#include <limits>
 #include <sstream>
 
 #include "app/json.hpp"
@@ -15,16 +14,15 @@
 namespace nav::app {
 namespace {
 
-/// Absent where the file has no such section; what it leaves out is NaN, which validate() refuses.
+/// Absent where the file has no such section.
 std::optional<NeedlePlan> read_plan(Section section, bool present) {
   if (!present) return std::nullopt;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> entry(3, kNone);
-  std::vector<double> target(3, kNone);
-  NeedlePlan plan{{{}}, {{}}, kNone, 0};
-  section.numbers("entry_mm", 3, entry);
-  section.numbers("target_mm", 3, target);
-  section.number("target_radius_mm", plan.target_radius_mm);
+  std::vector<double> entry(3);
+  std::vector<double> target(3);
+  NeedlePlan plan{{{}}, {{}}, 0, 0};
+  section.required_numbers("entry_mm", 3, entry);
+  section.required_numbers("target_mm", 3, target);
+  section.required_number("target_radius_mm", plan.target_radius_mm);
   section.number("margin_mm", plan.margin_mm);
   section.finish();
   plan.entry_ct = {Eigen::Vector3d(entry[0], entry[1], entry[2])};
@@ -258,7 +256,7 @@ Result<void> validate(const SessionConfig& config) {
     for (const auto& [key, point] :
          {std::pair("plan.entry_mm", plan.entry_ct.mm), {"plan.target_mm", plan.target_ct.mm}}) {
       if (!(point.norm() <= 1e6)) {
-        return refuse(key, "3 numbers, within 10^6 mm", point.transpose());
+        return refuse(key, "a place within 10^6 mm", point.transpose());
       }
     }
     if (!within(plan.target_radius_mm, 0.1, 500)) {

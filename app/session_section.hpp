@@ -75,7 +75,7 @@ class Section {
   /// A number that has no usual value: finish() refuses a table without it.
   void required_number(const char* key, double& value) {
     number(key, value);
-    required_.push_back(key);
+    required_.emplace_back(key, "a finite number");
   }
   template <class Integer>
   void integer(const char* key, Integer& value) {
@@ -106,6 +106,11 @@ class Section {
       value = std::move(found);
       return true;
     });
+  }
+  /// Numbers that have no usual value: finish() refuses a table without them.
+  void required_numbers(const char* key, std::size_t count, std::vector<double>& value) {
+    numbers(key, count, value);
+    required_.emplace_back(key, std::to_string(count) + " finite numbers");
   }
   void points(const char* key, std::vector<Eigen::Vector3d>& value) {
     take<double>(key, "a list of points, 3 finite numbers each", [&](const toml::node& node) {
@@ -179,9 +184,9 @@ class Section {
       fail(node, "unknown key '" + full(std::string(key.str())) + "', expected one of " + keys);
       return;
     }
-    for (const char* key : required_) {
+    for (const auto& [key, expected] : required_) {
       if (table_->contains(key)) continue;
-      fail(*table_, full(key) + ": expected a finite number, found nothing");
+      fail(*table_, full(key) + ": expected " + expected + ", found nothing");
       return;
     }
   }
@@ -216,7 +221,7 @@ class Section {
   const toml::table* table_;
   std::optional<Error>& error_;
   std::set<std::string> known_;
-  std::vector<const char*> required_;
+  std::vector<std::pair<std::string, std::string>> required_;  ///< Keys, and what is expected.
 };
 
 }  // namespace nav::app

@@ -85,7 +85,10 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
   const auto refused = [&](const std::string& text, const std::string& key) {
     return test::refuses(read(text), Code::kMalformedData, {key});
   };
-  EXPECT_TRUE(refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_radius_mm = 6\n", "plan.target_mm"));
+  EXPECT_TRUE(refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_radius_mm = 6\n",
+                      "plan.target_mm: expected 3 finite numbers, found nothing"));
+  EXPECT_TRUE(refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_mm = [1, 9, 3]\n",
+                      "plan.target_radius_mm: expected a finite number, found nothing"));
   EXPECT_TRUE(refused("[plan]\nentry_mm = [1, nan, 3]\n", "plan.entry_mm"));
   EXPECT_TRUE(refused(plan + "margin_mm = -1\n", "plan.margin_mm"));
   EXPECT_TRUE(refused(plan + "[source]\nkind = \"simulated\"\n", "plan"));
