@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "app/outside_ct.hpp"
 #include "io/surface_file.hpp"
 
 namespace nav::app {
@@ -123,17 +124,6 @@ Result<std::shared_ptr<const render::MeshObject>> read_mesh(const std::filesyste
   return std::shared_ptr<const render::MeshObject>(std::move(mesh));
 }
 
-/// A surface in RAS instead of LPS is most likely beside the CT.
-void warn_outside(const std::string& name, const Eigen::AlignedBox3d& box, const Volume& ct,
-                  Diagnostics& diagnostics) {
-  const VoxelGrid& grid = ct.grid();
-  const Vec3 reach = grid.directions.cwiseAbs() * (0.5 * grid.extent_mm());
-  const Eigen::AlignedBox3d whole(grid.centre().mm - reach, grid.centre().mm + reach);
-  if (whole.intersects(box)) return;
-  diagnostics.report(Severity::kWarning, name,
-                     "it lies outside of the CT: is it in the CT's frame, LPS, mm?");
-}
-
 }  // namespace
 
 Result<void> validate(const std::vector<CutawayObject>& objects) {
@@ -160,33 +150,33 @@ Result<CutawayShapes> read_cutaway_objects(const std::vector<CutawayObject>& obj
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const CutawayObject& object = objects[i];
     std::string name = "cutaway_objects[" + std::to_string(i) + "]";
-    Eigen::AlignedBox3d box;
+    std::vector<Point<frames::Ct>> points;
     switch (object.type) {
       case CutawayObject::Type::kBox: {
-        const Vec3 reach = object.half_edges_ct.cwiseAbs().rowwise().sum();
-        box = {object.centre_ct - reach, object.centre_ct + reach};
+        for (int corner = 0; corner < 8; ++corner) {
+          const Vec3 sides(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+          points.push_back({object.centre_ct + object.half_edges_ct * sides});
+        }
         shapes.boxes.push_back({{object.centre_ct}, object.half_edges_ct});
         break;
       }
       case CutawayObject::Type::kPolygon: {
         render::PolygonObject polygon;
-        for (const Vec3& v : object.vertices_ct) {
-          polygon.vertices_ct.push_back({v});
-          box.extend(v);
-        }
+        for (const Vec3& v : object.vertices_ct) polygon.vertices_ct.push_back({v});
+        points = polygon.vertices_ct;
         shapes.polygons.push_back(std::move(polygon));
         break;
       }
       case CutawayObject::Type::kMesh: {
         auto mesh = read_mesh(object.file);
         if (!mesh) return mesh.error();
-        for (const auto& v : (*mesh)->vertices_ct) box.extend(v.mm);
+        points = (*mesh)->vertices_ct;
         shapes.meshes.push_back(std::move(*mesh));
         name = object.file.string();
         break;
       }
     }
-    warn_outside(name, box, ct, diagnostics);
+    warn_outside(name, points, 0, ct, diagnostics);
   }
   return shapes;
 }

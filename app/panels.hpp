@@ -21,7 +21,7 @@ struct PanelContext {
   const std::string& banner;
   render::Camera camera;  ///< Of the 3D view, for its orientation letters.
   std::string note;  ///< What the engine says of the 3D view ("down-sampled …"); may be empty.
-  std::string warning = {};      ///< Of the registration; may be empty.
+  std::string warning = {};      ///< Of the registration or placement; may be empty.
   bool needle_expected = false;  ///< Its state is shown, as that of a planned one.
 };
 

@@ -34,6 +34,9 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
   const auto placement = place_ct(config, ct, *sweep, session->reference_frame());
   if (!placement) return placement.error();
   report_warnings(placement->warnings, console);
+  if (!placement->outside.empty()) {
+    console.report(Severity::kWarning, "placement", placement->outside);
+  }
   session->set_placement(placement->placement);
 
   std::optional<tracking::PairedFrame> paired;

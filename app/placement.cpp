@@ -2,6 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/placement.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "app/outside_ct.hpp"
 #include "app/registration_file.hpp"
 #include "io/ct.hpp"
 
@@ -14,6 +20,21 @@ Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSu
   // LPS: +x left, +y posterior, +z superior.
   const Eigen::Quaterniond turn(Eigen::Matrix3d(axes.transpose()));
   return {turn.normalized(), ct.grid().centre().mm - turn * sweep.centroid.mm};
+}
+
+/// Of Placement::outside.
+std::string outside_of(const Volume& ct, const SweepSurvey& sweep,
+                       const Transform<frames::Ct, frames::Reference>& ct_from_reference) {
+  constexpr std::size_t kCorners = 4;
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  std::array<Point<frames::Ct>, kCorners> picture;
+  for (std::size_t i = 0; i < sweep.corners.size(); ++i) {
+    picture[i % kCorners] = ct_from_reference * sweep.corners[i];
+    if (i % kCorners == kCorners - 1) nearest_mm = std::min(nearest_mm, mm_outside(ct, picture));
+  }
+  if (!(nearest_mm > 0 && std::isfinite(nearest_mm))) return "";
+  return "the sweep lies outside of the CT, its nearest picture " +
+         std::to_string(std::lround(std::ceil(nearest_mm))) + " mm away";
 }
 
 }  // namespace
@@ -56,6 +77,7 @@ Result<Placement> place_ct(const SessionConfig& config, const Volume& ct, const 
     found.kind = "declared";
     found.statement = "The CT is not registered: it lies where the user declared it to lie.";
   }
+  found.outside = outside_of(ct, sweep, found.placement.ct_from_reference);
   return found;
 }
 

@@ -23,6 +23,8 @@ struct Placement {
   std::string kind;                        ///< "registered", "declared", "centred".
   std::string statement;                   ///< One sentence for the report.
   std::vector<std::string> warnings = {};  ///< Of a registration that was accepted with some.
+  /// One sentence where no picture of the sweep meets the CT, with the distance; else empty.
+  std::string outside = {};
 };
 
 /// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the

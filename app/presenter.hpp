@@ -79,6 +79,8 @@ class Presenter {
 
   /// What a registration was accepted with, for the user to see on every picture; may be empty.
   void set_registration_warnings(const std::vector<std::string>& warnings);
+  /// What the user is to see instead: one sentence about where the CT lies.
+  void set_warning(std::string warning) { warning_ = std::move(warning); }
 
   /// The whole picture of an epoch.
   Result<Image2d<Rgba8>> present(const Epoch& epoch);
@@ -126,7 +128,7 @@ class Presenter {
   std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
   double typical_extent_mm_ = 0;
   std::string banner_;
-  std::string warning_;                       ///< Of the registration.
+  std::string warning_;                       ///< Of the registration or placement.
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;                          ///< Of the engine about its last picture.
   std::optional<render::StepChoice> step_;

@@ -361,6 +361,9 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (!moved.empty()) console.report(Severity::kWarning, "recording", moved);
   auto start = place_ct(config, *ground->ct, *surveyed, session->reference_frame());
   if (!start) return start.error();
+  if (start->kind == "declared" && !start->outside.empty()) {
+    console.report(Severity::kWarning, "start", start->outside);
+  }
   if (ground->landmarks) {
     start->placement.ct_from_reference = ground->landmarks->fit.ct_from_reference;
     start->kind = "landmarks";

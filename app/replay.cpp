@@ -3,9 +3,11 @@
 #include "app/replay.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "app/engines.hpp"
+#include "app/outside_ct.hpp"
 #include "app/placement.hpp"
 #include "app/predicate_volume.hpp"
 #include "app/presenter.hpp"
@@ -52,10 +54,7 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
       config.source.needle_frame.empty() ? DistancesFrom::kNoNeedle : DistancesFrom::kLiveNeedle);
   if (!made) return made.error();
   const auto& ultrasound = made->volume.ultrasound;
-  const VoxelGrid& grid = ct.grid();
-  const Eigen::Vector3d at =
-      grid.directions.transpose() * (ultrasound->grid().centre().mm - grid.centre().mm);
-  if (!(at.cwiseAbs().array() <= 0.5 * grid.extent_mm().array()).all()) {
+  if (mm_outside(ct, std::array{ultrasound->grid().centre()}) > 0) {
     console.report(Severity::kWarning, options.volume.string(),
                    "its centre lies outside of the CT: is it in the CT's frame?");
   }
@@ -198,6 +197,8 @@ class Replay {
 
 Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   const auto& ledger = session_.navigator().ledger();
+  std::vector<std::string> warnings = placement_.warnings;
+  if (!placement_.outside.empty()) warnings.push_back(placement_.outside);
   Json json;
   json["verb"] = "replay";
   json["version"] = SONDE_VERSION;
@@ -210,7 +211,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["placement"] = {
       {"kind", placement_.kind},
       {"statement", placement_.statement},
-      {"warnings", placement_.warnings},
+      {"warnings", warnings},
       {"ct_from_reference_mm", json_of(placement_.placement.ct_from_reference.matrix())}};
   json["following"] = follower_ ? follower_->summary() : Json();
   json["reference"] = session_.reference_statement();
@@ -244,11 +245,12 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
 
   HtmlReport html;
   html.title = "Sonde: replay of " + config_.source.recording.filename().string();
-  html.warning = placement_.kind != "registered" || !placement_.warnings.empty();
+  html.warning = placement_.kind != "registered" || !warnings.empty();
   html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
   for (const std::string& warning : placement_.warnings) {
     html.summary += " Accepted with a warning: " + warning + ".";
   }
+  if (!placement_.outside.empty()) html.summary += " Warning: " + placement_.outside + ".";
   const auto& files = out_.files();
   if (!animation_.empty()) {
     html.pictures.emplace_back(kAnimationFile,
@@ -355,10 +357,17 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     follower = std::move(*made);
     console.end();
   }
-  if (config.plan) presenter->set_plan(*config.plan);
+  if (config.plan) {
+    warn_outside(*config.plan, *shared_ct, console);
+    presenter->set_plan(*config.plan);
+  }
   presenter->set_banner(banner_of(*placement, follower.has_value()));
   presenter->set_registration_warnings(placement->warnings);
   report_warnings(placement->warnings, console);
+  if (!placement->outside.empty()) {
+    presenter->set_warning(placement->outside);
+    console.report(Severity::kWarning, "placement", placement->outside);
+  }
   if (!config.source.needle_frame.empty()) presenter->expect_needle();
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/output_folder.hpp"
+#include "app/outside_ct.hpp"
 #include "app/placed_picture.hpp"
 #include "app/placement.hpp"
 #include "app/slice_planes.hpp"

@@ -1424,6 +1424,44 @@ TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   }
 }
 
+TEST_F(CommandLineTest, AReplayWarnsOfASweepThatTheCtIsFarFrom) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const auto warnings = [&](const std::string& x_mm) {
+    const Outcome outcome =
+        sonde(arguments + " --ct-from-reference \"1 0 0 " + x_mm + " 0 1 0 0 0 0 1 0 0 0 0 1\"");
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const Json report = read_json("replay.json");
+    const bool said = outcome.errors.find("the sweep lies outside of the CT") != std::string::npos;
+    EXPECT_EQ(said, !report["placement"]["warnings"].empty()) << outcome.errors;
+    return report["placement"]["warnings"].dump();
+  };
+  EXPECT_EQ(warnings("0"), "[]");
+  // The CT ends at x = 58 mm.
+  EXPECT_NE(warnings("5000").find("its nearest picture 49"), std::string::npos);
+  EXPECT_NE(text_of(folder_ / "out/report.html").find("the sweep lies outside"), std::string::npos);
+}
+
+TEST_F(CommandLineTest, AReplayWarnsOfAPlanThatLiesFarFromTheCt) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const auto session = folder_ / "plan.toml";
+  const auto said = [&](const std::string& entry, const std::string& target) {
+    std::ofstream(session) << "[plan]\nentry_mm = " << entry << "\ntarget_mm = " << target
+                           << "\ntarget_radius_mm = 6\n";
+    const Outcome outcome = sonde(arguments + " --session " + session.string());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return outcome.errors;
+  };
+  // The CT is 120 mm wide; the skin may lie a little beside it.
+  EXPECT_EQ(said("[0, -90, 0]", "[0, 0, 0]").find("plan."), std::string::npos);
+  const std::string far_target = said("[0, -90, 0]", "[1500, 0, 0]");
+  EXPECT_NE(far_target.find("plan.target_mm: it lies 1442 mm outside of the CT"), std::string::npos)
+      << far_target;
+  EXPECT_EQ(far_target.find("plan.entry_mm"), std::string::npos);
+  const std::string far_entry = said("[0, -900, 0]", "[0, 0, 0]");
+  EXPECT_NE(far_entry.find("plan.entry_mm: it lies 838 mm outside of the CT"), std::string::npos)
+      << far_entry;
+}
+
 TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
   const Outcome outcome = sonde("replay " + write_sweep() + " --ct " + write_ct() + " --config " +
                                 write_config() + " --out " + (folder_ / "out").string() +
