@@ -76,6 +76,7 @@ void add_output_options(CLI::App& verb, SessionConfig& config) {
       ->capture_default_str();
   verb.add_flag("--orthographic", config.view.orthographic,
                 "parallel rays: what is farther away is no smaller");
+  add_window_options(verb, config.view);
 }
 
 void add_series_options(CLI::App& verb, SessionConfig& config) {
@@ -385,6 +386,7 @@ void CommandLine::add_register() {
       ->expected(3);
   verb->add_option("--threads", config_.output.threads)->capture_default_str();
   verb->add_option("--out", config_.output.folder, "folder for pictures and report");
+  add_window_options(*verb, config_.view);
   add_json(*verb);
   verb->callback([this, verb] {
     verb_ = [this, verb](Console& console) -> Result<void> {

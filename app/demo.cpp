@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "app/ct_window.hpp"
 #include "app/engines.hpp"
 #include "app/pose_log.hpp"
 #include "app/presenter.hpp"
@@ -170,7 +171,7 @@ Result<void> Demo::register_ct() {
   if (const auto written = out_.write_picture(
           kRegistrationPicture,
           registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
-                               decision_.accepted, {}));
+                               decision_.accepted, presenter_.window()));
       !written) {
     return written;
   }
@@ -236,6 +237,7 @@ Result<void> Demo::write_report() {
       last_guidance_ ? Json(last_guidance_->tip_to_target_mm) : Json(nullptr);
   say_sampling(presenter_.step(), options_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
+  json["ct_window"] = json_of(presenter_.window());
   json["views_cast"] = presenter_.views_cast();
   json["views_reused"] = presenter_.views_reused();
   json["cast_seconds"] = presenter_.cast_seconds();
@@ -334,6 +336,13 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
   console.end("CT of " + std::to_string(shared_ct->grid().voxel_count()) + " voxels");
 
+  // By the plane in which the needle comes.
+  const auto& probe = procedure.options().probe;
+  const Eigen::AlignedBox2d picture_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
+                                       Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
+  const auto window =
+      ct_window(options.view, *shared_ct,
+                values_along(*shared_ct, procedure.ct_from_image(procedure.end()), picture_mm));
   PresenterOptions look{options.look,
                         options.view,
                         options.output.width,
@@ -341,7 +350,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
                         options.output.step_voxels,
                         options.output.rms_error,
                         options.output.pixel_error,
-                        {},
+                        window,
                         options.quality};
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();

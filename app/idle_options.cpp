@@ -7,6 +7,7 @@
 #include <set>
 #include <string_view>
 
+#include "app/panels.hpp"
 #include "app/predicate_volume.hpp"
 
 namespace nav::app {
@@ -197,6 +198,11 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
       {{"--ct-importance"}, !without_ct, "a CT, which --us-alone leaves out,", "both"},
       {{"--pixel-error"}, !ultrasound, "a CT alone, whose rays may be spared,", "--us-volume"},
       fan_of_face(predicates),
+      {{"--window-level", "--window-width"},
+       config.source.kind == SessionConfig::SourceKind::kSimulated ||
+           has_panels(config.output.width, config.output.height),
+       "a 3D view that has room for the CT's panel",
+       std::to_string(config.output.width) + " x " + std::to_string(config.output.height)},
       {{"--us-volume"},
        predicates.alone || config.look.projection == "composite",
        "--us-alone or --projection composite",
@@ -216,9 +222,11 @@ Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& 
              folder_of_series(config),
              {{"--config", "--image-frame", "--probe-frame", "--tracker-frame", "--needle-frame",
                "--temporal-offset-ms", "--skip-bad-frames", "--effort", "--time-limit",
-               "--similarity", "--loss", "--stretch", "--calibration-sigma-mm", "--threads"},
+               "--similarity", "--loss", "--stretch", "--calibration-sigma-mm", "--threads",
+               "--window-level", "--window-width"},
               !config.source.recording.empty(),
               "a sweep"},
+             {{"--window-level", "--window-width"}, !config.output.folder.empty(), "--out"},
              {{"--calibration-sigma-mm"},
               options.similarity == "lc2",
               "--similarity lc2",

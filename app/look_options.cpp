@@ -136,4 +136,12 @@ void add_quality_options(CLI::App& verb, SessionConfig& config) {
       "surface that is cut free too: .stl, .ply or .vtk in the CT's coordinates; several");
 }
 
+void add_window_options(CLI::App& verb, SessionConfig::View& view) {
+  verb.add_option(
+      "--window-level", view.window_level,
+      "grey in the middle of flat pictures of the CT, HU; none: as suits what they show");
+  verb.add_option("--window-width", view.window_width,
+                  "from their black to their white, HU; none: as suits what they show");
+}
+
 }  // namespace nav::app

@@ -14,4 +14,7 @@ void add_look_options(CLI::App& verb, SessionConfig::Look& look);
 /// Those that say how it is sampled, and --cutaway-mesh.
 void add_quality_options(CLI::App& verb, SessionConfig& config);
 
+/// Those of the grey window of the CT's flat pictures.
+void add_window_options(CLI::App& verb, SessionConfig::View& view);
+
 }  // namespace nav::app

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -124,6 +125,13 @@ int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
   return y;
 }
 
+/// "L 60  W 400", as on every picture of a CT.
+std::string words_of_window(const render::HuWindow& window) {
+  std::ostringstream text;
+  text << "L " << window.level << "  W " << window.width;
+  return text.str();
+}
+
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
   const Epoch& epoch = context.epoch;
   const int half = height / 2;
@@ -146,6 +154,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
                                           view.mm_per_px, view.width, view.height, context.window),
                 view.x, view.y);
     draw_guidance(canvas, view, context);
+    draw_label(canvas, x, height - 9, width, words_of_window(context.window), kFaint, 13);
   }
   draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kWords);
   if (!placed) {
@@ -184,6 +193,9 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   }
   if (end > x && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
 }
+
+/// Width of the flat panels beside a 3D view.
+constexpr int side_of(int height) { return height * 2 / 3; }
 
 /// Which way the patient lies, at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
@@ -245,15 +257,18 @@ ViewLetters view_letters(const render::Camera& camera) {
           patient_direction(-up)};
 }
 
-Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
-  constexpr int kBar = 40;
-  const int side = view_3d.height() * 2 / 3;
-  Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
-  canvas.copy(view_3d, 0, 0);
-  // Words need room: smaller pictures show the 3D view alone.
+bool has_panels(int width, int height) {
   constexpr int kSmallestHeight = 300;
   constexpr int kSmallestWidth = 400;
-  if (view_3d.height() >= kSmallestHeight && canvas.width() >= kSmallestWidth) {
+  return height >= kSmallestHeight && width + side_of(height) >= kSmallestWidth;
+}
+
+Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
+  constexpr int kBar = 40;
+  const int side = side_of(view_3d.height());
+  Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
+  canvas.copy(view_3d, 0, 0);
+  if (has_panels(view_3d.width(), view_3d.height())) {
     draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
     const int next = draw_note(canvas, 44, view_3d.width(), context.note);
     draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);

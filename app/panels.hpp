@@ -44,6 +44,10 @@ struct ViewLetters {
 };
 ViewLetters view_letters(const render::Camera& camera);
 
+/// Whether compose_panels() draws the flat panels beside a 3D view of a size in pixels: words need
+/// room.
+bool has_panels(int width, int height);
+
 /// Puts the live ultrasound and the CT along the same plane beside the 3D view, and state and
 /// numbers below. A stale picture is not drawn: its panel says so. The picture is 3/2 as wide as
 /// the view's height more than the view, and one status bar higher.

@@ -90,6 +90,8 @@ class Presenter {
                                                        bool ended) const;
   /// Finds the step for the error that was asked for, once; present() does so by itself.
   Result<void> choose_step(const Epoch& epoch);
+  /// Of the CT slice.
+  [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
   /// The 3D scene of an epoch, as every engine draws it.
   [[nodiscard]] render::Scene scene(const Epoch& epoch) const;
   [[nodiscard]] render::Engine& engine() { return *engine_; }

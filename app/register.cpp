@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "app/ct_window.hpp"
 #include "app/engines.hpp"
 #include "app/landmark_outcome.hpp"
 #include "app/placement.hpp"
@@ -426,10 +427,13 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
     auto out = OutputFolder::create(config.output.folder);
     if (!out) return out.error();
     const auto& middle = sweep->frames()[sweep->frames().size() / 2];
+    const auto window =
+        ct_window(config.view, *ground->ct,
+                  values_along(*ground->ct, answer.ct_from_reference, sweep->frames()));
     if (auto written = out->write_picture(
             kRegistrationPicture,
             registration_picture(*ground->ct, middle, initial, answer.ct_from_reference,
-                                 decision.accepted, {}));
+                                 decision.accepted, window));
         !written) {
       return written;
     }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 
+#include "app/ct_window.hpp"
 #include "app/engines.hpp"
 #include "app/outside_ct.hpp"
 #include "app/placement.hpp"
@@ -221,6 +222,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["rejected_poses"] = session_.navigator().rejected_poses();
   say_sampling(presenter_.step(), config_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
+  json["ct_window"] = json_of(presenter_.window());
   json["views_cast"] = presenter_.views_cast();
   json["cast_seconds"] = presenter_.cast_seconds();
   json["frames"] = out_.files();
@@ -325,16 +327,14 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  auto presenter = Presenter::create({config.look,
-                                      config.view,
-                                      config.output.width,
-                                      config.output.height,
-                                      config.output.step_voxels,
-                                      config.output.rms_error,
-                                      config.output.pixel_error,
-                                      {},
-                                      config.quality},
-                                     shared_ct, std::move(*engine));
+  const auto window =
+      ct_window(config.view, *shared_ct,
+                values_along(*shared_ct, placement->placement.ct_from_reference, sweep->spread));
+  auto presenter =
+      Presenter::create({config.look, config.view, config.output.width, config.output.height,
+                         config.output.step_voxels, config.output.rms_error,
+                         config.output.pixel_error, window, config.quality},
+                        shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);

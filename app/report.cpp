@@ -176,6 +176,10 @@ Json json_of(const std::optional<render::StepChoice>& step) {
           {"reached", std::isnan(step->rms) ? Json() : Json(step->reached)}};
 }
 
+Json json_of(const render::HuWindow& window) {
+  return {{"level", window.level}, {"width", window.width}};
+}
+
 Json json_of(const std::vector<DiagnosticEntry>& entries) {
   Json list = Json::array();
   for (const DiagnosticEntry& entry : entries) {

@@ -14,6 +14,7 @@
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
 #include "render/engine.hpp"
+#include "render/slice.hpp"
 #include "render/step_search.hpp"
 
 namespace nav::app {
@@ -32,6 +33,7 @@ Json json_of(const registration::ImageRegistrationResult& result,
 Json json_of(const std::vector<DiagnosticEntry>& entries);
 /// Null where the user gave a step.
 Json json_of(const std::optional<render::StepChoice>& step);
+Json json_of(const render::HuWindow& window);
 /// One line of the log for each warning that a registration was accepted with.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// 16 numbers, row-major.

@@ -122,6 +122,8 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   view.number("distance_mm", config.view.distance_mm);
   view.number("fov_deg", config.view.fov_deg);
   view.flag("orthographic", config.view.orthographic);
+  view.number("window_level", config.view.window_level);
+  view.number("window_width", config.view.window_width);
   view.finish();
 
   Section output = section("output");
@@ -236,6 +238,12 @@ Result<void> validate(const SessionConfig& config) {
   if (!within(config.view.distance_mm, 0, 1e5)) {
     return refuse("view.distance_mm", "0 (fit) to 10^5", config.view.distance_mm);
   }
+  if (!within(config.view.window_level.value_or(0), -1e6, 1e6)) {
+    return refuse("view.window_level", "-10^6 to 10^6", *config.view.window_level);
+  }
+  if (!within(config.view.window_width.value_or(1), 1e-3, 1e6)) {
+    return refuse("view.window_width", "0.001 to 10^6", *config.view.window_width);
+  }
   const auto& placement = config.placement;
   if (placement.ct_from_reference) {
     const Eigen::Vector3d place = placement.ct_from_reference->topRightCorner<3, 1>();
@@ -338,6 +346,8 @@ Result<std::string> to_toml(const SessionConfig& config) {
                    {"orthographic", config.view.orthographic}};
   if (config.view.azimuth_deg) view.insert("azimuth_deg", *config.view.azimuth_deg);
   if (config.view.elevation_deg) view.insert("elevation_deg", *config.view.elevation_deg);
+  if (config.view.window_level) view.insert("window_level", *config.view.window_level);
+  if (config.view.window_width) view.insert("window_width", *config.view.window_width);
   toml::table output{{"folder", absolute_text(config.output.folder)},
                      {"engine", config.output.engine},
                      {"threads", config.output.threads},

@@ -109,6 +109,10 @@ struct SessionConfig {
     double distance_mm = 0;  ///< 0: so that the whole CT fits.
     double fov_deg = 30;
     bool orthographic = false;  ///< Parallel rays; what the view looks at keeps its size.
+    /// Grey window of the flat pictures of the CT, HU. Absent: as suits what they show, by
+    /// ct_window().
+    std::optional<double> window_level = std::nullopt;
+    std::optional<double> window_width = std::nullopt;
   } view;
 
   struct Output {

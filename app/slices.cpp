@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <sstream>
 
+#include "app/ct_window.hpp"
 #include "app/output_folder.hpp"
 #include "app/outside_ct.hpp"
 #include "app/placed_picture.hpp"
@@ -73,14 +75,6 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
 
 /// recorded: of the session.
 Result<void> validate(const SlicesOptions& options, bool recorded) {
-  if (!(options.width_hu > 0 && options.width_hu <= 1e6)) {
-    return Error{ErrorCode::kUsage, "--window-width: expected more than 0 to 10^6 HU, found " +
-                                        std::to_string(options.width_hu)};
-  }
-  if (!(options.level_hu >= -1e6 && options.level_hu <= 1e6)) {
-    return Error{ErrorCode::kUsage, "--window-level: expected -10^6 to 10^6 HU, found " +
-                                        std::to_string(options.level_hu)};
-  }
   const int least_px = recorded ? kLeastWarnedPx : kLeastPx;
   if (options.size_px < least_px || options.size_px > 8192) {
     return Error{ErrorCode::kUsage, "--size: expected " + std::to_string(least_px) +
@@ -131,13 +125,14 @@ Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& o
 
 Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
                                    const render::SliceOptions& how, const SlicesOptions& options,
-                                   const Overlay& overlay, Console& console) {
+                                   const render::HuWindow& window, const Overlay& overlay,
+                                   Console& console) {
   const auto values = render::slice_values(ct, slice.plane, how);
   if (!values) return values.error();
   const auto outside = [](float v) { return std::isnan(v); };
   const bool empty = std::ranges::all_of(values->pixels(), outside);
   if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside of the CT");
-  auto grey = render::to_grey(*values, {options.level_hu, options.width_hu});
+  auto grey = render::to_grey(*values, window);
   if (overlay.second) {
     const auto second = render::slice_values(*overlay.second, slice.plane, how);
     if (!second) return second.error();
@@ -149,6 +144,31 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
   }
   if (!overlay.picture) return grey;
   return render::fuse(grey, slice.plane, how, overlay.picture->plane, fusion_of(options));
+}
+
+/// Values that slices show, each on a coarse grid, or along the ultrasound picture where there is
+/// one.
+Result<std::vector<float>> values_shown(const Volume& ct, const std::vector<NamedPlane>& planes,
+                                        const SlicesOptions& options, render::SlabMode mode,
+                                        const Overlay& overlay) {
+  if (overlay.picture) {
+    return values_along(ct, overlay.picture->plane.ct_from_image, overlay.picture->plane.frame);
+  }
+  constexpr int kCoarsePx = 64;
+  constexpr double kMostMmPerPixel = 100;
+  std::vector<float> shown;
+  for (const NamedPlane& slice : planes) {
+    render::SliceOptions how;
+    how.width = how.height = kCoarsePx;
+    how.mm_per_pixel = std::min(slice.mm_per_pixel * options.size_px / kCoarsePx, kMostMmPerPixel);
+    how.slab_mm = options.slab_mm;
+    how.slab = mode;
+    const auto values = render::slice_values(ct, slice.plane, how);
+    if (!values) return values.error();
+    std::ranges::copy_if(values->pixels(), std::back_inserter(shown),
+                         [](float v) { return !std::isnan(v); });
+  }
+  return shown;
 }
 
 }  // namespace
@@ -171,6 +191,10 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   if (!overlay) return overlay.error();
   const auto planes = slice_planes(options, config.plan, **ct, overlay->picture);
   if (!planes) return planes.error();
+  if (config.plan) warn_outside(*config.plan, **ct, console);
+  const auto shown = values_shown(**ct, *planes, options, *mode, *overlay);
+  if (!shown) return shown.error();
+  const render::HuWindow window = ct_window(config.view, **ct, *shown);
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
   // A needle or a plan that this run does not have must not seem to be its own.
@@ -185,14 +209,15 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
     how.mm_per_pixel = slice.mm_per_pixel;
     how.slab_mm = options.slab_mm;
     how.slab = *mode;
-    const auto picture = fused_slice(**ct, slice, how, options, *overlay, console);
+    const auto picture = fused_slice(**ct, slice, how, options, window, *overlay, console);
     if (!picture) return picture.error();
     const auto ok = out->write_picture(slice.name + ".png", labelled(*picture, slice, warning));
     if (!ok) return ok;
   }
   std::ostringstream where;
   where << planes->size() << " slices through (" << planes->front().plane.centre_ct.mm.transpose()
-        << ") mm in " << config.output.folder.string();
+        << ") mm in " << config.output.folder.string() << ", window: level " << window.level
+        << ", width " << window.width;
   console.say(where.str());
   return {};
 }

@@ -25,10 +25,8 @@ struct SlicesOptions {
   std::optional<Eigen::Matrix<double, 6, 1>> needle_ct;  ///< Tip and hub, LPS mm.
   double slab_mm = 0;
   std::string slab = "maximum";  ///< Or minimum, mean.
-  double level_hu = 60;
-  double width_hu = 400;
-  int size_px = 512;        ///< Of each picture, both sides.
-  double mm_per_pixel = 0;  ///< 0: the CT fits; along the ultrasound picture that does.
+  int size_px = 512;             ///< Of each picture, both sides.
+  double mm_per_pixel = 0;       ///< 0: the CT fits; along the ultrasound picture that does.
 
   std::optional<std::int64_t> frame;   ///< Of the recording, from 0; absent: the middle one.
   std::filesystem::path second;        ///< Volume in the CT's frame, fused with it; empty: none.

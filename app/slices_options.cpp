@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/slices_options.hpp"
 
+#include "app/look_options.hpp"
 #include "app/option_checks.hpp"
 
 namespace nav::app {
@@ -75,8 +76,7 @@ void add_slices_options(CLI::App& verb, SessionConfig& config, SlicesOptions& o)
   verb.add_option("--mode", o.slab, "of a slab: maximum, minimum or mean")
       ->check(among({"maximum", "minimum", "mean"}))
       ->capture_default_str();
-  verb.add_option("--window-level", o.level_hu, "HU")->capture_default_str();
-  verb.add_option("--window-width", o.width_hu, "HU")->capture_default_str();
+  add_window_options(verb, config.view);
   verb.add_option("--size", o.size_px, "of each picture, pixels")->capture_default_str();
   verb.add_option("--mm-per-pixel", o.mm_per_pixel,
                   "0: the CT fits, along the ultrasound the picture")

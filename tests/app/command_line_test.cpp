@@ -161,10 +161,11 @@ class CommandLineTest : public ::testing::Test {
                         << "\"/></CoordinateDefinitions></PlusConfiguration>";
     return path.string();
   }
-  std::string replay_arguments(const std::string& sweep, const std::string& out = "out") {
+  std::string replay_arguments(const std::string& sweep, const std::string& out = "out",
+                               int width = 96, int height = 64) {
     return "replay " + sweep + " --ct " + write_ct() + " --config " + write_config() + " --out " +
-           (folder_ / out).string() + " --width 96 --height 64 --step 2 --json " +
-           (folder_ / "replay.json").string();
+           (folder_ / out).string() + " --width " + std::to_string(width) + " --height " +
+           std::to_string(height) + " --step 2 --json " + (folder_ / "replay.json").string();
   }
   Json read_json(const std::string& name) {
     std::ifstream file(folder_ / name);
@@ -1187,6 +1188,9 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--ct " + ct + " --series 1.2.3",
             "--series: expected a DICOM folder beside it, found "},
            {"--us-alone", "--us-alone: expected --us-volume beside it, found none"},
+           {"--height 200 --window-level 60",
+            "--window-level: expected a 3D view that has room for the CT's panel beside it, found "
+            "800 x 200"},
            {"--ct-importance 1", "--ct-importance: expected --us-volume"},
            {"--predicates layers", "--predicates: expected --us-volume"},
            {"--labels a.mha", "--labels: expected --us-volume"},
@@ -1251,6 +1255,8 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
            {"--points p --surface s.vtk --similarity mi", "--similarity: expected a sweep"},
            {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
+           {"--landmarks p.csv --window-level 60", "--window-level: expected a sweep"},
+           {"x.mha --ct y.mha --window-width 9", "--window-width: expected --out beside it"},
            {"--landmarks p.csv " + matrix,
             "--ct-from-reference: expected no --landmarks, which are the start, beside it, found "
             "both"},
@@ -1467,6 +1473,47 @@ TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
                                 write_config() + " --out " + (folder_ / "out").string() +
                                 " --frames 1 --step 4 --width 16 --height 1024");
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
+}
+
+TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
+  const std::string arguments = replay_arguments(write_sweep(), "out", 400, 300) + " --frames 1";
+  const auto window = [&](const std::string& options) {
+    const Outcome outcome = sonde(arguments + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const Json json = read_json("replay.json")["ct_window"];
+    return std::pair(json["level"], json["width"]);
+  };
+  // The middle of the CT's panel, right of the 3D view.
+  const auto grey = [&] {
+    const auto picture = io::read_png(folder_ / "out/replay_00000.png");
+    return picture ? static_cast<int>(picture->at(500, 230).r) : -1;
+  };
+  // The sweep's centre lies in the CT's, a block of 700 HU.
+  EXPECT_EQ(window(""), std::pair(Json(200.0), Json(700.0)));
+  EXPECT_EQ(grey(), 255);
+  EXPECT_EQ(window(" --window-level 700"), std::pair(Json(700.0), Json(700.0)));
+  EXPECT_EQ(grey(), 128);
+  EXPECT_EQ(window(" --window-level 700 --window-width 1"), std::pair(Json(700.0), Json(1.0)));
+  const auto session = folder_ / "window.toml";
+  std::ofstream(session) << "[view]\nwindow_level = 1000\nwindow_width = 1200\n";
+  const std::string with_session = " --session " + session.string();
+  EXPECT_EQ(window(with_session), std::pair(Json(1000.0), Json(1200.0)));
+  EXPECT_EQ(grey(), 64);
+  EXPECT_EQ(window(with_session + " --window-width 900"), std::pair(Json(1000.0), Json(900.0)));
+  const Outcome printed = sonde("replay x.mha --print-session --window-level -500");
+  EXPECT_NE(printed.output.find("window_level = -500"), std::string::npos) << printed.errors;
+  expect_refusal("replay x.mha --print-session --window-width -1", 2,
+                 {"--window-width (view.window_width): expected 0.001 to 10^6, found -1"});
+
+  // So do slices, for what they show.
+  const auto said = [&](const std::string& options) {
+    const Outcome outcome = sonde("slices " + (folder_ / "ct.mha").string() + " --out " +
+                                  (folder_ / "slices").string() + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return outcome.output + outcome.errors;
+  };
+  EXPECT_NE(said("").find("window: level 200, width 700"), std::string::npos) << said("");
+  EXPECT_NE(said(with_session).find("window: level 1000, width 1200"), std::string::npos);
 }
 
 TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {

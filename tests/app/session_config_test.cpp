@@ -99,6 +99,21 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
               "1 mm apart"));
 }
 
+TEST_F(SessionConfigTest, ReadsTheWindowOfFlatPicturesAndKeepsThatNoneWasSaid) {
+  const auto config = read("[view]\nwindow_level = -500\nwindow_width = 1500\n");
+  ASSERT_TRUE(test::has_value(config));
+  EXPECT_EQ(config->view.window_level, -500);
+  EXPECT_EQ(config->view.window_width, 1500);
+  const auto again = read(*to_toml(*config));
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(*to_toml(*again), *to_toml(*config));
+  EXPECT_EQ(to_toml(*read(""))->find("window_"), std::string::npos);
+  EXPECT_TRUE(test::refuses(read("[view]\nwindow_width = 0\n"), Code::kMalformedData,
+                            {"view.window_width: expected 0.001 to 10^6, found 0"}));
+  EXPECT_TRUE(test::refuses(read("[view]\nwindow_level = 2e6\n"), Code::kMalformedData,
+                            {"view.window_level"}));
+}
+
 TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
   const auto config = read("[quality]\nclassification = \"post-classified\"\njitter = true\n");
   ASSERT_TRUE(test::has_value(config));

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/default_window.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/transfer_presets.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr HuWindow kLungWindow{-500, 1500};
+constexpr HuWindow kVesselWindow{200, 700};
+constexpr HuWindow kSoftTissueWindow{60, 400};
+
+/// HU: what is below is air or lung, whatever the scanner's noise.
+constexpr int kLeastTissueHu = -200;
+
+/// CT has air, lung or gas in every body; MR and ultrasound have no such values.
+bool is_hounsfield(const Volume& volume) {
+  constexpr double kLeastShare = 0.01;
+  const auto voxels = volume.hu();
+  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
+  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
+}
+
+/// From the darkest to the brightest; tissue below the border of value_range() is not black.
+HuWindow window_of_values(const Volume& volume) {
+  constexpr std::size_t kHundredth = 100;
+  std::vector<std::int16_t> voxels(volume.hu().begin(), volume.hu().end());
+  const auto darkest = voxels.begin() + static_cast<std::ptrdiff_t>(voxels.size() / kHundredth);
+  std::ranges::nth_element(voxels, darkest);
+  const double high = std::max(value_range(volume).high, *darkest + 1.0);
+  return {std::round(0.5 * (*darkest + high)), high - *darkest};
+}
+
+}  // namespace
+
+HuWindow default_window(const Volume& volume, std::span<const float> shown) {
+  if (!is_hounsfield(volume)) return window_of_values(volume);
+  constexpr float kAirBelowHu = -950;
+  constexpr float kLungBelowHu = -500;
+  constexpr double kWhiteHu = kSoftTissueWindow.level + kSoftTissueWindow.width / 2;
+  const auto count = [&](auto of) { return std::ranges::count_if(shown, of); };
+  const auto body = count([](float v) { return v > kAirBelowHu; });
+  const auto lung = count([](float v) { return v > kAirBelowHu && v < kLungBelowHu; });
+  if (2 * lung > body) return kLungWindow;
+  const auto tissue = count([](float v) { return v > kLeastTissueHu; });
+  const auto white = count([](float v) { return v > kWhiteHu; });
+  return white > 0 && 5 * white >= tissue ? kVesselWindow : kSoftTissueWindow;
+}
+
+}  // namespace nav::render
