@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/plane_view.hpp"
+#include "render/letters.hpp"
 
 namespace nav::app {
 namespace {
@@ -101,7 +102,9 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
 /// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
 std::string shorten(const Canvas& canvas, int size, std::string words, int width) {
   if (canvas.text_width(size, words) <= width) return words;
-  while (!words.empty() && canvas.text_width(size, words + "...") > width) words.pop_back();
+  while (!words.empty() && canvas.text_width(size, words + "...") > width) {
+    render::drop_last_letter(words);
+  }
   return words + "...";
 }
 

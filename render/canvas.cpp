@@ -116,4 +116,13 @@ std::vector<std::string> wrapped(int size, const std::string& words, int width) 
   return lines;
 }
 
+std::vector<Letter> letters_not_drawn(const std::string& words) {
+  std::vector<Letter> missing;
+  for (const Letter& letter : letters_of(words)) {
+    const bool known = std::ranges::find(missing, letter.bytes, &Letter::bytes) != missing.end();
+    if (!known && !is_drawn(letter)) missing.push_back(letter);
+  }
+  return missing;
+}
+
 }  // namespace nav::render

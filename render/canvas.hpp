@@ -9,6 +9,7 @@
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 #include "nav/volume.hpp"
+#include "render/letters.hpp"
 
 namespace nav::render {
 
@@ -35,8 +36,8 @@ class Canvas {
   /// Anti-aliased segment of a width in pixels; dash 0: solid, else the length of dashes and gaps.
   void line(Eigen::Vector2d from, Eigen::Vector2d to, double width, Rgba8 colour, double dash = 0);
   void circle(Eigen::Vector2d centre, double radius, double width, Rgba8 colour);
-  /// One line of text whose capital height is about 0.7 · size pixels; (x, y) is the left end of
-  /// the base line. Returns the x where it ends. Text that is wider than what is left of the
+  /// One line of text in UTF-8 whose capital height is about 0.7 · size pixels; (x, y) is the left
+  /// end of the base line. Returns the x where it ends. Text that is wider than what is left of the
   /// picture is left out whole: never a number with missing digits.
   int text(int x, int y, int size, const std::string& words, Rgba8 colour);
   [[nodiscard]] int text_width(int size, const std::string& words) const;
@@ -51,5 +52,9 @@ class Canvas {
 
 /// Words in lines of at most a width in pixels, cut at spaces; a word that is wider stands alone.
 std::vector<std::string> wrapped(int size, const std::string& words, int width);
+
+/// The letters of a text in UTF-8 that Canvas::text() draws as '?', each once, in order: its font
+/// has Latin ones and few others.
+std::vector<Letter> letters_not_drawn(const std::string& words);
 
 }  // namespace nav::render

@@ -7,10 +7,30 @@
 #include <vtkFreeTypeTools.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkPath.h>
 #include <vtkStdString.h>
 #include <vtkTextProperty.h>
+#include <vtkTextRenderer.h>
 
 namespace nav::render {
+
+bool is_drawn(const Letter& letter) {
+  if (!letter.code) return false;
+  const char32_t code = *letter.code;
+  constexpr char32_t kNoBreakSpace = 0xa0;
+  if ((code >= 0x20 && code < 0x7f) || code == kNoBreakSpace) return true;
+  if (code < 0x20) return false;
+  vtkNew<vtkTextProperty> property;
+  property->SetFontFamilyToArial();
+  const auto outline = vtkFreeTypeTools::GetInstance()->GetUnscaledGlyphOutline(property, code);
+  return outline.Path != nullptr && outline.Path->GetNumberOfPoints() > 0;
+}
+
+std::string drawable_text(const std::string& words) {
+  std::string drawable;
+  for (const Letter& letter : letters_of(words)) drawable += is_drawn(letter) ? letter.bytes : "?";
+  return drawable;
+}
 
 TextMask rasterise_text(const std::string& words, int size_px) {
   NAV_CHECK(size_px >= 4 && size_px <= 512, size_px);
@@ -22,11 +42,13 @@ TextMask rasterise_text(const std::string& words, int size_px) {
   property->SetVerticalJustificationToBottom();
   vtkNew<vtkImageData> image;
   std::array<int, 2> dimensions{};
-  // 72 dpi: font sizes are pixels.
-  vtkFreeTypeTools* tools = vtkFreeTypeTools::GetInstance();
-  tools->ScaleToPowerTwoOff();
+  // vtkFreeTypeTools itself would take each byte for a letter. 72 dpi: font sizes are pixels.
+  vtkTextRenderer* renderer = vtkTextRenderer::GetInstance();
+  NAV_CHECK(renderer != nullptr);
+  renderer->SetScaleToPowerOfTwo(false);
   const bool drawn =
-      !words.empty() && tools->RenderString(property, words, 72, image, dimensions.data());
+      !words.empty() && renderer->RenderString(property, drawable_text(words), image,
+                                               dimensions.data(), 72, vtkTextRenderer::FreeType);
   if (!drawn) return {Image2d<std::uint8_t>(1, 1, {0}), 0};
 
   std::array<int, 6> extent{};

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "nav/image.hpp"
+#include "render/letters.hpp"
 
 namespace nav::render {
 
@@ -15,7 +16,13 @@ struct TextMask {
   int ascent;                      ///< Rows above the base line.
 };
 
-/// Draws a line of UTF-8 text with VTK's built-in sans-serif font; the same everywhere.
+/// Draws a line of UTF-8 text with VTK's built-in sans-serif font, which has Latin letters and few
+/// others; the same everywhere. For what it does not have there is a '?'.
 TextMask rasterise_text(const std::string& words, int size_px);
+
+/// Whether the font has a letter; of others VTK leaves no trace.
+bool is_drawn(const Letter& letter);
+/// A text with '?' for each letter that the font does not have.
+std::string drawable_text(const std::string& words);
 
 }  // namespace nav::render

@@ -9,13 +9,14 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
+#include "render/vtk_text.hpp"
 #include "render/window_layout.hpp"
 
 namespace nav::render {
 namespace {
 
 void place(const PlacedWords& line, int width, int height, vtkTextActor& actor) {
-  actor.SetInput(line.words.c_str());
+  actor.SetInput(drawable_text(line.words).c_str());
   actor.GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
   actor.SetPosition(line.x_px / width, 1 - line.y_px / height);
   vtkTextProperty& style = *actor.GetTextProperty();

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <string>
+#include <vector>
 
 namespace nav::render {
 namespace {
@@ -29,6 +31,36 @@ TEST(CanvasTest, TextThatDoesNotFitIsLeftOutWhole) {
   EXPECT_EQ(inked(200, 200 - wide), whole);
   EXPECT_EQ(inked(200, 201 - wide), 0);
   EXPECT_EQ(inked(16, 8), 0);
+}
+
+/// The pixels of a text.
+std::vector<std::uint8_t> ink_of(const std::string& words) {
+  Canvas canvas(200, 40, rgb8(0));
+  canvas.text(4, 30, kSize, words, rgb8(0xffffff));
+  std::vector<std::uint8_t> ink;
+  const auto picture = canvas.picture();
+  for (const Rgba8& p : picture.pixels()) ink.push_back(p.r);
+  return ink;
+}
+
+TEST(CanvasTest, LettersOfLatinAlphabetsAreDrawn) {
+  const std::string letters = "äöüßàâçéèêëîïôûùœÄÖÜÀÉåøæñáíóúčďěňřšťůýžąćęłńśźżğışőű°µ±×€";
+  EXPECT_TRUE(letters_not_drawn(letters).empty());
+  for (const Letter& letter : letters_of(letters)) {
+    EXPECT_NE(ink_of("l" + letter.bytes + "l"), ink_of("ll")) << letter.bytes;
+    EXPECT_NE(ink_of("l" + letter.bytes + "l"), ink_of("l?l")) << letter.bytes;
+  }
+  EXPECT_NE(ink_of("Gefäß"), ink_of("Gefas"));
+}
+
+TEST(CanvasTest, WhatTheFontDoesNotHaveIsAQuestionMark) {
+  for (const char* letter : {"中", "Ж", "→", "\t", "\n", "\xff", "\xe4", "\U0001F600"}) {
+    EXPECT_EQ(ink_of(std::string("l") + letter + "l"), ink_of("l?l")) << letter;
+  }
+  const auto missing = letters_not_drawn("中a中äЖ ?");
+  ASSERT_EQ(missing.size(), 2U);
+  EXPECT_EQ(missing[0].bytes, "中");
+  EXPECT_EQ(missing[1].code, char32_t{0x416});
 }
 
 }  // namespace
