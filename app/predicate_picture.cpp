@@ -8,6 +8,7 @@
 #include <string>
 
 #include "render/canvas.hpp"
+#include "render/letters.hpp"
 #include "render/slice.hpp"
 
 namespace nav::app {
@@ -52,25 +53,33 @@ std::vector<std::string> lines_of(const std::string& words, int width,
                                   const render::Canvas& canvas) {
   constexpr std::size_t kMostLines = 4;
   std::vector<std::string> lines{""};
-  for (std::size_t at = 0; at < words.size();) {
-    std::size_t end = at + 1;  // One letter of UTF-8.
-    while (end < words.size() && (static_cast<unsigned char>(words[end]) & 0xC0U) == 0x80U) ++end;
-    const std::string letter = words.substr(at, end - at);
-    at = end;
-    if (canvas.text_width(kText, lines.back() + letter) <= width || lines.back().empty()) {
-      lines.back() += letter;
+  for (const render::Letter& letter : render::letters_of(words)) {
+    if (canvas.text_width(kText, lines.back() + letter.bytes) <= width || lines.back().empty()) {
+      lines.back() += letter.bytes;
     } else if (lines.size() == kMostLines) {
-      while (lines.back().size() > 3 && canvas.text_width(kText, lines.back() + "...") > width) {
-        do {
-          lines.back().pop_back();
-        } while (!lines.back().empty() &&
-                 (static_cast<unsigned char>(lines.back().back()) & 0xC0U) == 0x80U);
+      while (!lines.back().empty() && canvas.text_width(kText, lines.back() + "...") > width) {
+        render::drop_last_letter(lines.back());
       }
       lines.back() += "...";
       break;
     } else {
-      lines.push_back(letter);
+      lines.push_back(letter.bytes);
     }
+  }
+  return lines;
+}
+
+/// What the legend says of an entry: its name, and whole behind it or below it the importance.
+std::vector<std::string> legend_lines(const std::string& name, double importance, int width,
+                                      const render::Canvas& canvas) {
+  char number[16];
+  std::snprintf(number, sizeof number, "%.3f", importance);
+  auto lines = lines_of(name, width, canvas);
+  const std::string together = lines.back() + " " + number;
+  if (canvas.text_width(kText, together) <= width) {
+    lines.back() = together;
+  } else {
+    lines.emplace_back(number);
   }
   return lines;
 }
@@ -86,9 +95,7 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
   int y = 0;
   for (std::size_t j = 0; j < model.entries.size(); ++j) {
     const auto& bar = model.histogram.bars()[j];
-    char importance[16];
-    std::snprintf(importance, sizeof importance, " %.3f", bar.importance);
-    const auto lines = lines_of(model.entries[j].name + importance, room - kIndent, measure);
+    const auto lines = legend_lines(model.entries[j].name, bar.importance, room - kIndent, measure);
     int wide = 0;
     for (const auto& line : lines) wide = std::max(wide, measure.text_width(kText, line));
     if (x > 0 && x + kIndent + wide > room) {

@@ -19,9 +19,9 @@ struct PredicatePanel {
   std::optional<render::PredicateModel> model{};  ///< Its histogram (§3.3) is drawn below.
 };
 
-/// Panels side by side, their titles above, histograms below with a legend that names every entry.
-/// The highest bar of all panels is as high as there is room. Precondition: at least one panel, all
-/// of one size.
+/// Panels side by side, their titles above, histograms below with a legend of every entry's name,
+/// over four lines at most, and importance. The highest bar of all panels is as high as there is
+/// room. Precondition: at least one panel, all of one size.
 Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels);
 
 /// The slices of a volume that strokes were painted on, up to 3 one above the other, more in a

@@ -14,6 +14,7 @@
 #include "app/predicate_scribbles.hpp"
 #include "app/predicate_volume.hpp"
 #include "io/picture.hpp"
+#include "render/canvas.hpp"
 #include "render/engine.hpp"
 
 namespace nav::app {
@@ -103,6 +104,27 @@ Result<void> check_files(const SessionConfig& config) {
   return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
 }
 
+/// Names are free, the letters of the legend's font are not.
+void warn_of_letters(const render::PredicateModel& model, Console& console) {
+  constexpr std::size_t kMostNamed = 10;
+  std::string names;
+  for (const auto& entry : model.entries) names += entry.name;
+  const auto missing = render::letters_not_drawn(names);
+  if (missing.empty()) return;
+  std::string text;
+  for (std::size_t n = 0; n < std::min(missing.size(), kMostNamed); ++n) {
+    char code[16];
+    std::snprintf(code, sizeof code, " (U+%04X)",
+                  static_cast<unsigned>(missing[n].code.value_or(0)));
+    text += (n == 0 ? "" : ", ") + missing[n].bytes + code;
+  }
+  if (missing.size() > kMostNamed) {
+    text += " and " + std::to_string(missing.size() - kMostNamed) + " more";
+  }
+  console.report(Severity::kWarning, "legend",
+                 "expected names in Latin letters, found " + text + ": drawn as '?'");
+}
+
 /// Standard rendering beside the one by predicates.
 Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
                                             Console& console) {
@@ -182,6 +204,7 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
                                        : compare_scribbles(**engine, *strokes,
                                                            options.scribble_share, scene, console);
   if (!panels) return panels.error();
+  warn_of_letters(scene.predicates->model, console);
   if (const auto ok = io::write_png(predicate_picture(*panels), options.picture); !ok) return ok;
   console.say(volume.name + " by " + file.name + " in " + options.picture.string());
   if (options.save_set_up.empty()) return {};

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <utility>
 
+#include "render/canvas.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::app {
@@ -56,6 +57,52 @@ TEST(PredicatePictureTest, NamesOfAnyLengthFit) {
   const auto model = model_of(32, std::string(3000, 'w') + "äöü");
   EXPECT_LT(drawn(200, model).height(), 4000);
   EXPECT_GT(drawn(200, model_of(32, "ö")).height(), 40);
+}
+
+/// Where the legend of a picture with views of 40 rows begins.
+constexpr int kLegend = 28 + 40 + 120;
+
+/// Whether a picture shows a number whole somewhere in its legend.
+bool says_number(const Image2d<Rgba8>& picture, const std::string& number) {
+  render::Canvas measure(1, 1, render::rgb8(0));
+  const int width = measure.text_width(15, number);
+  render::Canvas canvas(width, 20, render::rgb8(0x202020));
+  canvas.text(0, 15, 15, number, render::rgb8(0xd0d0d0));
+  const auto wanted = canvas.picture();
+  // Capitals and digits stand on the base line, row 15; descenders of names are below.
+  const auto is_at = [&](int left, int top) {
+    for (int y = 3; y < 15; ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (picture.at(left + x, top + y).r != wanted.at(x, y).r) return false;
+      }
+    }
+    return true;
+  };
+  for (int top = kLegend; top + 20 <= picture.height(); ++top) {
+    for (int left = 0; left + width <= picture.width(); ++left) {
+      if (is_at(left, top)) return true;
+    }
+  }
+  return false;
+}
+
+TEST(PredicatePictureTest, TheImportanceIsThereWholeBehindAnyName) {
+  std::vector<std::size_t> lengths{1, 60, 3000};
+  for (std::size_t n = 8; n < 24; ++n) lengths.push_back(n);  // Some of these fill a line.
+  for (const std::size_t length : lengths) {
+    auto model = model_of(2, std::string(length, 'n'));
+    model.histogram.drag(0, 0.164);
+    const auto picture = drawn(200, model);
+    EXPECT_TRUE(says_number(picture, "0.164")) << length;
+    EXPECT_TRUE(says_number(picture, "0.836")) << length;
+    EXPECT_FALSE(says_number(picture, "0.165")) << length;
+  }
+}
+
+TEST(PredicatePictureTest, NamesOutsideAsciiAreDrawn) {
+  EXPECT_FALSE(same(drawn(400, model_of(1, "Gefäß")), drawn(400, model_of(1, "Gef"))));
+  EXPECT_FALSE(same(drawn(400, model_of(1, "Gefäß")), drawn(400, model_of(1, "Gef??"))));
+  EXPECT_TRUE(same(drawn(400, model_of(1, "血管")), drawn(400, model_of(1, "??"))));
 }
 
 TEST(PredicatePictureTest, TheHighestBarIsAsHighAsThereIsRoom) {
