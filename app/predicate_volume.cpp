@@ -9,6 +9,7 @@
 #include "app/predicate_labels.hpp"
 #include "app/predicate_layers.hpp"
 #include "app/predicate_scan_lines.hpp"
+#include "app/predicate_white.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
 #include "render/derived_features.hpp"
@@ -142,6 +143,7 @@ Result<void> add_features(const PredicateOptions& options, const PredicateFile& 
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
   io::CtOptions reading;
   reading.least_slices = 1;
+  reading.unit = "";
   return io::read_ct(path, diagnostics, reading);
 }
 
@@ -187,6 +189,9 @@ Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, i
   auto volume = volume_of(options, threads, console);
   if (!volume) return volume.error();
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
+  if (!options.volume.empty()) {
+    warn_of_white(options.volume.string(), volume->ultrasound->hu(), options, console);
+  }
   render::PredicateScene& predicates = volume->predicates;
   predicates.model = file->model;
   predicates.hue_mean = file->hue_mean;

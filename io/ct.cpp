@@ -103,7 +103,7 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
   detail::HuBuilder builder;
   if (const auto grid = detail::read_voxels(path, builder, diagnostics, options)) {
     if (!*grid) return grid->error();
-    return std::move(builder).finish(**grid, path.string(), diagnostics);
+    return std::move(builder).finish(**grid, path.string(), options.unit, diagnostics);
   }
   if (detail::is_dicom(*file)) {
     return detail::read_ct_dicom({path}, path.string(), diagnostics, options);

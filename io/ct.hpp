@@ -21,6 +21,8 @@ struct CtOptions {
   double max_gap_mm = 10.0;
   /// Fewer slices in a file other than DICOM are refused: one is no CT, but may be ultrasound.
   int least_slices = 2;
+  /// Of values, in messages; empty: stored values of something else, which have none.
+  std::string unit = "HU";
 };
 
 /// Reads a CT as Hounsfield units in LPS: a DICOM folder or file (compressed and multi-frame too),

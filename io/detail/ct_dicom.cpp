@@ -155,7 +155,7 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
   if (const auto ok = validate(grid, name); !ok) return ok.error();
   auto builder = decode_slices(*stack, name);
   if (!builder) return builder.error();
-  const auto reported = builder->report(name, stack->grid().size, diagnostics);
+  const auto reported = builder->report(name, stack->grid().size, options.unit, diagnostics);
   if (!reported) return reported.error();
   if (stack->regular) return Volume::create(grid, builder->take(), name);
   return Volume::create(grid, resample(*stack, builder->hu(), grid), name);

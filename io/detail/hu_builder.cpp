@@ -81,7 +81,7 @@ void HuBuilder::append(std::span<const std::byte> samples, PixelType type, const
 }
 
 Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>& size,
-                               Diagnostics& diagnostics) const {
+                               const std::string& unit, Diagnostics& diagnostics) const {
   if (not_finite_ > 0) {
     const auto row = static_cast<std::size_t>(size[0]);
     const std::size_t slice = row * static_cast<std::size_t>(size[1]);
@@ -107,15 +107,18 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
                          name + ": " + std::to_string(count) + " voxels " + what);
     }
   };
-  say(Severity::kInfo, padded_, "of padding set to -1024 HU");
-  say(Severity::kInfo, below_, "below -1024 HU set to -1024 HU");
-  say(Severity::kWarning, above_, "above 32767 HU set to 32767 HU");
+  const std::string of_unit = unit.empty() ? "" : " " + unit;
+  const std::string least = "-1024" + of_unit;
+  const std::string most = "32767" + of_unit;
+  say(Severity::kInfo, padded_, "of padding set to " + least);
+  say(Severity::kInfo, below_, "below " + least + " set to " + least);
+  say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }
 
 Result<Volume> HuBuilder::finish(const VoxelGrid& grid, const std::string& name,
-                                 Diagnostics& diagnostics) && {
-  if (const auto ok = report(name, grid.size, diagnostics); !ok) return ok.error();
+                                 const std::string& unit, Diagnostics& diagnostics) && {
+  if (const auto ok = report(name, grid.size, unit, diagnostics); !ok) return ok.error();
   return Volume::create(grid, std::move(hu_), name);
 }
 

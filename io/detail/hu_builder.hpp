@@ -36,11 +36,12 @@ class HuBuilder final : public VoxelSink {
 
   /// Says what was counted; refuses voxels that were not finite by number and first index, and
   /// values that rounding would destroy: some not whole, all within less than kLeastSpan of each
-  /// other, by their range. size: of the appended stack, to name the index.
+  /// other, by their range. size: of the appended stack, to name the index; unit: as CtOptions has
+  /// it.
   Result<void> report(const std::string& name, const std::array<int, 3>& size,
-                      Diagnostics& diagnostics) const;
+                      const std::string& unit, Diagnostics& diagnostics) const;
   [[nodiscard]] Result<Volume> finish(const VoxelGrid& grid, const std::string& name,
-                                      Diagnostics& diagnostics) &&;
+                                      const std::string& unit, Diagnostics& diagnostics) &&;
 
  private:
   template <class T>

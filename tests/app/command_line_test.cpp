@@ -14,6 +14,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -531,6 +532,53 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   EXPECT_EQ(moved.code, 0) << moved.errors;
   EXPECT_NEAR(read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
   expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
+}
+
+/// The same of 16 bits: half of the voxels above 255, three above what is kept of them.
+std::string write_wide_ultrasound(const std::filesystem::path& file) {
+  std::vector<std::uint16_t> voxels(20 * 24 * 18);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    voxels[i] = static_cast<std::uint16_t>(i % 2 == 0 ? 100 : 300 + i % 1000);
+  }
+  for (std::size_t i = 0; i < 3; ++i) voxels[i] = 40000;
+  std::ofstream out(file, std::ios::binary);
+  out << "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
+      << "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nElementSpacing = 1 1 1\n"
+      << "DimSize = 20 24 18\nElementType = MET_USHORT\nElementDataFile = LOCAL\n";
+  const auto bytes = std::as_bytes(std::span(voxels));
+  out.write(reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+  return file.string();
+}
+
+std::ptrdiff_t count_of(const std::string& piece, const std::string& text) {
+  std::ptrdiff_t count = 0;
+  for (auto at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++count;
+  return count;
+}
+
+TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
+  const std::string arguments = "predicates " + write_wide_ultrasound(folder_ / "us.mha") +
+                                " --width 200 --height 200 --out " + (folder_ / "x.png").string() +
+                                " --predicates " + (folder_ / "set.json").string();
+  const auto set = [&](const std::string& name) {
+    std::ofstream(folder_ / "set.json") << R"({"sonde_predicates": 1, "predicates": [
+            {"name": "Gefäß", "importance": 0.6, "where": {"intensity": {"low": 0.2}}},
+            {"name": ")" << name << R"(", "importance": 0.4, "where": {"intensity": {}}}]})";
+  };
+  set("血管 血");
+  const Outcome odd = sonde(arguments);
+  EXPECT_EQ(odd.code, 0) << odd.errors;
+  EXPECT_EQ(count_of("us.mha: 3 voxels above 32767 set to 32767\n", odd.errors), 1) << odd.errors;
+  EXPECT_EQ(count_of("HU", odd.errors), 0) << odd.errors;
+  EXPECT_EQ(count_of("found 50 %, up to 32767", odd.errors), 1) << odd.errors;
+  EXPECT_EQ(count_of("(predicates.white)", odd.errors), 1) << odd.errors;
+  EXPECT_EQ(count_of("found 血 (U+8840), 管 (U+7BA1): drawn as '?'", odd.errors), 1) << odd.errors;
+  set("muscle à gauche");
+  const Outcome plain = sonde(arguments + " --white 1300");
+  EXPECT_EQ(plain.code, 0) << plain.errors;
+  EXPECT_EQ(count_of("white", plain.errors), 0) << plain.errors;
+  EXPECT_EQ(count_of("drawn as", plain.errors), 0) << plain.errors;
 }
 
 TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {

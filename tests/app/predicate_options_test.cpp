@@ -11,6 +11,7 @@
 #include "app/predicate_labels.hpp"
 #include "app/predicate_scribbles.hpp"
 #include "app/predicate_volume.hpp"
+#include "app/predicate_white.hpp"
 #include "app/session_config.hpp"
 #include "io/ct.hpp"
 #include "nav/diagnostics.hpp"
@@ -102,6 +103,49 @@ TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
         o.largest_radius_mm = 2;
       },
       {"smallest_radius_mm", "largest_radius_mm"}));
+}
+
+/// What is said of a volume's voxels: one warning or nothing.
+std::string said_of_white(const std::vector<std::int16_t>& voxels,
+                          const PredicateOptions& options) {
+  CollectingDiagnostics diagnostics;
+  warn_of_white("us.mha", voxels, options, diagnostics);
+  const auto entries = diagnostics.entries();
+  if (entries.empty()) return "";
+  EXPECT_EQ(entries.size(), 1U);
+  EXPECT_EQ(entries[0].severity, Severity::kWarning);
+  EXPECT_EQ(entries[0].source, "us.mha");
+  return entries[0].message;
+}
+
+TEST(PredicateWhiteTest, MuchAboveWhiteIsSaidWithAWhiteThatFits) {
+  PredicateOptions options;  // White 255.
+  std::vector<std::int16_t> voxels(1000, 255);
+  EXPECT_EQ(said_of_white(voxels, options), "");
+  EXPECT_EQ(said_of_white({}, options), "");
+  for (int n = 0; n < 50; ++n) voxels[static_cast<std::size_t>(n)] = 256;
+  EXPECT_EQ(said_of_white(voxels, options), "") << "just 5 %";
+  // 1000 to 1299, and one of 14600.
+  for (int n = 0; n < 300; ++n)
+    voxels[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(1000 + n);
+  voxels[0] = 14600;
+  // Above 1290 are 1291 to 1299 and 14600: 1 % of all.
+  EXPECT_EQ(
+      said_of_white(voxels, options),
+      "expected at most 5 % of the known voxels above white, 255, found 30 %, up to 14600, all "
+      "drawn alike; --white 1290 (predicates.white) leaves 1 % above it");
+  options.white = 1290;
+  EXPECT_EQ(said_of_white(voxels, options), "");
+}
+
+TEST(PredicateWhiteTest, UnknownVoxelsDoNotCount) {
+  PredicateOptions options;
+  std::vector<std::int16_t> voxels(1000, 32000);
+  std::fill_n(voxels.begin(), 600, std::int16_t{10});
+  options.unknown = 32000;
+  EXPECT_EQ(said_of_white(voxels, options), "");
+  options.unknown = 10;
+  EXPECT_NE(said_of_white(voxels, options).find("found 100 %, up to 32000"), std::string::npos);
 }
 
 TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {

@@ -106,8 +106,15 @@ TEST_F(CtFileTest, RoundsAndClampsAndCounts) {
   EXPECT_EQ(v->at(2, 0, 0), 32767);
   EXPECT_EQ(v->at(0, 1, 0), -1024);
   EXPECT_EQ(v->at(1, 1, 0), -1024);
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.mha", "1 voxels above 32767"}));
-  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"a.mha", "1 voxels below -1024"}));
+  EXPECT_TRUE(
+      says(diagnostics_, Severity::kWarning, {"a.mha", "1 voxels above 32767 HU set to 32767 HU"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"a.mha", "1 voxels below -1024 HU"}));
+  CtOptions of_ultrasound;
+  of_ultrasound.unit = "";
+  ASSERT_TRUE(test::has_value(
+      read("b.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values), of_ultrasound)));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "above 32767 set to 32767"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"b.mha", "below -1024 set to -1024"}));
 }
 
 TEST_F(CtFileTest, RefusesNanVoxelsByNumberAndPlace) {
@@ -563,7 +570,7 @@ std::pair<std::vector<std::int16_t>, std::string> hu_of(const std::string& bytes
   detail::HuBuilder builder(1);
   builder.append(std::as_bytes(std::span(bytes)), type, rescale);
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::has_value(builder.report("a", {1, 1, 1}, diagnostics)));
+  EXPECT_TRUE(test::has_value(builder.report("a", {1, 1, 1}, "HU", diagnostics)));
   std::string said;
   for (const auto& entry : diagnostics.entries()) said += entry.message + '\n';
   return {builder.take(), said};
