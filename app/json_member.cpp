@@ -45,10 +45,10 @@ Json::parser_callback_t refuse_twice(std::string& twice) {
 }  // namespace
 
 Result<Json> parse_json(const std::string& name, const std::string& text) {
-  constexpr int kDeepest = 32;
-  if (const int depth = depth_of(text); depth > kDeepest) {
-    return Error{ErrorCode::kMalformedData,
-                 name + ": expected JSON at most 32 levels deep, found " + std::to_string(depth)};
+  if (const int depth = depth_of(text); depth > kDeepestJson) {
+    return Error{ErrorCode::kMalformedData, name + ": expected JSON at most " +
+                                                std::to_string(kDeepestJson) +
+                                                " levels deep, found " + std::to_string(depth)};
   }
   std::string twice;
   try {

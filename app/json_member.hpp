@@ -20,7 +20,10 @@ namespace nav::app {
 
 inline constexpr double kRadPerDeg = M_PI / 180;
 
-/// A text as JSON, at most 32 levels deep; the message begins with the name of the file.
+/// Levels of lists and objects in each other, at most.
+inline constexpr int kDeepestJson = 64;
+
+/// A text as JSON, at most kDeepestJson levels deep; the message begins with the name of the file.
 Result<Json> parse_json(const std::string& name, const std::string& text);
 /// The same of a file of at most so many bytes; errors of reading as io::read_file().
 Result<Json> read_json(const std::filesystem::path& path, std::uint64_t most_bytes);

@@ -19,6 +19,9 @@ using Operator = PredicateExpression::Operator;
 
 constexpr int kPredicateVersion = 1;
 constexpr const char* kRad = "_rad";
+// File, list and entry; two for each AND or OR; the predicate and its parameters. One combination
+// more is for the model to refuse.
+static_assert(3 + 2 * (render::kDeepestCombination + 1) + 2 <= kDeepestJson);
 
 bool in_radians(const render::PredicateParameter& p) { return p.name.ends_with(kRad); }
 

@@ -13,7 +13,6 @@
 namespace nav::render {
 namespace {
 
-constexpr int kDeepest = 16;
 using Operator = PredicateExpression::Operator;
 
 Result<void> check_values(const std::string& entry, const PredicateExpression& e) {
@@ -54,9 +53,9 @@ class Checker {
  private:
   Result<void> visit(const PredicateExpression& e, int depth) {
     const std::string& name = path_.front();
-    if (depth > kDeepest) {
+    if (depth > kDeepestCombination) {
       return malformed_predicates(name + ": expected combinations at most " +
-                                  std::to_string(kDeepest) + " deep, found deeper ones");
+                                  std::to_string(kDeepestCombination) + " deep, found deeper ones");
     }
     if (e.op == Operator::kKind) return check_values(name, e);
     if (e.op == Operator::kEntry) return follow(e.name);

@@ -11,6 +11,9 @@
 
 namespace nav::render {
 
+/// How deep combinations are nested, at most.
+inline constexpr int kDeepestCombination = 16;
+
 /// A point predicate or a combination of some (§3.2). A plain value.
 struct PredicateExpression {
   enum class Operator {
@@ -62,8 +65,8 @@ bool same_set(const PredicateModel& a, const PredicateModel& b);
 
 /// Refuses, naming the entry: other than 1 to kMostPredicates entries, another number of bars,
 /// names that are empty or twice there, kinds that there are not, parameters out of their ranges or
-/// inverted, operators without operands, nesting deeper than 16, entries that are not there or that
-/// refer to themselves through others.
+/// inverted, operators without operands, nesting deeper than kDeepestCombination, entries that are
+/// not there or that refer to themselves through others.
 Result<void> validate(const PredicateModel& model);
 
 /// Names of the predicates of the library that a model asks.

@@ -98,6 +98,34 @@ TEST(PredicateLibraryTest, TheInitialValuesAreInTheDocumentation) {
   }
 }
 
+TEST_F(PredicateFileTest, CombinationsAsDeepAsAModelMayHaveThemSurvive) {
+  const auto nested = [](int depth, auto combine) {
+    auto expression = PredicateExpression::kind("snr", {1, 2});
+    for (int n = 0; n < depth; ++n) expression = combine(std::move(expression));
+    render::PredicateModel model;
+    model.entries.push_back({"deep", std::move(expression)});
+    model.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
+    return PredicateFile{"deep", std::move(model)};
+  };
+  const auto all = [](PredicateExpression e) { return PredicateExpression::all({std::move(e)}); };
+  const auto any = [](PredicateExpression e) { return PredicateExpression::any({std::move(e)}); };
+  const auto no = [](PredicateExpression e) { return PredicateExpression::negation(std::move(e)); };
+  const auto check = [&](auto combine) {
+    for (int depth = 13; depth <= 16; ++depth) {
+      const auto file = nested(depth, combine);
+      ASSERT_TRUE(test::has_value(render::validate(file.model))) << depth;
+      const auto back = read(to_json_text(file));
+      ASSERT_TRUE(test::has_value(back)) << depth;
+      EXPECT_TRUE(back->model == file.model) << depth;
+    }
+    EXPECT_TRUE(refuses(to_json_text(nested(17, combine)),
+                        {path_.string(), "deep: expected combinations at most 16 deep"}));
+  };
+  check(all);
+  check(any);
+  check(no);
+}
+
 TEST_F(PredicateFileTest, AnglesAreDegreesInTheFile) {
   const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 3,
       "where": {"gradient_angle": {"high_deg": 45}}}]})");

@@ -138,7 +138,7 @@ TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
   constexpr std::size_t kDeep = 2'000'000;
   EXPECT_TRUE(test::refuses(
       read_text("{\"verb\":" + std::string(kDeep, '[') + std::string(kDeep, ']') + "}"),
-      Code::kMalformedData, {"at most 32 levels"}));
+      Code::kMalformedData, {"at most 64 levels"}));
 }
 
 TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
