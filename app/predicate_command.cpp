@@ -40,7 +40,7 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
       [&o](const std::vector<std::string>& edits) {
         for (const auto& text : edits) o.histogram.push_back(or_throw(parse_colour(text)));
       },
-      "NAME=HUE:SATURATION of a bar, degrees and share; several");
+      "NAME=HUE:SATURATION of a bar, degrees modulo 360 and share; several");
   verb.add_option("--save", o.save_set_up, "file for the set-up as it was drawn");
   verb.add_option("--opacity-length-mm", o.opacity_length_mm,
                   "of this much material intensity is the opacity");

@@ -39,8 +39,10 @@ Result<void> check_ranges(const PredicateOptions& o) {
       {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
   };
   for (const HistogramEdit& edit : o.histogram) {
+    if (edit.hue_deg && !std::isfinite(*edit.hue_deg)) {
+      return refusal("histogram.hue_deg", "a finite number", *edit.hue_deg);
+    }
     ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
-    ranges.push_back({"histogram.hue_deg", edit.hue_deg.value_or(0), -360, 360});
     ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
   }
   ranges.push_back({"ct_importance", o.ct_importance, 0, 1024});

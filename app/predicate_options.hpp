@@ -18,7 +18,7 @@ namespace nav::app {
 struct HistogramEdit {
   std::string entry;                   ///< Name of the predicate in the set-up.
   std::optional<double> importance{};  ///< [0, 1]; the others keep their proportions.
-  std::optional<double> hue_deg{};
+  std::optional<double> hue_deg{};     ///< Modulo 360.
   std::optional<double> saturation{};  ///< [0, 1].
 };
 

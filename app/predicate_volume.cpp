@@ -156,7 +156,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
     if (std::filesystem::exists(options.set_up, ignored))
       return read_predicate_file(options.set_up);
     return Error{ErrorCode::kUsage,
-                 "--predicates: expected a file, or a " + preset.error().message};
+                 "predicates.set_up: expected a file, or a " + preset.error().message};
   }();
   if (!file) return file;
   if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();

@@ -14,7 +14,7 @@ void read_histogram(Section& section, const std::string& file, std::optional<Err
   for (const toml::node& element : *edits) {
     Section one(file, "predicates.histogram", element.as_table(), error);
     HistogramEdit edit;
-    one.text("entry", edit.entry);
+    one.required_text("entry", edit.entry);
     one.number("importance", edit.importance);
     one.number("hue_deg", edit.hue_deg);
     one.number("saturation", edit.saturation);

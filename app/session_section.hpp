@@ -77,6 +77,11 @@ class Section {
     number(key, value);
     required_.emplace_back(key, "a finite number");
   }
+  /// The same of a text.
+  void required_text(const char* key, std::string& value) {
+    text(key, value);
+    required_.emplace_back(key, "text");
+  }
   template <class Integer>
   void integer(const char* key, Integer& value) {
     take<Integer>(key, "a whole number >= 0", [&](const toml::node& node) {

@@ -581,6 +581,22 @@ TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
   EXPECT_EQ(count_of("drawn as", plain.errors), 0) << plain.errors;
 }
 
+TEST_F(CommandLineTest, PredicatesNameTheOptionOrTheKeyThatIsWrong) {
+  expect_refusal("predicates --out x.png --phantom-side 32 --predicates nope.json", 2,
+                 {"--predicates (predicates.set_up): expected a file, or a predicate preset"});
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[predicates]\nset_up = \"nope.json\"\n";
+  const Outcome of_key =
+      sonde("predicates --out x.png --phantom-side 32 --session " + session.string());
+  expect_refusal(of_key, "", 2, {"predicates.set_up: expected a file, or a predicate preset"});
+  EXPECT_EQ(count_of("--predicates", of_key.errors), 0) << of_key.errors;
+  const std::string painted = "predicates --print-session --predicates carotid-vessel --colour ";
+  expect_refusal(painted + "vessel=40:1.5", 2,
+                 {"--colour (predicates.histogram.saturation): expected 0 to 1, found 1.5"});
+  expect_refusal(painted + "vessel=inf:0.5", 2, {"--colour: expected NAME=HUE:SATURATION"});
+  EXPECT_EQ(sonde(painted + "vessel=400:0.5").code, 0);
+}
+
 TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   const auto set = [&](const std::string& length) {
     std::ofstream(folder_ / "set.json")

@@ -105,6 +105,32 @@ TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
       {"smallest_radius_mm", "largest_radius_mm"}));
 }
 
+TEST(PredicateOptionsTest, HuesAreTakenModulo360) {
+  PredicateOptions options;
+  options.set_up = "carotid-vessel";
+  for (const char* text : {"vessel=400:0.5", "vessel=-320:0.5", "vessel=4000:0.5"}) {
+    options.histogram = {*parse_colour(text)};
+    EXPECT_TRUE(test::has_value(validate(options))) << text;
+    const auto file = set_up_of(options);
+    ASSERT_TRUE(test::has_value(file)) << text;
+    EXPECT_EQ(file->model.histogram.bars()[0].hue_deg, 40) << text;
+  }
+  options.histogram = {{"vessel", {}, std::nan(""), {}}};
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage,
+                            {"predicates.histogram.hue_deg", "finite"}));
+  options.histogram = {{"vessel", {}, {}, 1.5}};
+  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage,
+                            {"predicates.histogram.saturation", "0 to 1", "1.5"}));
+}
+
+TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
+  PredicateOptions options;
+  options.set_up = "nope.json";
+  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+                            {"predicates.set_up: expected a file, or a predicate preset",
+                             "carotid-vessel", "nope.json"}));
+}
+
 /// What is said of a volume's voxels: one warning or nothing.
 std::string said_of_white(const std::vector<std::int16_t>& voxels,
                           const PredicateOptions& options) {
@@ -331,6 +357,10 @@ engine = "reference"
   std::ofstream(path) << "[predicates]\nhistogram = [{entry = \"a\", height = 1}]\n";
   EXPECT_TRUE(test::refuses(read_session_config(path), ErrorCode::kMalformedData,
                             {"predicates.histogram.height"}));
+  std::ofstream(path) << "[predicates]\nhistogram = [{importance = 0.5}]\n";
+  EXPECT_TRUE(
+      test::refuses(read_session_config(path), ErrorCode::kMalformedData,
+                    {"session.toml:2: predicates.histogram.entry: expected text, found nothing"}));
   std::ofstream(path) << "[predicates]\nlabels = \"a.mha\"\n";
   EXPECT_TRUE(test::refuses(read_session_config(path), ErrorCode::kMalformedData,
                             {"predicates.labels", "a list of texts"}));
