@@ -157,7 +157,7 @@ void CpuPainter::paint_block(int x0, int y0, int pass, Tile& tile) {
   if (pass == 0) {
     add_lattice(x0, y0, span, tile);
   } else {
-    halve_squares(x0, y0, pass, reach.shapes, span, tile);
+    halve_squares(x0, y0, pass, reach, span, tile);
   }
 }
 
@@ -192,8 +192,8 @@ void CpuPainter::paint_packet(Tile& tile) {
 }
 
 /// Decides about the pixels in the middle of squares and of their edges.
-void CpuPainter::halve_squares(int x0, int y0, int pass, bool shapes, const VisibleSpan& span,
-                               Tile& tile) {
+void CpuPainter::halve_squares(int x0, int y0, int pass, const SurfaceReach& reach,
+                               const VisibleSpan& span, Tile& tile) {
   if (!tile.squares) {
     tile.squares.emplace(picture_, *lattice_, sparse_->error);
     tile.squares->find(x0 / kTile * kTile, y0 / kTile * kTile, lattice_->side(pass));
@@ -203,7 +203,8 @@ void CpuPainter::halve_squares(int x0, int y0, int pass, bool shapes, const Visi
   for (int y = y0; y <= std::min(y0 + kBlock - 1, lattice_->last_y); y += step) {
     for (int x = x0; x <= std::min(x0 + kBlock - 1, lattice_->last_x); x += step) {
       if (x % side == 0 && y % side == 0) continue;
-      if (shapes || !tile.squares->even_around(x, y)) {
+      if (reach.shapes || !tile.squares->even_around(x, y) ||
+          (reach.plane && rays_of_.meets_border(x, y))) {
         add_pixel(x, y, span, tile);
       } else {
         tile.squares->fill(x, y);

@@ -39,7 +39,8 @@ class CpuPainter {
 
   void paint_block(int x0, int y0, int pass, Tile& tile);
   void cast_all(int x0, int y0, const SurfaceReach& reach, const VisibleSpan& span, Tile& tile);
-  void halve_squares(int x0, int y0, int pass, bool shapes, const VisibleSpan& span, Tile& tile);
+  void halve_squares(int x0, int y0, int pass, const SurfaceReach& reach, const VisibleSpan& span,
+                     Tile& tile);
   void add_lattice(int x0, int y0, const VisibleSpan& span, Tile& tile);
   void add_pixel(int x, int y, const VisibleSpan& span, Tile& tile);
   void paint_added(Tile& tile);

@@ -66,6 +66,10 @@ class CpuRays {
   }
   /// Some ray of a square of pixels may meet a surface.
   [[nodiscard]] bool solids(int x0, int y0, int size) const { return reach(x0, y0, size).any(); }
+  /// The ray of a pixel meets the border of the ultrasound picture.
+  [[nodiscard]] bool meets_border(int x, int y) const {
+    return surfaces_.meets_border(spec::ray_of(view_, x, y));
+  }
   /// The packet of the block of pixels from (x0, y0) on. choice: null where nothing cuts.
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
     start(x0, y0, {solids, solids}, choice, {}, p);

@@ -78,23 +78,25 @@ Result<void> GlPackedRays::draw(const Scene& scene, const SparseRays& sparse,
   spent_.assign(count, Texel{});
   behind_.assign(plane ? count : 0, Texel{});
   live_at_.assign(plane ? count : 0, {kNowhere, kNowhere});
-  look_at_blocks(scene, shell);
+  const Surfaces surfaces(scene);
+  const auto view = spec::make_view<double>(scene.camera, width_, height_, scene.ct->grid());
+  look_at_blocks(scene, view, shell);
   const PixelLattice lattice(width_, height_, sparse.stride);
   list_lattice(lattice);
   if (auto ok = cast_listed(rays, draw_triangle); !ok) return ok;
   for (int pass = 1; pass < lattice.passes(); ++pass) {
     const int side = lattice.side(pass);
     find_even(lattice, side, sparse.error);
-    list_halves(lattice, side);
+    list_halves(lattice, side, surfaces, view);
     if (auto ok = cast_listed(rays, draw_triangle); !ok) return ok;
   }
   send(layers);
   return {};
 }
 
-void GlPackedRays::look_at_blocks(const Scene& scene, const BrickShell* shell) {
+void GlPackedRays::look_at_blocks(const Scene& scene, const spec::View<double>& view,
+                                  const BrickShell* shell) {
   const SurfaceBounds bounds(scene);
-  const auto view = spec::make_view<double>(scene.camera, width_, height_, scene.ct->grid());
   std::optional<VisibleSpans> spans;
   if (shell != nullptr && VisibleSpans::worth(scene, *shell)) spans.emplace(scene, *shell, 0);
   static_assert(VisibleSpans::kSide == kTile);
@@ -106,7 +108,7 @@ void GlPackedRays::look_at_blocks(const Scene& scene, const BrickShell* shell) {
       const SurfaceReach reach = bounds.reach(view, column * kTile, row * kTile, kTile);
       const bool empty = spans && spans->at(column * kTile, row * kTile).empty();
       blocks_[as_size(row) * as_size(blocks_across_) + as_size(column)] = {!empty || reach.any(),
-                                                                           reach.shapes};
+                                                                           reach};
     }
   });
 }
@@ -202,13 +204,14 @@ void GlPackedRays::fill(int x, int y, int side) {
 }
 
 /// The middles of a pass' squares and of their edges: means, or into the list.
-void GlPackedRays::list_halves(const PixelLattice& lattice, int side) {
+void GlPackedRays::list_halves(const PixelLattice& lattice, int side, const Surfaces& surfaces,
+                               const spec::View<double>& view) {
   const int step = side / 2;
   std::vector<std::vector<std::int32_t>> rows(as_size(blocks_down_));
   for_each_index(blocks_down_, 0, [&](int row) {
     auto& listed = rows[as_size(row)];
     for (int column = 0; column < blocks_across_; ++column) {
-      const auto [something, shapes] =
+      const auto [something, reach] =
           blocks_[as_size(row) * as_size(blocks_across_) + as_size(column)];
       if (!something) continue;
       const int right = std::min((column + 1) * kTile - 1, lattice.last_x);
@@ -216,7 +219,8 @@ void GlPackedRays::list_halves(const PixelLattice& lattice, int side) {
       for (int y = row * kTile; y <= bottom; y += step) {
         for (int x = column * kTile; x <= right; x += step) {
           if (((x | y) & (side - 1)) == 0) continue;
-          if (shapes || !even_around(lattice, x, y, side)) {
+          if (reach.shapes || !even_around(lattice, x, y, side) ||
+              (reach.plane && surfaces.meets_border(spec::ray_of(view, x, y)))) {
             listed.push_back(x | y << 16);
           } else {
             fill(x, y, side);

@@ -39,14 +39,15 @@ class GlPackedRays {
   using Texel = std::array<float, 4>;
 
   [[nodiscard]] std::size_t texel_of(int x, int y) const;
-  void look_at_blocks(const Scene& scene, const BrickShell* shell);
+  void look_at_blocks(const Scene& scene, const spec::View<double>& view, const BrickShell* shell);
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
   [[nodiscard]] Texel compared_at(std::size_t texel) const;
   /// Of a square, by what its corners show.
   [[nodiscard]] static bool is_even(const std::array<Texel, 4>& corners, float error);
   [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
-  void list_halves(const PixelLattice& lattice, int side);
+  void list_halves(const PixelLattice& lattice, int side, const Surfaces& surfaces,
+                   const spec::View<double>& view);
   void fill(int x, int y, int side);
   Result<void> cast_listed(GlProgram& rays, const std::function<void()>& draw_triangle);
   Result<void> make_room(int columns, int rows);
@@ -66,7 +67,7 @@ class GlPackedRays {
   /// What may be seen in a block of pixels.
   struct Block {
     bool something;
-    bool shapes;  ///< A needle, sphere or line.
+    SurfaceReach reach;
   };
   std::vector<Block> blocks_;
   int blocks_across_ = 0;

@@ -137,6 +137,7 @@ std::string constants() {
     defines += std::string("const float ") + name + " = " + number.str() + ";\n";
   };
   constant("kBorderMm", spec::kBorderMm);
+  constant("kBorderPixels", spec::kBorderPixels);
   constant("kEdgeOnSine", spec::kEdgeOnSine);
   constant("kGoochBlue", spec::kGoochBlue);
   constant("kGoochYellow", spec::kGoochYellow);

@@ -315,7 +315,7 @@ void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Sc
   program.set("opaque_at", opaque_at(scene));
   program.set("background_rgb", scene.background_rgb);
   if (!features.plane) return;
-  program.set("picture_opacity", scene.plane->opacity);
+  set_plane(program, *spec::make_plane<double>(*scene.plane, scene.ct->grid()));
   program.set("coarse_behind", kBehind);
   program.set("coarse_live_at", kLiveAt);
 }

@@ -124,9 +124,55 @@ S depth_inside(const PlaneSurface<S>& plane, const Vec2<S>& p_image, const Vec2<
   return std::min(inside, d.y() * plane.sin_half - std::abs(d.x()) * plane.cos_half);
 }
 
-/// The plane's sample on a ray: its border, its picture without its grey, or nothing.
+/// Where rays beside one meet the plane, which meets it at p: that a pixels to the right and b
+/// upwards at p + (a · right + b · up) / w with w = 1 + (a, b) · turn, or behind the eye unless
+/// w > 0.
 template <class S>
-std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const Ray<S>& ray) {
+struct PlanePixel {
+  Vec2<S> right;  ///< Image mm.
+  Vec2<S> up;
+  Vec2<S> turn;  ///< 0: parallel rays.
+};
+
+/// Of the ray that meets the plane at t. along: its direction in the image frame.
+template <class S>
+PlanePixel<S> pixel_on_plane(const PlaneSurface<S>& plane, const View<S>& view, const Ray<S>& ray,
+                             const Vec3<S>& along, S t) {
+  const S pixel = S(2) * view.half_height / static_cast<S>(view.height);
+  const S apart = view.orthographic ? pixel : pixel * t * ray.direction.dot(view.forward);
+  const Vec3<S> right = apart * (plane.image_from_local * view.right);
+  const Vec3<S> up = apart * (plane.image_from_local * view.up);
+  const Vec2<S> sooner = Vec2<S>(right.z(), up.z()) / along.z();  // mm along the ray.
+  return {right.template head<2>() - sooner.x() * along.template head<2>(),
+          up.template head<2>() - sooner.y() * along.template head<2>(),
+          view.orthographic ? Vec2<S>(Vec2<S>::Zero()) : Vec2<S>(sooner / t)};
+}
+
+/// Whether a point that is so far inside, >= 0, is on the border: nearer to the edge than
+/// kBorderMm, or one of eight points kBorderPixels around it in the picture lies outside.
+template <class S>
+bool on_border(const PlaneSurface<S>& plane, const Vec2<S>& p_image, S inside,
+               const PlanePixel<S>& step) {
+  if (inside < static_cast<S>(kBorderMm)) return true;
+  constexpr auto kReach = static_cast<S>(kBorderPixels);
+  const S farthest = kReach * std::sqrt(step.right.squaredNorm() + step.up.squaredNorm());
+  if (inside * (S(1) - kReach * step.turn.norm()) > farthest) return false;
+  for (int k = 0; k < 9; ++k) {
+    const Vec2<S> way(static_cast<S>(k % 3 - 1), static_cast<S>(k / 3 - 1));
+    const Vec2<S> to = way * (k % 2 == 0 ? kReach * static_cast<S>(M_SQRT1_2) : kReach);
+    const S w = S(1) + to.dot(step.turn);
+    if (!(w > S(0))) return true;
+    const Vec2<S> q = p_image + (to.x() * step.right + to.y() * step.up) / w;
+    const Vec2<S> pixel = plane.pixel_from_mm * (q - plane.grid_origin_mm);
+    if (!(depth_inside(plane, q, pixel) >= S(0))) return true;
+  }
+  return false;
+}
+
+/// The plane's sample on a ray of a view: its border, its picture without its grey, or nothing.
+template <class S>
+std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const View<S>& view,
+                                  const Ray<S>& ray) {
   const Vec3<S> o = plane.image_from_local * (ray.origin - plane.origin);
   const Vec3<S> d = plane.image_from_local * ray.direction;
   if (std::abs(d.z()) < static_cast<S>(kEdgeOnSine)) return {};
@@ -136,15 +182,18 @@ std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const Ray<S>& ra
   const Vec2<S> pixel = plane.pixel_from_mm * (p - plane.grid_origin_mm);
   const S inside = depth_inside(plane, p, pixel);
   if (!(inside >= S(0))) return {};
-  if (inside < static_cast<S>(kBorderMm)) return Hit<S>{t, plane.border_rgb, S(1)};
+  if (on_border(plane, p, inside, pixel_on_plane(plane, view, ray, d, t))) {
+    return Hit<S>{t, plane.border_rgb, S(1)};
+  }
   if (!plane.shows_picture) return {};
   return Hit<S>{t, Vec3<S>::Zero(), plane.opacity, true, pixel};
 }
 
 /// The same with the grey of its picture.
 template <class S>
-std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const Ray<S>& ray) {
-  auto hit = reach_plane(plane, ray);
+std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const View<S>& view,
+                                const Ray<S>& ray) {
+  auto hit = reach_plane(plane, view, ray);
   if (hit && hit->picture) {
     hit->rgb.setConstant(picture_at(plane, hit->pixel.x(), hit->pixel.y()));
   }

@@ -32,6 +32,9 @@ using Vec2 = Eigen::Matrix<S, 2, 1>;
 /// Width of the state border of the ultrasound plane, inside its edge, mm. Always opaque: it says
 /// whether the picture may be trusted.
 inline constexpr double kBorderMm = 1.0;
+/// And at least so many pixels of the picture, however far and obliquely it is seen: a line without
+/// gaps. No multiple of 1/2, which edges in line with pixels would meet exactly.
+inline constexpr double kBorderPixels = 1.7;
 inline const Eigen::Vector3d kValidRgb{0.10, 0.85, 0.30};
 inline const Eigen::Vector3d kDegradedRgb{1.00, 0.70, 0.00};
 inline const Eigen::Vector3d kStaleRgb{0.60, 0.60, 0.60};

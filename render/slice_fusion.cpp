@@ -64,6 +64,12 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
   about.origin_mm = plane.centre_ct.mm;
   const auto surface = spec::make_plane<double>(ultrasound, about);
   if (!surface) return ct_slice;
+  const auto one_pixel = [&](const Direction<frames::Ct>& way) {
+    const Eigen::Vector3d image = options.mm_per_pixel * (surface->image_from_local * way.v);
+    return Eigen::Vector2d(image.head<2>());
+  };
+  const spec::PlanePixel<double> step{one_pixel(plane.right), one_pixel(plane.down),
+                                      Eigen::Vector2d::Zero()};
   std::vector<Rgba8> pixels(ct_slice.pixels().begin(), ct_slice.pixels().end());
   for_each_index(options.height, options.threads, [&](int row) {
     for (int column = 0; column < options.width; ++column) {
@@ -79,7 +85,7 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
       if (!(inside >= 0)) continue;
       Rgba8& out = pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(options.width) +
                           static_cast<std::size_t>(column)];
-      if (inside < spec::kBorderMm) {
+      if (spec::on_border<double>(*surface, p, inside, step)) {
         out = mixed(out, surface->border_rgb, 1);
       } else if (surface->shows_picture) {
         const double grey = spec::picture_at<double>(*surface, pixel.x(), pixel.y());

@@ -17,9 +17,9 @@ namespace nav::render {
 /// corners around them if every square that they belong to is *even*: its corners differ by no more
 /// than error in any channel of what lies around the ultrasound picture, the scene's background
 /// included, and in the weight of that, and either all or none of them show it. Otherwise they have
-/// rays of their own, and so has every pixel that a needle, sphere or line may reach. Means are of
-/// what was there before the ultrasound picture was put in, so that its pixels are shown as sharply
-/// as ever.
+/// rays of their own, and so has every pixel that a needle, sphere or line may reach or that the
+/// border of the ultrasound picture is on, narrower than a square. Means are of what was there
+/// before the picture was put in, so that its pixels are shown as sharply as ever.
 ///
 /// Both engines draw the same by it, to rounding, but near shapes: the CPU engine and OpenGL on the
 /// processor say by blocks of 8 x 8 pixels what a needle, sphere or line may reach, OpenGL on a

@@ -13,7 +13,9 @@ void add_hit(const std::optional<spec::Hit<double>>& hit, std::vector<spec::Hit<
 
 }  // namespace
 
-Surfaces::Surfaces(const Scene& scene) : shading_(scene.shading) {
+Surfaces::Surfaces(const Scene& scene)
+    : shading_(scene.shading),
+      view_(spec::make_view<double>(scene.camera, scene.width, scene.height, scene.ct->grid())) {
   const VoxelGrid& grid = scene.ct->grid();
   if (scene.plane) plane_ = spec::make_plane<double>(*scene.plane, grid);
   if (scene.needle) needle_ = spec::make_needle<double>(*scene.needle, grid);
@@ -23,15 +25,21 @@ Surfaces::Surfaces(const Scene& scene) : shading_(scene.shading) {
 
 void Surfaces::meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const {
   hits.clear();
-  if (plane_) add_hit(spec::hit_plane(*plane_, ray), hits);
+  if (plane_) add_hit(spec::hit_plane(*plane_, view_, ray), hits);
   meet_shapes(ray, hits);
 }
 
 void Surfaces::meet(const spec::Ray<double>& ray, const SurfaceReach& reach,
                     std::vector<spec::Hit<double>>& hits) const {
   hits.clear();
-  if (plane_ && reach.plane) add_hit(spec::reach_plane(*plane_, ray), hits);
+  if (plane_ && reach.plane) add_hit(spec::reach_plane(*plane_, view_, ray), hits);
   if (reach.shapes) meet_shapes(ray, hits);
+}
+
+bool Surfaces::meets_border(const spec::Ray<double>& ray) const {
+  if (!plane_) return false;
+  const auto hit = spec::reach_plane(*plane_, view_, ray);
+  return hit && !hit->picture;
 }
 
 void Surfaces::meet_shapes(const spec::Ray<double>& ray,

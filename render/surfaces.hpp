@@ -32,12 +32,15 @@ class Surfaces {
   /// picture.
   void meet(const spec::Ray<double>& ray, const SurfaceReach& reach,
             std::vector<spec::Hit<double>>& hits) const;
+  /// Whether a ray meets the border of the ultrasound picture, be it behind something else.
+  [[nodiscard]] bool meets_border(const spec::Ray<double>& ray) const;
 
  private:
   /// Adds what is met besides the ultrasound picture, and sorts.
   void meet_shapes(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const;
 
   Shading shading_;
+  spec::View<double> view_;
   std::optional<spec::PlaneSurface<double>> plane_;
   std::optional<spec::CapsuleSurface<double>> needle_;
   std::vector<spec::CapsuleSurface<double>> solids_;

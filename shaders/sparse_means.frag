@@ -14,8 +14,9 @@
 #include "include/lattice.glsl"
 #ifdef SOLIDS
 #include "include/phong.glsl"
-#include "include/surfaces.glsl"
-#include "include/solids.glsl"
+#endif
+#if defined(PLANE) || defined(SOLIDS)
+#include "include/next_surface.glsl"
 #endif
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
@@ -29,7 +30,6 @@ uniform vec3 background_rgb;
 uniform sampler2D coarse_front;  // Its results.
 uniform sampler2D coarse_spent;
 #ifdef PLANE
-uniform float picture_opacity;  // Of the ultrasound picture.
 uniform sampler2D coarse_behind;
 uniform sampler2D coarse_live_at;
 #endif
@@ -40,7 +40,7 @@ vec4 compared_at(ivec2 at) {
   float weight = 0.0;
 #ifdef PLANE
   if (texelFetch(coarse_live_at, at, 0).x > -1.0e6) {
-    weight = (1.0 - layers.a) * picture_opacity;
+    weight = (1.0 - layers.a) * plane_opacity;
     layers.a += weight;
     layers += (1.0 - layers.a) * texelFetch(coarse_behind, at, 0);
   }
@@ -86,12 +86,17 @@ vec4 mean_of(sampler2D layer, ivec2 at, ivec2 rest) {
   return 0.25 * (ends + others);
 }
 
-// Whether a needle, sphere or line may be seen there, or geometry of others ends the ray.
+// Whether a needle, sphere or line may be seen there or the border of the ultrasound picture, or
+// geometry of others ends the ray.
 bool meets_shapes() {
   bool meets = false;
-#if defined(SOLIDS) || defined(SHARED_DEPTH)
+#if defined(PLANE) || defined(SOLIDS) || defined(SHARED_DEPTH)
   Ray ray = ray_of_pixel(pixel_centre);
   float t_eye = -t_base_mm;
+#endif
+#ifdef PLANE
+  Surface plane = hit_plane(ray, t_eye);
+  meets = plane.t < kNever && !plane.live;
 #endif
 #ifdef SOLIDS
   for (int i = 0; i < solid_count; ++i) meets = meets || hit_solid(i, ray, t_eye).t < kNever;

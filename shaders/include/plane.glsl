@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The ultrasound plane, z = 0 of the image frame, mm. Border: the safety state's colour.
+// The ultrasound plane, z = 0 of the image frame, mm. Border: the safety state's colour, as wide as
+// render/ray_spec_surfaces.hpp has it.
 
 uniform vec2 us_size;                // Pixels; the picture itself is put in by resolve.frag.
 uniform mat3 image_from_local;       // Rotation.
@@ -27,6 +28,41 @@ float depth_inside(vec2 p_image, vec2 pixel, vec2 size) {
   return min(inside, d.y * outline_half.x - abs(d.x) * outline_half.y);
 }
 
+// Where rays beside one meet the plane, which meets it at p: that a pixels to the right and b upwards
+// at p + (a * right + b * up) / w, w = 1 + dot(vec2(a, b), turn).
+struct PlanePixel {
+  vec2 right;  // Image mm.
+  vec2 up;
+  vec2 turn;  // 0: parallel rays.
+};
+
+// Of the ray that meets the plane at t, mm from the eye. along: its direction in the image frame.
+PlanePixel pixel_on_plane(Ray ray, vec3 along, float t) {
+  float apart = orthographic ? pixel_size : pixel_size * t * dot(ray.direction, forward);
+  vec3 to_right = apart * (image_from_local * right);
+  vec3 to_up = apart * (image_from_local * up);
+  vec2 sooner = vec2(to_right.z, to_up.z) / along.z;  // mm along the ray.
+  return PlanePixel(to_right.xy - sooner.x * along.xy, to_up.xy - sooner.y * along.xy,
+                    orthographic ? vec2(0.0) : sooner / t);
+}
+
+// Whether a point that is so far inside, >= 0, is on the border: nearer to the edge than kBorderMm,
+// or one of eight points kBorderPixels around it in the picture lies outside.
+bool on_border(vec2 p_image, float inside, PlanePixel next) {
+  if (inside < kBorderMm) return true;
+  float farthest = kBorderPixels * sqrt(dot(next.right, next.right) + dot(next.up, next.up));
+  if (inside * (1.0 - kBorderPixels * length(next.turn)) > farthest) return false;
+  for (int k = 0; k < 9; ++k) {
+    vec2 way = vec2(k % 3 - 1, k / 3 - 1);
+    vec2 to = way * (k % 2 == 0 ? kBorderPixels * sqrt(0.5) : kBorderPixels);
+    float w = 1.0 + dot(to, next.turn);
+    if (!(w > 0.0)) return true;
+    vec2 q = p_image + (to.x * next.right + to.y * next.up) / w;
+    if (!(depth_inside(q, pixel_from_mm * (q - grid_origin_mm), us_size) >= 0.0)) return true;
+  }
+  return false;
+}
+
 Surface hit_plane(Ray ray, float t_eye) {
   vec3 o = image_from_local * (ray.origin - image_origin);
   vec3 d = image_from_local * ray.direction;
@@ -37,7 +73,8 @@ Surface hit_plane(Ray ray, float t_eye) {
   vec2 pixel = pixel_from_mm * (p - grid_origin_mm);
   float inside = depth_inside(p, pixel, us_size);
   if (!(inside >= 0.0)) return kNoSurface;
-  if (inside < kBorderMm) return Surface(t, 0, border_rgb, 1.0, false);
+  if (on_border(p, inside, pixel_on_plane(ray, d, t - t_eye)))
+    return Surface(t, 0, border_rgb, 1.0, false);
   if (!shows_picture) return kNoSurface;
   return Surface(t, 0, vec3(pixel, 0.0), plane_opacity, true);
 }

@@ -330,6 +330,30 @@ TEST_F(FusionTest, CheckerboardAndWipeShowOneOfTheTwo) {
   EXPECT_EQ(at(55, 40, wipe).r, 40);
 }
 
+TEST_F(FusionTest, TheBorderOfACoarseSliceHasNoGap) {
+  options_ = {41, 31, 2.1};
+  ct_ = Image2d<Rgba8>(41, 31, std::vector<Rgba8>(41 * 31, Rgba8{40, 40, 40, 255}));
+  const auto fused = fuse(ct_, plane_, options_, us_, {});
+  ASSERT_TRUE(test::has_value(fused));
+  int borders = 0;
+  int inside = 0;
+  for (int row = 1; row < 30; ++row) {
+    for (int column = 1; column < 40; ++column) {
+      const auto drawn = [&](int right, int down) {
+        return fused->at(column + right, row + down).g != 40;
+      };
+      if (!drawn(0, 0)) continue;
+      const bool at_edge = !(drawn(1, 0) && drawn(-1, 0) && drawn(0, 1) && drawn(0, -1));
+      const Rgba8& p = fused->at(column, row);
+      const bool green = p.g > p.r + 50;
+      EXPECT_TRUE(green || !at_edge) << column << ' ' << row;
+      ++(green ? borders : inside);
+    }
+  }
+  EXPECT_GT(borders, 40);
+  EXPECT_GT(inside, 100) << "and is at most two pixels wide";
+}
+
 TEST_F(FusionTest, AStalePictureIsNeverDrawnAsLive) {
   us_.safety.state = SafetyState::kStale;
   EXPECT_EQ(at(50, 40, {}), (Rgba8{40, 40, 40, 255}));

@@ -147,8 +147,9 @@ TEST_P(SparseRaysTest, SkippingChangesNoBit) {
 TEST_P(SparseRaysTest, ShapesAndTheOutlineOfTheUltrasoundPictureKeepTheirRays) {
   Scene scene = with_plane_and_shapes(wavy(2.6, false));
   scene.transfer = test::fog(1e-9);
-  for (const double opacity : {1.0, 0.5}) {
-    scene.plane->opacity = opacity;
+  for (const double opacity : {1.0, 0.5, 0.0}) {  // 0: stale, a border alone.
+    if (opacity > 0) scene.plane->opacity = opacity;
+    if (!(opacity > 0)) scene.plane->safety = {SafetyState::kStale, "test"};
     scene.quality.pixel_error = 0;
     const RenderedImage dense = test::draw(*engine_, scene);
     scene.quality.pixel_error = 0.02;

@@ -142,7 +142,7 @@ TEST_P(SurfacesTest, BorderTellsTheState) {
   const double grey = 0.5 * 128 / 255.0;
   const RenderedImage valid = seen(SafetyState::kValid);
   EXPECT_TRUE(is_colour(border(valid), spec::kValidRgb)) << "opaque whatever the opacity";
-  EXPECT_TRUE(is(valid.pixels.at(30, 16), grey, grey, 0.5 + grey)) << "1 mm wide";
+  EXPECT_TRUE(is(valid.pixels.at(30, 17), grey, grey, 0.5 + grey)) << "two pixels wide";
   EXPECT_TRUE(is(valid.pixels.at(30, 14), 0, 0, 1)) << "inside the edge only";
   const RenderedImage degraded = seen(SafetyState::kDegraded);
   EXPECT_TRUE(is_colour(border(degraded), spec::kDegradedRgb));

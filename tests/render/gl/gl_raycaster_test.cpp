@@ -108,6 +108,13 @@ TEST_F(GlRaycasterTest, SparesTheRaysThatTheCpuEngineSpares) {
       const double means = expect_same("packed");
       EXPECT_NEAR(static_cast<double>(statistics().pixels_without_ray), means, 0.001 * means);
     }
+    if (plane) {
+      scene_.plane->safety = {SafetyState::kStale, "test"};
+      expect_same("a border alone, packed");
+      caster().set_voxel_pairs(false);
+      expect_same("a border alone, by depth");
+      caster().set_voxel_pairs(true);
+    }
     scene_.spheres = {{{{6, -12, 4}}, 4, {1, 0.8, 0.1}, 1}};
     expect_same("sphere");
     scene_.background_rgb.setConstant(0.9);
