@@ -3,13 +3,13 @@
 // Where voxels land, for every kind of grid and camera.
 #include <random>
 
-#include "tests/render/scene_support.hpp"
+#include "tests/render/verification_engines.hpp"
 
 namespace nav::render {
 namespace {
 
-class GeometryTest : public test::EngineTest {};
-INSTANTIATE_TEST_SUITE_P(Engines, GeometryTest, ::testing::ValuesIn(test::engine_cases()),
+using GeometryTest = test::VerificationTest;
+INSTANTIATE_TEST_SUITE_P(Engines, GeometryTest, ::testing::ValuesIn(test::verified_engines()),
                          [](const auto& c) { return c.param.name; });
 
 Eigen::Matrix3d oblique() {
