@@ -72,7 +72,9 @@ class CommandLineTest : public ::testing::Test {
     const pid_t child = ::fork();
     if (child == 0) {
       if (!redirect(output, errors)) std::_Exit(127);
-      std::exit(run_command_line(static_cast<int>(words.we_wordc), words.we_wordv));
+      const int code = run_command_line(static_cast<int>(words.we_wordc), words.we_wordv);
+      std::fflush(nullptr);
+      std::_Exit(code);  // std::exit() would take for leaks what the test still holds.
     }
     ::wordfree(&words);
     int status = 0;
