@@ -66,9 +66,11 @@ Result<std::vector<Feature>> chosen(const DeriveOptions& options) {
   return some;
 }
 
-std::optional<std::int16_t> unknown_of(const DeriveOptions& options) {
-  if (!options.unknown) return {};
-  return static_cast<std::int16_t>(*options.unknown);
+Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Vector3d& mm) {
+  if (is_place(mm)) return Point<frames::Ct>{mm};
+  std::ostringstream text;
+  text << option << ": expected 3 numbers within 1e7 mm, found " << mm.transpose();
+  return Error{ErrorCode::kUsage, text.str()};
 }
 
 Result<ScanLines> lines_of(const DeriveOptions& options, const Volume& volume) {
@@ -80,11 +82,9 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const Volume& volume) {
     return read_scan_lines(options.scan_lines, grid, usable_threads(options.threads));
   }
   if (!options.apex_mm.empty()) {
-    const Point<frames::Ct> apex{vector(options.apex_mm)};
-    if (is_place(apex.mm)) return ScanLines::fan(apex, options.face_radius_mm);
-    std::ostringstream text;
-    text << "--apex: expected 3 numbers within 1e7 mm, found " << apex.mm.transpose();
-    return Error{ErrorCode::kUsage, text.str()};
+    const auto apex = given_place("--apex", vector(options.apex_mm));
+    if (!apex) return apex.error();
+    return ScanLines::fan(*apex, options.face_radius_mm);
   }
   Eigen::Vector3d away =
       options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
@@ -95,13 +95,11 @@ Result<ScanLines> lines_of(const DeriveOptions& options, const Volume& volume) {
   }
   away = away.stableNormalized();  // Of any length, whose square need not be finite.
   if (options.face_mm.empty()) {
-    return ScanLines::parallel({away}, nearest_voxel(volume, away, unknown_of(options)));
+    return ScanLines::parallel({away}, nearest_voxel(volume, away, stored_value(options.unknown)));
   }
-  const Point<frames::Ct> face{vector(options.face_mm)};
-  if (is_place(face.mm)) return ScanLines::parallel({away}, face);
-  std::ostringstream text;
-  text << "--face: expected 3 numbers within 1e7 mm, found " << face.mm.transpose();
-  return Error{ErrorCode::kUsage, text.str()};
+  const auto face = given_place("--face", vector(options.face_mm));
+  if (!face) return face.error();
+  return ScanLines::parallel({away}, *face);
 }
 
 /// The middle slice across an axis.
@@ -170,7 +168,7 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   auto read = read_ultrasound(options.volume, console);
   if (!read) return read.error();
   const auto stored = std::make_shared<const Volume>(std::move(*read));
-  const auto volume = ScalarVolume::of(stored, unknown_of(options));
+  const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
   const auto lines = lines_of(options, *stored);
   if (!lines) return lines.error();
   // Whatever is wrong with one of them is said before any is made.

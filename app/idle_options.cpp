@@ -128,6 +128,7 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
   };
   const std::string found = "none in " + file->name;
   const bool gradients = any_of({"gradient_magnitude", "gradient_angle"});
+  const bool derived = gradients || any_of({"snr", "vesselness", "confidence"});
   return refuse_idle(
       verb,
       {{scan, any_of({"depth", "gradient_angle", "confidence"}),
@@ -136,14 +137,10 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
        {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
        {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
        {{"--unknown"},
-        gradients || any_of({"snr", "vesselness", "confidence"}) ||
-            (any_of({"depth"}) && options.into_ct && !options.face_ct),
+        derived || (any_of({"depth"}) && options.into_ct && !options.face_ct),
         "a predicate of a derived feature",
         found},
-       {{"--cache"},
-        gradients || any_of({"snr", "vesselness", "confidence"}),
-        "a predicate of a derived feature",
-        found}});
+       {{"--cache"}, derived, "a predicate of a derived feature", found}});
 }
 
 }  // namespace

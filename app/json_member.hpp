@@ -92,6 +92,13 @@ class JsonMember {
     known_.insert(key);
     return json_.is_object() && json_.contains(key) ? &json_.at(key) : nullptr;
   }
+  /// A member that has members of its own, where it is there.
+  void object(const char* key, const std::function<void(JsonMember&)>& read) {
+    const Json* found = any(key);
+    if (found == nullptr || error_) return;
+    JsonMember member(*found, where_ + "." + key, error_);
+    read(member);
+  }
   void list(const char* key, const std::function<void(const Json&, const std::string&)>& visit) {
     take(key, "a list", [&](const Json& found) {
       if (!found.is_array()) return false;

@@ -19,13 +19,16 @@ bool may_be_replaced(const std::filesystem::path& path) {
          std::filesystem::is_other(std::filesystem::status(path, failed));
 }
 
+/// As it would be called from anywhere; it need not be there.
+std::filesystem::path whole_name(const std::filesystem::path& path) {
+  std::error_code failed;
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
+}
+
 bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code failed;
   if (std::filesystem::equivalent(a, b, failed)) return true;  // Links and other names too.
-  const auto whole = [&](const std::filesystem::path& path) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
-  };
-  return whole(a) == whole(b);
+  return whole_name(a) == whole_name(b);
 }
 
 /// Whether a file is one of the pictures of a folder, by whatever name and link.
@@ -54,11 +57,7 @@ std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
 
 /// Whether a path is in a folder, by its name: neither has to be there.
 bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  std::error_code failed;
-  const auto whole = [&](const std::filesystem::path& p) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(p, failed), failed);
-  };
-  const auto inside = whole(path).lexically_relative(whole(folder));
+  const auto inside = whole_name(path).lexically_relative(whole_name(folder));
   return !inside.empty() && *inside.begin() != "..";
 }
 

@@ -118,68 +118,53 @@ void read_hue_mean(JsonMember& member, PredicateFile& file) {
       how == "linear" ? render::spec::HueMean::kLinear : render::spec::HueMean::kCircular;
 }
 
-void read_vessels(JsonMember& member, const std::string& name, std::optional<Error>& error,
-                  VesselScales& vessels) {
-  const Json* json = member.any("vessels");
-  if (json == nullptr || error) return;
-  JsonMember scales(*json, name + ".vessels", error);
-  scales.number("smallest_radius_mm", vessels.smallest_radius_mm);
-  scales.number("largest_radius_mm", vessels.largest_radius_mm);
-  scales.flag("bright", vessels.bright);
-  scales.finish();
+void read_vessels(JsonMember& member, VesselScales& vessels) {
+  member.number("smallest_radius_mm", vessels.smallest_radius_mm);
+  member.number("largest_radius_mm", vessels.largest_radius_mm);
+  member.flag("bright", vessels.bright);
+  member.finish();
   if (!(vessels.smallest_radius_mm >= 1e-3 && vessels.smallest_radius_mm <= 100)) {
-    scales.fail("smallest_radius_mm", "a number in [0.001, 100]", vessels.smallest_radius_mm);
+    member.fail("smallest_radius_mm", "a number in [0.001, 100]", vessels.smallest_radius_mm);
   }
   if (!(vessels.largest_radius_mm >= vessels.smallest_radius_mm &&
         vessels.largest_radius_mm <= 100)) {
-    scales.fail("largest_radius_mm", "at least smallest_radius_mm, at most 100",
+    member.fail("largest_radius_mm", "at least smallest_radius_mm, at most 100",
                 vessels.largest_radius_mm);
   }
 }
 
-void read_smoothing(JsonMember& member, const std::string& name, std::optional<Error>& error,
-                    double& smoothing_mm) {
-  const Json* json = member.any("gradient");
-  if (json == nullptr || error) return;
-  JsonMember gradient(*json, name + ".gradient", error);
-  gradient.number("smoothing_mm", smoothing_mm);
-  gradient.finish();
+void read_smoothing(JsonMember& member, double& smoothing_mm) {
+  member.number("smoothing_mm", smoothing_mm);
+  member.finish();
   if (!(smoothing_mm >= 0 && smoothing_mm <= 20)) {
-    gradient.fail("smoothing_mm", "a number in [0, 20]", smoothing_mm);
+    member.fail("smoothing_mm", "a number in [0, 20]", smoothing_mm);
   }
 }
 
-void read_snr(JsonMember& member, const std::string& name, std::optional<Error>& error,
-              render::derived::SnrOptions& snr) {
+void read_snr(JsonMember& member, render::derived::SnrOptions& snr) {
   using render::derived::WindowWeights;
-  const Json* json = member.any("snr");
-  if (json == nullptr || error) return;
-  JsonMember window(*json, name + ".snr", error);
   double voxels = snr.window_voxels;
   std::string weights = "uniform";
-  window.number("window_voxels", voxels);
-  window.text("weights", weights);
-  window.finish();
+  member.number("window_voxels", voxels);
+  member.text("weights", weights);
+  member.finish();
   if (voxels >= 3 && voxels <= 31 && std::fmod(voxels, 2) == 1) {
     snr.window_voxels = static_cast<int>(voxels);
   } else {
-    window.fail("window_voxels", "an odd number in [3, 31]", voxels);
+    member.fail("window_voxels", "an odd number in [3, 31]", voxels);
   }
   if (weights != "uniform" && weights != "gaussian") {
-    window.fail("weights", "uniform or gaussian", weights);
+    member.fail("weights", "uniform or gaussian", weights);
   }
   snr.weights = weights == "gaussian" ? WindowWeights::kGaussian : WindowWeights::kUniform;
 }
 
 void read_confidence(JsonMember& member, const std::string& name, std::optional<Error>& error,
                      render::derived::ConfidenceOptions& confidence) {
-  const Json* json = member.any("confidence");
-  if (json == nullptr || error) return;
-  JsonMember walk(*json, name + ".confidence", error);
-  walk.number("alpha", confidence.alpha);
-  walk.number("beta", confidence.beta);
-  walk.number("gamma", confidence.gamma);
-  walk.finish();
+  member.number("alpha", confidence.alpha);
+  member.number("beta", confidence.beta);
+  member.number("gamma", confidence.gamma);
+  member.finish();
   if (error) return;
   if (const auto ok = validate(confidence); !ok) {
     error = Error{ErrorCode::kMalformedData, name + ": " + ok.error().message};
@@ -209,10 +194,13 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
     member.fail("cutaway_importance", "a number in [0, 1]", file.cutaway_importance);
   }
   read_hue_mean(member, file);
-  read_vessels(member, name, error, file.vessels);
-  read_smoothing(member, name, error, file.smoothing_mm);
-  read_snr(member, name, error, file.snr);
-  read_confidence(member, name, error, file.confidence);
+  member.object("vessels", [&](JsonMember& vessels) { read_vessels(vessels, file.vessels); });
+  member.object("gradient",
+                [&](JsonMember& gradient) { read_smoothing(gradient, file.smoothing_mm); });
+  member.object("snr", [&](JsonMember& snr) { read_snr(snr, file.snr); });
+  member.object("confidence", [&](JsonMember& confidence) {
+    read_confidence(confidence, name, error, file.confidence);
+  });
   member.list("predicates", [&](const Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });

@@ -31,11 +31,6 @@ Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels)
   return {ErrorCode::kUsage, text.str()};
 }
 
-std::optional<std::int16_t> unknown_of(const PredicateOptions& options) {
-  if (!options.unknown) return {};
-  return static_cast<std::int16_t>(*options.unknown);
-}
-
 /// Absent where nothing was said of them: no scan line is made up.
 std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
@@ -43,7 +38,7 @@ std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, con
   // Directions may have any length, whose products need not be finite.
   const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
   if (options.face_ct) return render::ParallelScan{{*options.face_ct}, {into}};
-  return render::ParallelScan{nearest_voxel(volume, into, unknown_of(options)), {into}};
+  return render::ParallelScan{nearest_voxel(volume, into, stored_value(options.unknown)), {into}};
 }
 
 Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
@@ -128,7 +123,7 @@ Result<void> add_features(const PredicateOptions& options, const PredicateFile& 
   derive.confidence = file.confidence;
   derive.vesselness.smallest_radius_mm = file.vessels.smallest_radius_mm;
   derive.vesselness.largest_radius_mm = file.vessels.largest_radius_mm;
-  derive.unknown = unknown_of(options);
+  derive.unknown = stored_value(options.unknown);
   if (file.vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
   return render::add_derived_features(
       volume.ultrasound, derive,
@@ -139,6 +134,11 @@ Result<void> add_features(const PredicateOptions& options, const PredicateFile& 
 }
 
 }  // namespace
+
+std::optional<std::int16_t> stored_value(const std::optional<int>& option) {
+  if (!option) return {};
+  return static_cast<std::int16_t>(*option);
+}
 
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
   io::CtOptions reading;

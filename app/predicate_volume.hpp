@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "app/console.hpp"
 #include "app/predicate_file.hpp"
 #include "app/predicate_options.hpp"
@@ -15,6 +18,9 @@ struct PreparedPredicates {
   PredicateFile file;             ///< The set-up, edits applied.
   bench::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
 };
+
+/// An option of a stored value, which its own checks hold within 16 bits.
+std::optional<std::int16_t> stored_value(const std::optional<int>& option);
 
 /// A 3D ultrasound volume of a file as io::read_ct reads it, but also of one slice.
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics);

@@ -94,8 +94,8 @@ Result<void> check_files(const SessionConfig& config) {
   for (const auto& labels : options.labels) inputs.push_back({"--labels", labels});
   const auto ok =
       refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
-  // A set-up may be saved as the file that it came from.
   if (!ok) return ok;
+  // A set-up may be saved as the file that it came from.
   if (const auto own =
           refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
       !own) {

@@ -376,10 +376,7 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   const auto out = folder_ / "slices";
   const std::string arguments =
       "slices " + write_ct() + " --out " + out.string() + " --size 192 --at 0 0 0";
-  const auto bytes = [&](const char* name) {
-    std::ifstream file(out / name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
+  const auto bytes = [&](const char* name) { return text_of(out / name); };
   const Outcome outcome = sonde(arguments + " --normal 0 1 1 --needle 0 0 0 0 -50 40 --slab 8");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   for (const char* name : {"oblique.png", "needle-1.png", "needle-2.png"}) {
@@ -442,10 +439,7 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
 TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
   const auto session = folder_ / "session.toml";
   const auto out = folder_ / "slices";
-  const auto bytes = [&](const std::string& name) {
-    std::ifstream file(out / name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
+  const auto bytes = [&](const std::string& name) { return text_of(out / name); };
   const std::string ct = write_ct();
   const std::string sweep = write_sweep();
   const std::string config = write_config();
@@ -613,8 +607,7 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
     const Outcome outcome = sonde(arguments + (folder_ / (name + ".png")).string() + more +
                                   " --save " + (folder_ / (name + ".json")).string());
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    std::ifstream file(folder_ / (name + ".png"), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return text_of(folder_ / (name + ".png"));
   };
   set("0.5");
   const std::string dense = draw("dense", "");
