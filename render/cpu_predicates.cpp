@@ -129,7 +129,10 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 }  // namespace
 
-OpacityPieces opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
+std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
+  constexpr double kMostError = 1e-3;
+  // Whiter ones lie between entries of the extinction, where that has corners.
+  constexpr double kLeastBlack = 1.0 / 255;
   OpacityPieces out{};
   for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
     const double octave = std::ldexp(1.0, piece / 4 - 8);
@@ -147,6 +150,11 @@ OpacityPieces opacity_pieces(const IntensityOpacity& extinction, double step_mm)
     const double of[4] = {at[0], first - kThird * (second - 2 * kThird * third),
                           second - 3 * kThird * third, third};
     for (int i = 0; i < 4; ++i) out.of[i][piece] = static_cast<float>(of[i]);
+    if (octave * (1 + 0.25 * (piece % 4)) < kLeastBlack) continue;
+    for (const double beyond : {0.5 * kThird, 1.5 * kThird, 2.5 * kThird}) {
+      const double cubic = ((of[3] * beyond + of[2]) * beyond + of[1]) * beyond + of[0];
+      if (!(std::abs(cubic - opacity(beyond)) <= kMostError)) return std::nullopt;
+    }
   }
   return out;
 }
@@ -382,7 +390,7 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   in.intensity_scale = static_cast<float>(volume.scale);
   in.last_entry = static_cast<float>(PredicateScene::kTauEntries - 1);
   in.tau = tau_.data();
-  in.opacity = opacity_.of[0];
+  in.opacity = opacity_ ? opacity_->of[0] : nullptr;
   const double greatest = std::max(set_->greatest_impact(), 1e-30);
   in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
   in.cutaway_greatest = static_cast<float>(greatest);

@@ -17,8 +17,10 @@
 
 namespace nav::render {
 
-/// Of cells of a length, > 0.
-OpacityPieces opacity_pieces(const IntensityOpacity& extinction, double step_mm);
+/// Of cells of a length, > 0. Absent for cells so long beside the opacity's length that cubics
+/// would be off by more than 1e-3: nearly all brightness is opaque there, and what is not rises too
+/// fast.
+std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm);
 
 /// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
 /// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
@@ -85,7 +87,7 @@ class CpuPredicates {
   std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
   std::vector<std::int32_t> look_numbers_;
   std::vector<float> tau_;  ///< PredicateInputs::tau.
-  OpacityPieces opacity_{};
+  std::optional<OpacityPieces> opacity_;
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.
 };
 

@@ -489,13 +489,13 @@ class PredicateMarcher {
       counts_.faded += static_cast<std::uint64_t>(V::count(faded));
     }
     const M special = V::either(faded, V::negate(whole));
-    const F plain = whole_opacity(x);
-    if (!V::any(V::both(shown, special))) return V::mask(shown, plain);
+    const bool by_pieces = in_.opacity != nullptr;
+    if (by_pieces && !V::any(V::both(shown, special))) return V::mask(shown, whole_opacity(x));
     F tau = tau_of(x);
     if constexpr (kFade) tau = fade(tau, importance, t_a, t_b);
     const F depth = V::mul(V::mul(tau, V::set(in_.base.step_mm)), length);
     const F exact = V::one_minus_exp(V::max(depth, V::set(0.0F)));
-    return V::mask(shown, V::select(special, exact, plain));
+    return V::mask(shown, by_pieces ? V::select(special, exact, whole_opacity(x)) : exact);
   }
 
   /// OpacityPieces at x.

@@ -100,7 +100,7 @@ struct PredicateInputs {
   float intensity_scale;
   const float* tau;      ///< Per entry: extinction per mm, what to add to reach the next.
   float last_entry;      ///< kTauEntries - 1.
-  const float* opacity;  ///< OpacityPieces::of.
+  const float* opacity;  ///< OpacityPieces::of. Null: the extinction of each sample is asked for.
 
   float leave_out_from;  ///< spec::EarlyEnds; infinity: never.
   float leave_out_for;

@@ -31,7 +31,7 @@ double by_pieces(const OpacityPieces& pieces, float x) {
 /// Of intensities of which the least and the greatest are told; relative: in parts of the opacity.
 double greatest_error(double step_mm, float from, float up_to, bool relative) {
   const IntensityOpacity extinction(2);
-  const OpacityPieces pieces = opacity_pieces(extinction, step_mm);
+  const OpacityPieces pieces = opacity_pieces(extinction, step_mm).value();
   double most = 0;
   constexpr int kCount = 200000;
   for (int i = 0; i <= kCount; ++i) {
@@ -56,7 +56,7 @@ TEST(OpacityPieces, MeetsTheOpacityOfEveryStep) {
 TEST(OpacityPieces, WhiteIsExact) {
   const IntensityOpacity extinction(2);
   for (const double step_mm : {0.005, 0.3, 3.0}) {
-    const OpacityPieces pieces = opacity_pieces(extinction, step_mm);
+    const OpacityPieces pieces = opacity_pieces(extinction, step_mm).value();
     const double truth = exact(extinction, 1, step_mm);
     EXPECT_NEAR(by_pieces(pieces, 1.0F), truth, 1e-3 * truth) << step_mm;
   }
@@ -64,7 +64,7 @@ TEST(OpacityPieces, WhiteIsExact) {
 
 TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
   const IntensityOpacity extinction(2);
-  const OpacityPieces pieces = opacity_pieces(extinction, 0.05);
+  const OpacityPieces pieces = opacity_pieces(extinction, 0.05).value();
   EXPECT_NEAR(by_pieces(pieces, 0.0F), 0, 1e-8);
   for (const float x : {1e-6F, 1e-4F, 1.0F / 255}) {
     const double truth = exact(extinction, x, 0.05);
@@ -72,8 +72,24 @@ TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
   }
 }
 
+TEST(OpacityPieces, AreNotUsedWhereTheyWouldErr) {
+  // 2 mm of opacity's length and ever longer cells: either right, or left to the definition.
+  constexpr double kMostError = 2e-3;
+  bool refused = false;
+  for (double step_mm = 1; step_mm < 1e5; step_mm *= 1.3) {
+    if (opacity_pieces(IntensityOpacity(2), step_mm)) {
+      EXPECT_FALSE(refused) << step_mm;
+      EXPECT_LT(greatest_error(step_mm, 0, 254.0F / 255, false), kMostError) << step_mm;
+    } else {
+      refused = true;
+      EXPECT_GT(step_mm, 10) << "needlessly slow";
+    }
+  }
+  EXPECT_TRUE(refused);
+}
+
 TEST(OpacityPieces, RisesWithTheIntensity) {
-  const OpacityPieces pieces = opacity_pieces(IntensityOpacity(2), 0.1);
+  const OpacityPieces pieces = opacity_pieces(IntensityOpacity(2), 0.1).value();
   double before = 0;
   for (int i = 1; i <= 4096; ++i) {
     const double now = by_pieces(pieces, static_cast<float>(i) / 4096);
