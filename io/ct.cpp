@@ -100,7 +100,7 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
   }
   const auto file = detail::InputFile::open(path);
   if (!file) return file.error();
-  detail::HuBuilder builder;
+  detail::HuBuilder builder(0, options.least);
   if (const auto grid = detail::read_voxels(path, builder, diagnostics, options)) {
     if (!*grid) return grid->error();
     return std::move(builder).finish(**grid, path.string(), options.unit, diagnostics);

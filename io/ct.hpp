@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -23,15 +24,17 @@ struct CtOptions {
   int least_slices = 2;
   /// Of values, in messages; empty: stored values of something else, which have none.
   std::string unit = "HU";
+  std::int16_t least = kAirHu;  ///< Lower values are set to it: no tissue has them, padding has.
 };
 
 /// Reads a CT as Hounsfield units in LPS: a DICOM folder or file (compressed and multi-frame too),
 /// NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr), told apart by ending and
 /// content. Directions are those of the file, left-handed ones included. Values are rounded to
-/// int16 and those below -1024 HU (padding) set to -1024; how many is reported. A DICOM stack that
-/// is tilted or unevenly spaced is resampled by linear interpolation onto a regular orthogonal
-/// grid, with a warning; what cannot be true is refused by name, and so are reals that rounding
-/// would destroy (some not whole, all within less than 64 of each other). Blocks; thread-safe.
+/// int16 and those below the options' least, -1024 HU (padding), set to it; how many is reported. A
+/// DICOM stack that is tilted or unevenly spaced is resampled by linear interpolation onto a
+/// regular orthogonal grid, with a warning; what cannot be true is refused by name, and so are
+/// reals that rounding would destroy (some not whole, all within less than 64 of each other).
+/// Blocks; thread-safe.
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options = {});
 

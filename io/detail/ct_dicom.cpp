@@ -117,8 +117,9 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
 
 }  // namespace
 
-Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name) {
-  HuBuilder builder(stack.grid().voxel_count());
+Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
+                                std::int16_t least) {
+  HuBuilder builder(stack.grid().voxel_count(), least);
   std::optional<DecodedFile> open;  // Slices of a multi-frame file usually follow each other.
   for (const DicomSlice& slice : stack.slices) {
     if (!open || open->path != slice.file) {
@@ -153,7 +154,7 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
   }
   const VoxelGrid grid = stack->regular ? stack->grid() : regular_grid(*stack);
   if (const auto ok = validate(grid, name); !ok) return ok.error();
-  auto builder = decode_slices(*stack, name);
+  auto builder = decode_slices(*stack, name, options.least);
   if (!builder) return builder.error();
   const auto reported = builder->report(name, stack->grid().size, options.unit, diagnostics);
   if (!reported) return reported.error();

@@ -32,6 +32,7 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
                                   const CtOptions& options, Diagnostics& diagnostics);
 
 /// Decodes the slices of a stack, in its order, to HU. Reads each file once.
-Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name);
+Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
+                                std::int16_t least);
 
 }  // namespace nav::io::detail

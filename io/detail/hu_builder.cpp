@@ -25,9 +25,9 @@ void HuBuilder::push(double hu) {
   fractions_ |= rounded != hu;
   least_ = std::min(least_, hu);
   greatest_ = std::max(greatest_, hu);
-  if (rounded < kAirHu) {
+  if (rounded < floor_) {
     ++below_;
-    rounded = kAirHu;
+    rounded = floor_;
   } else if (rounded > kMax) {
     ++above_;
     rounded = kMax;
@@ -40,6 +40,7 @@ template <class T>
 void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t by) {
   constexpr std::int32_t kMax = std::numeric_limits<std::int16_t>::max();
   constexpr std::size_t kBlock = 1024;
+  const std::int32_t least = floor_;
   std::array<std::int16_t, kBlock> block;
   for (std::size_t left = samples.size() / sizeof(T); left > 0;) {
     const std::size_t count = std::min(left, kBlock);
@@ -49,9 +50,9 @@ void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t 
       T stored;
       std::memcpy(&stored, samples.data() + i * sizeof(T), sizeof(T));
       const std::int32_t hu = stored + by;
-      below += hu < kAirHu ? 1 : 0;
+      below += hu < least ? 1 : 0;
       above += hu > kMax ? 1 : 0;
-      block[i] = static_cast<std::int16_t>(std::clamp<std::int32_t>(hu, kAirHu, kMax));
+      block[i] = static_cast<std::int16_t>(std::clamp<std::int32_t>(hu, least, kMax));
     }
     below_ += static_cast<std::size_t>(below);
     above_ += static_cast<std::size_t>(above);
@@ -108,10 +109,13 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
     }
   };
   const std::string of_unit = unit.empty() ? "" : " " + unit;
-  const std::string least = "-1024" + of_unit;
+  const std::string air = std::to_string(kAirHu) + of_unit;
+  const std::string least = std::to_string(floor_) + of_unit;
   const std::string most = "32767" + of_unit;
-  say(Severity::kInfo, padded_, "of padding set to " + least);
-  say(Severity::kInfo, below_, "below " + least + " set to " + least);
+  say(Severity::kInfo, padded_, "of padding set to " + air);
+  // What lies below air is padding too.
+  say(floor_ == kAirHu ? Severity::kInfo : Severity::kWarning, below_,
+      "below " + least + " set to " + least);
   say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }

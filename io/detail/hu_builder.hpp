@@ -18,12 +18,14 @@
 
 namespace nav::io::detail {
 
-/// Collects voxels in order of i, j, k, rounds to the nearest HU, keeps within [-1024, 32767] and
-/// counts what it changed.
+/// Collects voxels in order of i, j, k, rounds to the nearest HU, keeps within [least, 32767] and
+/// counts what it changed. Padding is air.
 class HuBuilder final : public VoxelSink {
  public:
   /// Reserves room; the caller has checked that the file can hold that many.
-  explicit HuBuilder(std::size_t voxel_count = 0) { hu_.reserve(voxel_count); }
+  explicit HuBuilder(std::size_t voxel_count = 0, std::int16_t least = kAirHu) : floor_(least) {
+    hu_.reserve(voxel_count);
+  }
 
   void reserve(std::size_t voxel_count) override { hu_.reserve(voxel_count); }
   void append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) override;
@@ -47,6 +49,7 @@ class HuBuilder final : public VoxelSink {
   template <class T>
   void append_shifted(std::span<const std::byte> samples, std::int32_t by);
   void push(double hu);
+  std::int16_t floor_;
   std::vector<std::int16_t> hu_;
   std::size_t below_ = 0;
   std::size_t above_ = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <sstream>
 
 namespace nav::render {
@@ -29,11 +30,19 @@ std::vector<double> numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.
 Result<void> check_order(const PredicateKind& kind, std::span<const double> p, std::size_t low,
                          std::size_t high) {
   if (p[low] <= p[high]) return {};
-  const auto names = kind.parameters();
+  const auto parameters = kind.parameters();
+  // As users give them: degrees.
+  const std::string radians = "_rad";
+  const bool angle = parameters[low].name.ends_with(radians);
+  const auto name_of = [&](const std::string& name) {
+    return angle ? name.substr(0, name.size() - radians.size()) + "_deg" : name;
+  };
+  const double per_unit = angle ? 180 / std::numbers::pi : 1;
   std::ostringstream text;
   text.precision(12);
-  text << kind.name() << ": expected " << names[low].name << " <= " << names[high].name
-       << ", found " << p[low] << " and " << p[high];
+  text << kind.name() << ": expected " << name_of(parameters[low].name)
+       << " <= " << name_of(parameters[high].name) << ", found " << p[low] * per_unit << " and "
+       << p[high] * per_unit;
   return Error{ErrorCode::kMalformedData, text.str()};
 }
 
