@@ -6,8 +6,9 @@ add_library(nav_warnings INTERFACE)
 add_library(nav::warnings ALIAS nav_warnings)
 target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                               # GCC 12 sees overlaps in std::string and unset strings in
-                                              # std::variant that are not there (bugs 105651, 105562).
+                                              # std::variant that are not there (bugs 105651, 105562, 105329).
                                               -Wno-restrict -Wno-maybe-uninitialized
+                                              -Wno-stringop-overflow
                                               $<$<BOOL:${SONDE_WERROR}>:-Werror>)
 
 # Flags that every translation unit of the project shares: language, sanitizers.

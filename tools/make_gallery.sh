@@ -9,7 +9,10 @@ sonde=${1:-$root/build/release/app/sonde}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$sonde" gallery --out "$folder"
-"$sonde" demo --out "$folder/demo" --start-error-mm 40 --start-error-deg 20 && for picture in sweep_015 approach_029; do cp "$folder/demo/$picture.png" "$folder/registration-demo-$picture.png"; done
+"$sonde" demo --out "$folder/demo" --start-error-mm 40 --start-error-deg 20
+for picture in sweep_015 approach_029; do
+  cp "$folder/demo/$picture.png" "$folder/registration-demo-$picture.png"
+done
 mkdir -p "$root/docs/gallery"
 for picture in "$folder"/*.png; do
   convert "$picture" -quality 88 "$root/docs/gallery/$(basename "$picture" .png).webp"

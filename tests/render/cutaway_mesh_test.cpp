@@ -13,7 +13,7 @@ namespace nav::render {
 namespace {
 
 using V = Eigen::Vector3d;
-constexpr double kRounding = 1e-10;  // mm.
+constexpr double kMeetRoundingMm = 1e-10;  // mm.
 
 /// A lumpy organ: a sphere whose radius changes with direction, rings × 2 rings quads.
 MeshObject organ(int rings, double radius_mm, const V& middle) {
@@ -85,8 +85,8 @@ void expect_exact(const MeshObject& mesh, double theta1_deg, double theta2_deg) 
         const auto expected = spec::meet_cutaway(exact, ray);
         spec::CutawaySpan<double> found{-1e300, -1e300};
         tree.meet(ray, exact.cot1, exact.cot2, hint, found);
-        EXPECT_NEAR(found.t1, expected.t1, kRounding * (1 + exact.cot1)) << x << ' ' << y;
-        EXPECT_NEAR(found.t2, expected.t2, kRounding * (1 + exact.cot2)) << x << ' ' << y;
+        EXPECT_NEAR(found.t1, expected.t1, kMeetRoundingMm * (1 + exact.cot1)) << x << ' ' << y;
+        EXPECT_NEAR(found.t2, expected.t2, kMeetRoundingMm * (1 + exact.cot2)) << x << ' ' << y;
       }
     }
   }
