@@ -104,10 +104,6 @@ Result<FaultPlan> FaultPlan::from(std::string_view text, std::uint64_t seed) {
   return plan;
 }
 
-bool FaultPlan::empty_plan() const {
-  return std::ranges::all_of(kChances, [this](auto of) { return this->*of == 0; });
-}
-
 Result<void> validate(const FaultPlan& plan) {
   const auto refuse = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("fault plan: expected ") + what};

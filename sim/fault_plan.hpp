@@ -47,7 +47,6 @@ struct FaultPlan {
   /// From a command line: one chance for all ("0.01"), or each by name ("drop=0.02,nan=0.001").
   /// Refuses what is neither, with the names, and chances outside [0, 1].
   static Result<FaultPlan> from(std::string_view text, std::uint64_t seed);
-  [[nodiscard]] bool empty_plan() const;
 };
 
 /// A refusal that names the first value out of range.

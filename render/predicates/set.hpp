@@ -55,9 +55,8 @@ class PredicateSet {
   [[nodiscard]] const std::vector<spec::PredicateWeight>& weights() const { return weights_; }
   [[nodiscard]] spec::HueMean hue_mean() const { return hue_mean_; }
 
-  /// Greatest impact of an entry; and the least that is > 0.
+  /// Greatest impact of an entry.
   [[nodiscard]] double greatest_impact() const { return greatest_; }
-  [[nodiscard]] double least_impact() const { return least_; }
   /// All visible samples are equally important.
   [[nodiscard]] bool uniform() const { return greatest_ == least_; }
 

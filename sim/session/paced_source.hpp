@@ -44,6 +44,5 @@ class PacedSource final : public Source {
 };
 
 using PacedPoseSource = PacedSource<PoseSource, RawPose>;
-using PacedFrameSource = PacedSource<FrameSource, UltrasoundFrame>;
 
 }  // namespace nav::sim
