@@ -109,6 +109,23 @@ Epoch Navigator::refresh(Timestamp now) {
   return epoch;
 }
 
+Epoch Navigator::aged(Epoch epoch, Timestamp now) const {
+  epoch.now = now;
+  epoch.frame_is_new = false;
+  if (epoch.frame) {
+    const Safety picture = freshness("the ultrasound picture", epoch.frame->frame.acquired, now,
+                                     freshness_limits(options_.frame_period));
+    epoch.ultrasound = compose({epoch.ultrasound, picture});
+    epoch.plane = compose({epoch.plane, picture});
+  }
+  if (epoch.needle_acquired) {
+    epoch.needle = compose({epoch.needle, freshness("the needle pose", *epoch.needle_acquired, now,
+                                                    freshness_limits(options_.needle_period))});
+  }
+  if (!epoch.needle.shows_numbers()) epoch.guidance.reset();
+  return epoch;
+}
+
 void Navigator::refresh_needle(Epoch& epoch) const {
   const auto newest = needle_poses_.newest();
   epoch.needle = {SafetyState::kLost, "no needle pose"};
@@ -119,6 +136,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
   }
   auto reference_from_tracker = fixed_reference_;
   Safety reference{SafetyState::kValid, ""};
+  Timestamp acquired = newest->acquired;
   if (!reference_from_tracker) {
     const auto pose = reference_poses_.newest();
     if (!pose || !pose->tracker_from_body) {
@@ -126,6 +144,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
       return;
     }
     reference_from_tracker = pose->tracker_from_body->inverse();
+    acquired = std::min(acquired, pose->acquired);
     reference = compose({freshness("the patient reference", pose->acquired, epoch.now,
                                    freshness_limits(options_.needle_period)),
                          status_safety(*pose, "the patient reference")});
@@ -133,6 +152,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
   epoch.needle = compose({freshness("the needle pose", newest->acquired, epoch.now,
                                     freshness_limits(options_.needle_period)),
                           reference, status_safety(*newest, "the needle"), placement_->safety});
+  epoch.needle_acquired = acquired;
   epoch.ct_from_needle =
       placement_->ct_from_reference * *reference_from_tracker * *newest->tracker_from_body;
   if (plan_ && epoch.needle.shows_numbers()) epoch.guidance = guide(*plan_, *epoch.ct_from_needle);

@@ -55,6 +55,7 @@ struct Epoch {
   std::optional<Transform<frames::Ct, frames::Image>> ct_from_image;
   Safety needle;
   std::optional<Transform<frames::Ct, frames::Needle>> ct_from_needle;
+  std::optional<Timestamp> needle_acquired;  ///< Of the oldest pose that it is made of.
   /// Only while the whole chain is valid; otherwise withdrawn.
   std::optional<NeedleGuidance> guidance;
 };
@@ -86,6 +87,9 @@ class Navigator {
   /// One display refresh. The newest picture counts as shown when it is new; those between two
   /// refreshes as superseded.
   Epoch refresh(Timestamp now);
+  /// An epoch at a later time, up to which nothing has come: what has grown old is stale or lost,
+  /// and its numbers are withdrawn.
+  [[nodiscard]] Epoch aged(Epoch epoch, Timestamp now) const;
   /// Where the needle was at a time; absent where it had no pose then.
   [[nodiscard]] std::optional<Transform<frames::Ct, frames::Needle>> needle_at(
       Timestamp time) const;

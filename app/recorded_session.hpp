@@ -56,6 +56,8 @@ class RecordedSession {
   /// Back to the first frame, with a fresh clock, ledger and log; the placement is kept.
   void rewind();
 
+  /// Virtual time: of the newest of what went in so far.
+  [[nodiscard]] Timestamp now() const { return now_; }
   [[nodiscard]] Epoch refresh() { return navigator_->refresh(now_); }
   [[nodiscard]] Navigator& navigator() { return *navigator_; }
   [[nodiscard]] const Navigator& navigator() const { return *navigator_; }

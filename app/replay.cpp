@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 #include "app/ct_window.hpp"
 #include "app/engines.hpp"
+#include "app/interrupt.hpp"
 #include "app/outside_ct.hpp"
 #include "app/placement.hpp"
 #include "app/predicate_volume.hpp"
@@ -46,10 +48,26 @@ Json sector_json(const std::optional<SectorOutline>& sector) {
           {"half_angle_rad", sector->half_angle_rad}};
 }
 
+/// Null: nothing is drawn by predicates.
+Json legend_json(const std::vector<LegendEntry>& legend) {
+  if (legend.empty()) return nullptr;
+  Json json = Json::array();
+  for (const LegendEntry& entry : legend) {
+    json.push_back({{"name", entry.name}, {"importance", std::stod(entry.importance)}});
+  }
+  return json;
+}
+
 /// A centre outside of the CT is most likely a volume in another frame.
 Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
                                 Console& console) {
-  const PredicateOptions& options = config.predicates;
+  PredicateOptions options = config.predicates;
+  // Drawn with the plan.
+  if (!options.target && config.plan) {
+    const auto& target_mm = config.plan->target_ct.mm;
+    options.target =
+        Eigen::Vector4d(target_mm.x(), target_mm.y(), target_mm.z(), config.plan->target_radius_mm);
+  }
   auto made = prepare_predicates(
       options, config.output.threads, console,
       config.source.needle_frame.empty() ? DistancesFrom::kNoNeedle : DistancesFrom::kLiveNeedle);
@@ -60,18 +78,36 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
                    "its centre lies outside of the CT: is it in the CT's frame?");
   }
   std::optional<render::SphereShape> target;
-  if (options.target) target = target_sphere(*options.target);
+  if (config.predicates.target) target = target_sphere(*config.predicates.target);
   presenter.draw_by_predicates(
       {ultrasound, std::move(made->volume.predicates), options.ct_importance}, options.alone,
       target);
   return {};
 }
 
+/// Whether the 3D ultrasound of a scene shows anywhere, asked of a small picture.
+Result<bool> shows_ultrasound(render::Scene scene) {
+  constexpr int kWidth = 160;
+  constexpr double kTransparentMm = 1e6;
+  scene.height = std::max(16, kWidth * scene.height / scene.width);
+  scene.width = kWidth;
+  const auto engine = render::make_cpu_engine();
+  const auto with = engine->render(scene);
+  if (!with) return with.error();
+  (scene.ultrasound ? scene.ultrasound->predicates : *scene.predicates).opacity_length_mm =
+      kTransparentMm;
+  const auto without = engine->render(scene);
+  if (!without) return without.error();
+  constexpr double kSeen = 1e-5;  // Less than one pixel by one of 255.
+  return render::rms_difference(with->pixels, without->pixels) > kSeen;
+}
+
 constexpr const char* kEnded = "the recording has ended";
 
 class Replay {
  public:
-  Replay(const SessionConfig& config, Console& console, OutputFolder out,
+  /// out: where pictures and report go; none: the window alone shows the recording.
+  Replay(const SessionConfig& config, Console& console, std::optional<OutputFolder> out,
          std::shared_ptr<const Volume> ct, RecordedSession session, Placement placement,
          Presenter presenter, std::optional<TissueFollower> follower)
       : config_(config),
@@ -93,23 +129,28 @@ class Replay {
     stride_ = most > 0 ? std::max<std::int64_t>(1, (total + most - 1) / most) : 1;
     console_.begin("replay");
     if (auto played = config_.output.window ? play_in_window() : play(); !played) return played;
-    console_.end(std::to_string(out_.files().size()) + " pictures");
+    console_.end(std::to_string(shown_) + " pictures");
     session_.navigator().finish();
-    if (!animation_.empty()) {
-      if (auto written = io::write_animation(animation_, kReplayAnimationMs, out_ / kAnimationFile);
-          !written) {
+    if (out_ && !animation_.empty()) {
+      const auto file = *out_ / kAnimationFile;
+      if (auto written = io::write_animation(animation_, kReplayAnimationMs, file); !written) {
         return written;
       }
-      out_.list(kAnimationFile);
+      out_->list(kAnimationFile);
     }
-    if (auto written = write_report(json); !written) return written;
-    console_.say("pictures and report: " + (out_ / kPageFile).string());
+    const Json report = this->report();
+    if (json) {
+      if (auto written = write_json(report, *json); !written) return written;
+    }
+    if (!out_) return {};
+    if (auto written = write_folder(report); !written) return written;
+    console_.say("pictures and report: " + (*out_ / kPageFile).string());
     return {};
   }
 
  private:
-  /// Plays on until a refresh is due; nothing at the end.
-  Result<std::optional<Epoch>> advance() {
+  /// Plays on until a refresh is due; false at the end.
+  Result<bool> advance() {
     for (;;) {
       bool due = false;
       const auto more = session_.step([&](const tracking::PairedFrame& paired) {
@@ -120,12 +161,62 @@ class Replay {
       if (!more) return more.error();
       console_.progress(static_cast<double>(session_.frames_read()) /
                         static_cast<double>(std::max<std::int64_t>(session_.total_frames(), 1)));
-      if (due) return std::optional<Epoch>(session_.refresh());
-      if (!*more) return std::optional<Epoch>();
+      if (due || !*more) return due;
     }
   }
 
+  /// The next refresh once its time has come, by the recording's own pace from the first one on;
+  /// nothing before, and at the end, when over_ is set. What is late by more than kLate is
+  /// left out, unless every picture is written.
+  Result<std::optional<Epoch>> advance_in_time(Timestamp now) {
+    constexpr auto kLate = std::chrono::milliseconds(100);
+    // Longer, and a window would not answer the mouse.
+    constexpr auto kMostWork = std::chrono::milliseconds(50);
+    const MonotonicClock since;
+    while (!over_) {
+      if (!waiting_) {
+        const auto more = advance();
+        if (!more) return more.error();
+        waiting_ = *more;
+        over_ = !*more;
+        if (over_) break;
+        if (!origin_) origin_ = now - session_.now().time_since_epoch();
+      }
+      const Duration early = *origin_ + session_.now().time_since_epoch() - now;
+      if (early > Duration(0)) break;
+      waiting_ = false;
+      if (out_ || early >= -kLate || since.now() > Timestamp(kMostWork)) {
+        return std::optional(session_.refresh());
+      }
+    }
+    return std::optional<Epoch>();
+  }
+
+  /// Makes an epoch that is still shown as old as it is by now; whether its state is another then.
+  bool has_aged(Epoch& epoch, Timestamp now) {
+    const auto states = [](const Epoch& e) { return std::array{e.plane.state, e.needle.state}; };
+    const auto before = states(epoch);
+    epoch = session_.navigator().aged(std::move(epoch), now - origin_->time_since_epoch());
+    return states(epoch) != before;
+  }
+
+  /// Says, once, where nothing of the ultrasound volume is to be seen.
+  Result<void> check_ultrasound(const render::Scene& scene) {
+    if (ultrasound_checked_ || !(scene.ultrasound || scene.predicates)) return {};
+    ultrasound_checked_ = true;
+    const auto shows = shows_ultrasound(scene);
+    if (!shows) return shows.error();
+    if (*shows) return {};
+    console_.report(Severity::kWarning, config_.predicates.volume.string(),
+                    "nothing of it shows in the first picture: no sample in view satisfies a "
+                    "predicate of importance above 0, the CT is more important "
+                    "(--ct-importance), or the cutaway takes it away (--no-cutaway, "
+                    "cutaway_importance of the set-up)");
+    return {};
+  }
+
   Result<void> show(const Epoch& epoch) {
+    if (auto ok = check_ultrasound(presenter_.scene(epoch)); !ok) return ok;
     auto picture = presenter_.present(epoch);
     if (!picture) return picture.error();
     if (presenter_.note() != note_) {
@@ -134,56 +225,75 @@ class Replay {
     }
     char name[64];
     std::snprintf(name, sizeof name, "%s_%05d.png", kPictureSeries, shown_++);
-    if (auto written = out_.write_picture(name, *picture); !written) return written;
+    if (auto written = out_->write_picture(name, *picture); !written) return written;
     if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*picture));
     return {};
   }
 
   Result<void> play() {
     for (;;) {
-      const auto epoch = advance();
-      if (!epoch) return epoch.error();
-      if (!*epoch) return {};
-      if (auto shown = show(**epoch); !shown) return shown;
+      const auto due = advance();
+      if (!due) return due.error();
+      if (!*due) return {};
+      if (auto shown = show(session_.refresh()); !shown) return shown;
     }
   }
 
   Result<void> play_in_window() {
+    const MonotonicClock clock;
     std::optional<Error> failure;
-    bool over = false;
     std::optional<Epoch> seen;
+    const auto show_next = [&](const Epoch& epoch) -> Result<void> {
+      if (out_) return show(epoch);
+      ++shown_;
+      if (auto ok = check_ultrasound(presenter_.scene(epoch)); !ok) return ok;
+      return presenter_.choose_step(epoch);
+    };
+    bool last = false;  // Nothing more comes.
     const auto source = [&]() -> std::shared_ptr<const render::Scene> {
-      if (failure || over) return nullptr;
-      const auto epoch = advance();
-      if (!epoch) {
-        failure = epoch.error();
+      if (last) return nullptr;
+      auto epoch = advance_in_time(clock.now());
+      if (epoch && *epoch) {
+        if (const auto shown = show_next(**epoch); !shown) epoch = shown.error();
+        // To find the step for the first one takes seconds.
+        if (!seen) origin_ = clock.now() - session_.now().time_since_epoch();
+      }
+      last = !epoch || (!*epoch && over_);
+      if (!epoch) failure = epoch.error();
+      if (last && !seen) return nullptr;
+      if (last) {
+        // Once more, as no longer live, with the words that say why.
+        seen = ended(*std::move(seen), failure ? failure->message : kEnded);
+      } else if (*epoch) {
+        seen = *std::move(*epoch);
+      } else if (!seen || !has_aged(*seen, clock.now())) {
         return nullptr;
       }
-      if (!*epoch) {
-        over = true;
-        if (!seen) return nullptr;
-        seen = ended(*std::move(seen), kEnded);  // Once more, for the words that say so.
-        return std::make_shared<const render::Scene>(presenter_.scene(*seen));
-      }
-      if (const auto shown = show(**epoch); !shown) failure = shown.error();
-      seen = **epoch;
       return std::make_shared<const render::Scene>(presenter_.scene(*seen));
     };
     render::WindowOptions options;
+    const Interrupt interrupt;
+    options.close_when = [&] { return interrupt.asked(); };
     options.words = [&](const render::Camera& camera) {
-      return seen ? presenter_.words(*seen, camera, over) : std::vector<render::WindowWords>{};
+      return seen ? presenter_.words(*seen, camera, over_) : std::vector<render::WindowWords>{};
     };
     auto window = render::show_window(source, options);
     if (failure) return *failure;
-    if (!window) return window;
-    return play();  // What the window did not live to see.
+    if (!window || !out_) return window;
+    // What the window did not live to see.
+    if (waiting_) {
+      if (auto shown = show(session_.refresh()); !shown) return shown;
+    }
+    return over_ ? Result<void>() : play();
   }
 
-  Result<void> write_report(const std::optional<std::string>& json_file);
+  /// report.json.
+  [[nodiscard]] Json report();
+  Result<void> write_folder(const Json& report);
 
   const SessionConfig& config_;
   Console& console_;
-  OutputFolder out_;
+  std::optional<OutputFolder> out_;
   std::shared_ptr<const Volume> ct_;
   RecordedSession session_;
   Placement placement_;
@@ -192,11 +302,16 @@ class Replay {
   std::int64_t stride_ = 1;
   std::int64_t paired_ = 0;
   int shown_ = 0;
+  bool ultrasound_checked_ = false;
+  bool waiting_ = false;  ///< Of advance_in_time(): a refresh is due, in a while.
+  bool over_ = false;     ///< It has come to the recording's end.
+  std::optional<Timestamp>
+      origin_;        ///< When the recording's time 0 is, by the clock of the window.
   std::string note_;  ///< Of the engine, that was reported.
   std::vector<Image2d<Rgba8>> animation_;
 };
 
-Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
+Json Replay::report() {
   const auto& ledger = session_.navigator().ledger();
   std::vector<std::string> warnings = placement_.warnings;
   if (!placement_.outside.empty()) warnings.push_back(placement_.outside);
@@ -207,6 +322,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["sweep"] = config_.source.recording.string();
   json["ct"] = config_.ct.path.string();
   json["ultrasound_volume"] = config_.predicates.volume.string();
+  json["predicates"] = legend_json(presenter_.legend());
   json["engine"] = presenter_.engine().name();
   json["device"] = presenter_.engine().device();
   json["placement"] = {
@@ -225,35 +341,39 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
   json["ct_window"] = json_of(presenter_.window());
   json["views_cast"] = presenter_.views_cast();
   json["cast_seconds"] = presenter_.cast_seconds();
-  json["frames"] = out_.files();
+  json["frames"] = out_ ? Json(out_->files()) : Json::array();
   json["pose_log_sha256"] = digest_of(session_.log().text());
-  json["image_sha256"] = out_.image_digest();
+  json["image_sha256"] = out_ ? Json(out_->image_digest()) : Json();
   json["diagnostics"] = json_of(console_.entries());
-  if (auto written = out_.write_text(kPoseLogFile, session_.log().text()); !written) {
+  return json;
+}
+
+Result<void> Replay::write_folder(const Json& report) {
+  OutputFolder& out = *out_;
+  const auto& ledger = session_.navigator().ledger();
+  if (auto written = out.write_text(kPoseLogFile, session_.log().text()); !written) {
     return written;
   }
   if (follower_) {
-    if (auto written = out_.write_text(kFollowingFile, follower_->text()); !written) {
+    if (auto written = out.write_text(kFollowingFile, follower_->text()); !written) {
       return written;
     }
   }
   const auto session = to_toml(config_);
   if (!session) return session.error();
-  if (auto written = out_.write_text(kSessionFile, *session); !written) return written;
-  if (auto written = write_json(json, (out_ / kReportFile).string()); !written) return written;
-  if (json_file) {
-    if (auto written = write_json(json, *json_file); !written) return written;
-  }
+  if (auto written = out.write_text(kSessionFile, *session); !written) return written;
+  if (auto written = write_json(report, (out / kReportFile).string()); !written) return written;
 
   HtmlReport html;
   html.title = "Sonde: replay of " + config_.source.recording.filename().string();
-  html.warning = placement_.kind != "registered" || !warnings.empty();
+  html.warning = placement_.kind != "registered" || !placement_.warnings.empty() ||
+                 !placement_.outside.empty();
   html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
   for (const std::string& warning : placement_.warnings) {
     html.summary += " Accepted with a warning: " + warning + ".";
   }
   if (!placement_.outside.empty()) html.summary += " Warning: " + placement_.outside + ".";
-  const auto& files = out_.files();
+  const auto& files = out.files();
   if (!animation_.empty()) {
     html.pictures.emplace_back(kAnimationFile,
                                "The replay. Left: the ultrasound plane inside the CT. Right: the "
@@ -270,6 +390,12 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
                           {"rejected", std::to_string(ledger.rejected_total())}}});
   for (const auto& [cause, number] : ledger.rejected()) {
     html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(number));
+  }
+  if (!presenter_.legend().empty()) {
+    html.tables.push_back({"Importance of predicates", {}});
+    for (const LegendEntry& entry : presenter_.legend()) {
+      html.tables.back().second.emplace_back(entry.name, entry.importance);
+    }
   }
   if (follower_) html.tables.push_back({"Following the tissue", follower_->summary_rows()});
   html.tables.push_back({"Input",
@@ -290,7 +416,7 @@ Result<void> Replay::write_report(const std::optional<std::string>& json_file) {
         std::string(to_string(entry.severity)) + ", " + std::to_string(entry.count) + " times",
         entry.source + ": " + entry.message);
   }
-  return out_.write_text(kPageFile, to_html(html));
+  return out.write_text(kPageFile, to_html(html));
 }
 
 }  // namespace
@@ -303,10 +429,15 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                         Console& console) {
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
-  if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
+  const bool writes = !config.output.window || !config.output.folder.empty();
+  if (writes) {
+    if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
+  }
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
-  if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
+  if (writes) {
+    if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
+  }
   auto session = RecordedSession::open(config, console);
   if (!session) return session.error();
   console.begin("reading the CT");
@@ -330,11 +461,11 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const auto window =
       ct_window(config.view, *shared_ct,
                 values_along(*shared_ct, placement->placement.ct_from_reference, sweep->spread));
-  auto presenter =
-      Presenter::create({config.look, config.view, config.output.width, config.output.height,
-                         config.output.step_voxels, config.output.rms_error,
-                         config.output.pixel_error, window, config.quality},
-                        shared_ct, std::move(*engine));
+  auto presenter = Presenter::create(
+      {config.look, config.view, config.output.width, config.output.height,
+       config.output.step_voxels, config.output.rms_error, config.output.pixel_error, window,
+       config.quality, config.source.needle_length_mm, config.source.needle_diameter_mm},
+      shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
@@ -372,12 +503,16 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }
-  auto out = OutputFolder::create(config.output.folder);
-  if (!out) return out.error();
-  // Not the session file, which may be the one that this run was started by.
-  const auto fresh =
-      out->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kPictureSeries});
-  if (!fresh) return fresh.error();
+  std::optional<OutputFolder> out;
+  if (writes) {
+    auto made = OutputFolder::create(config.output.folder);
+    if (!made) return made.error();
+    // Not the session file, which may be the one that this run was started by.
+    const auto fresh =
+        made->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kPictureSeries});
+    if (!fresh) return fresh.error();
+    out = *std::move(made);
+  }
   Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
                 std::move(*placement), std::move(*presenter), std::move(follower));
   return replay.run(json);

@@ -17,6 +17,8 @@ namespace nav::app {
 
 /// Replays a recorded sweep through the live pipeline on the virtual clock and shows its plane in a
 /// CT. Writes pictures, pose log, HTML report, session file and report.json into the output folder.
+/// With a window it plays at the recording's own pace; without a folder it then shows what is
+/// newest and writes nothing but the JSON report. Ctrl-C closes the window.
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
                         Console& console);
 

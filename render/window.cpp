@@ -51,6 +51,7 @@ class SceneStyle final : public vtkInteractorStyle {
     view_ = &view;
     layer_ = &layer;
     words_ = options.words;
+    close_when_ = options.close_when;
     source_ = source;
     ProgressiveOptions progressive;
     if (!options.progressive) progressive.budget_s = std::numeric_limits<double>::infinity();
@@ -66,6 +67,7 @@ class SceneStyle final : public vtkInteractorStyle {
 
   void OnTimer() override {
     if (close_at_ && Clock::now() >= *close_at_) return close();
+    if (close_when_ && close_when_()) return close();
     if (std::shared_ptr<const Scene> next = source_()) {
       scene_ = std::move(next);
       if (!camera_) camera_ = scene_->camera;
@@ -150,6 +152,7 @@ class SceneStyle final : public vtkInteractorStyle {
   SceneView* view_ = nullptr;
   WordsLayer* layer_ = nullptr;
   WordsSource words_;
+  std::function<bool()> close_when_;
   SceneSource source_;
   std::shared_ptr<const Scene> scene_;
   std::optional<Camera> camera_;

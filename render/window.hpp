@@ -34,8 +34,9 @@ using WordsSource = std::function<std::vector<WindowWords>(const Camera&)>;
 /// How the window behaves; never what it shows.
 struct WindowOptions {
   std::string title = "Sonde";
-  double refresh_hz = 30;    ///< How often the source is asked, in (0, 1000].
-  double close_after_s = 0;  ///< Closes by itself; 0: when the user closes it.
+  double refresh_hz = 30;              ///< How often the source is asked, in (0, 1000].
+  double close_after_s = 0;            ///< Closes by itself; 0: when the user closes it.
+  std::function<bool()> close_when{};  ///< Asked as often as the source: closes it. Null: never.
   /// While anything but ultrasound pixels changes and a picture takes longer than 33 ms, it is
   /// drawn with fewer rays, where that is not enough with fewer pixels, always of the newest scene,
   /// and in full within 300 ms of stillness where that takes no longer than 150 ms.

@@ -120,6 +120,29 @@ TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
   EXPECT_FALSE(over.guidance);
 }
 
+TEST_F(NavigatorTest, AnEpochThatIsStillShownAges) {
+  place(SafetyState::kValid, "");
+  feed(0, 100);
+  navigator_.on_event({ms(100), picture(1, 100)});
+  const Epoch live = refresh(100);
+  ASSERT_EQ(live.plane.state, SafetyState::kValid);
+  ASSERT_TRUE(live.guidance);
+  // Pictures are stale after two periods of 50 ms, lost after five times that; needles after 40 ms.
+  const Epoch soon = navigator_.aged(live, ms(140));
+  EXPECT_EQ(soon.plane.state, SafetyState::kValid);
+  EXPECT_TRUE(soon.guidance);
+  EXPECT_FALSE(soon.frame_is_new);
+  const Epoch later = navigator_.aged(live, ms(141));
+  EXPECT_EQ(later.needle.state, SafetyState::kStale);
+  EXPECT_FALSE(later.guidance) << "numbers are withdrawn";
+  EXPECT_EQ(later.plane.state, SafetyState::kValid);
+  EXPECT_EQ(navigator_.aged(live, ms(201)).plane.state, SafetyState::kStale);
+  EXPECT_EQ(navigator_.aged(live, ms(201)).ultrasound.state, SafetyState::kStale);
+  const Epoch lost = navigator_.aged(later, ms(601));
+  EXPECT_EQ(lost.plane.state, SafetyState::kLost);
+  EXPECT_EQ(lost.needle.state, SafetyState::kLost);
+}
+
 TEST_F(NavigatorTest, WithdrawsNumbersWhenTheNeedleGrowsStale) {
   place(SafetyState::kValid, "");
   feed(0, 100);
