@@ -279,6 +279,14 @@ void CommandLine::add_replay() {
                      "result of 'sonde register'");
   replay->add_flag("--follow", config_.placement.follow,
                    "from the registration on, the CT follows tissue that moves");
+  replay
+      ->add_option("--needle-length-mm", config_.source.needle_length_mm,
+                   "hub to tip, as the needle is drawn")
+      ->capture_default_str();
+  replay
+      ->add_option("--needle-diameter-mm", config_.source.needle_diameter_mm,
+                   "of its shaft, as it is drawn and as distances from its surface count")
+      ->capture_default_str();
   replay->add_option("--out", config_.output.folder, "folder to write to");
   add_output_options(*replay, config_);
   add_look_options(*replay, config_.look);
@@ -298,7 +306,8 @@ void CommandLine::add_replay() {
       ->capture_default_str();
   replay->add_flag("--whole-picture", config_.source.whole_picture,
                    "also draw what lies around the sector that the pictures show");
-  replay->add_flag("--window", config_.output.window, "also show them in a window");
+  replay->add_flag("--window", config_.output.window,
+                   "play it in a window at its own pace; pictures are written only to --out");
   replay->add_flag("--print-session", print_session_, "print the resolved session file and stop");
   add_json(*replay);
   replay->callback([this, replay] {
@@ -485,11 +494,9 @@ void CommandLine::add_derive() {
   verb->add_option(
       "--feature", o.features,
       "snr, vesselness, confidence, gradient-magnitude, gradient-angle, gradient-along, "
-      "gradient-across or depth; none: all");
-  auto* direction =
-      verb->add_option("--direction", o.direction,
-                       "x y z, LPS: of parallel scan lines, away from the probe; none: "
-                       "0 1 0")
+      "gradient-across or depth; none: all that can be derived");
+  auto* into =
+      verb->add_option("--into", o.into, "x y z, LPS: of parallel scan lines, away from the probe")
           ->expected(3);
   verb->add_option("--face", o.face_mm,
                    "x y z, LPS mm: a point of the plane where parallel lines have depth 0; none: "
@@ -498,13 +505,13 @@ void CommandLine::add_derive() {
   auto* apex =
       verb->add_option("--apex", o.apex_mm, "x y z, LPS mm: apex of a fan of scan lines instead")
           ->expected(3)
-          ->excludes(direction);
+          ->excludes(into);
   verb->add_option("--face-radius-mm", o.face_radius_mm, "of the fan's probe")
       ->check(in_range(0, 1e4, "mm"))
       ->capture_default_str();
   verb->add_option("--scan-lines", o.scan_lines,
                    "file of the planes of the sweep that the volume was made from, instead")
-      ->excludes(direction)
+      ->excludes(into)
       ->excludes(apex);
   verb->add_option("--smoothing-mm", o.smoothing_mm, "of gradients")
       ->check(in_range(0, 20, "mm"))

@@ -13,6 +13,7 @@
 #include "app/feature_maker.hpp"
 #include "app/predicate_scan_lines.hpp"
 #include "app/predicate_volume.hpp"
+#include "app/predicate_white.hpp"
 #include "io/picture.hpp"
 #include "nav/places.hpp"
 #include "render/derived/service.hpp"
@@ -34,10 +35,14 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
   vessels.smallest_radius_mm = options.smallest_radius_mm;
   vessels.largest_radius_mm = options.largest_radius_mm;
   vessels.polarity = options.bright_vessels ? Polarity::kBright : Polarity::kDark;
+  const double white = options.white - options.black;
+  const double per_white = 1 / white;
   const auto gradient = [&](GradientPart part) {
-    return GradientPartOptions{part, {.smoothing_mm = options.smoothing_mm}};
+    GradientPartOptions out{part, {.smoothing_mm = options.smoothing_mm}};
+    // As the predicate gradient_angle has it, in shares of white.
+    out.gradient.least_per_mm *= white;
+    return out;
   };
-  const double per_white = 1 / (options.white - options.black);
   return {{"snr", options.snr, "1"},
           {"vesselness", vessels, "1"},
           {"confidence", options.confidence, "1"},
@@ -73,33 +78,60 @@ Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Ve
   return Error{ErrorCode::kUsage, text.str()};
 }
 
-Result<ScanLines> lines_of(const DeriveOptions& options, const Volume& volume) {
+/// None where no option says where they run.
+Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Volume& volume) {
   const VoxelGrid& grid = volume.grid();
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
   };
+  const auto known = [](Result<ScanLines> lines) -> Result<std::optional<ScanLines>> {
+    if (!lines) return lines.error();
+    return std::optional(*std::move(lines));
+  };
   if (!options.scan_lines.empty()) {
-    return read_scan_lines(options.scan_lines, grid, usable_threads(options.threads));
+    return known(read_scan_lines(options.scan_lines, grid, usable_threads(options.threads)));
   }
   if (!options.apex_mm.empty()) {
     const auto apex = given_place("--apex", vector(options.apex_mm));
     if (!apex) return apex.error();
-    return ScanLines::fan(*apex, options.face_radius_mm);
+    return known(ScanLines::fan(*apex, options.face_radius_mm));
   }
-  Eigen::Vector3d away =
-      options.direction.empty() ? Eigen::Vector3d(0, 1, 0) : vector(options.direction);
+  if (options.into.empty()) return std::optional<ScanLines>();
+  Eigen::Vector3d away = vector(options.into);
   if (!away.allFinite() || away.isZero(0)) {
     std::ostringstream text;
-    text << "--direction: expected 3 finite numbers, not all 0, found " << away.transpose();
+    text << "--into: expected 3 finite numbers, not all 0, found " << away.transpose();
     return Error{ErrorCode::kUsage, text.str()};
   }
   away = away.stableNormalized();  // Of any length, whose square need not be finite.
   if (options.face_mm.empty()) {
-    return ScanLines::parallel({away}, nearest_voxel(volume, away, stored_value(options.unknown)));
+    const auto face = nearest_voxel(volume, away, stored_value(options.unknown));
+    return known(ScanLines::parallel({away}, face));
   }
   const auto face = given_place("--face", vector(options.face_mm));
   if (!face) return face.error();
-  return ScanLines::parallel({away}, *face);
+  return known(ScanLines::parallel({away}, *face));
+}
+
+/// Takes those away that need scan lines where there are none, and says so; refuses them where they
+/// were asked for by name.
+Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<Feature>& features,
+                                     Diagnostics& diagnostics) {
+  const std::string lines = "scan lines (--into, --apex or --scan-lines)";
+  std::vector<std::string> lacking;
+  for (const Feature& feature : features) {
+    if (needs_scan_lines(feature.options)) lacking.push_back(feature.name);
+  }
+  if (lacking.empty()) return {};
+  if (!options.features.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--feature " + lacking.front() + ": expected " + lines + " beside it, found none"};
+  }
+  std::erase_if(features, [](const Feature& f) { return needs_scan_lines(f.options); });
+  std::string names;
+  for (const std::string& name : lacking) names += (names.empty() ? "" : ", ") + name;
+  diagnostics.report(Severity::kWarning, "derive", "left out: " + names + "; they need " + lines);
+  return {};
 }
 
 /// The middle slice across an axis.
@@ -149,7 +181,7 @@ Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
 }  // namespace
 
 Result<void> run_derive(const DeriveOptions& options, Console& console) {
-  const auto features = chosen(options);
+  auto features = chosen(options);
   if (!features) return features.error();
   if (options.out.empty()) {
     return Error{ErrorCode::kUsage, "--out: expected a folder, found nothing"};
@@ -171,6 +203,10 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
   const auto lines = lines_of(options, *stored);
   if (!lines) return lines.error();
+  if (!*lines) {
+    const auto ok = leave_out_without_lines(options, *features, console);
+    if (!ok) return ok;
+  }
   // Whatever is wrong with one of them is said before any is made.
   for (const Feature& feature : *features) {
     if (const auto ok = validate(DerivedRequest{volume, feature.options, *lines}); !ok) return ok;
@@ -183,6 +219,9 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   }
   std::printf("%-20s %-9s %10s %10s %10s %10s %10s\n", "feature", "unit", "least", "1 %", "99 %",
               "greatest", "seconds");
+  if (std::ranges::any_of(*features, [](const Feature& f) { return f.unit == "white/mm"; })) {
+    warn_of_white(options.volume.string(), stored->hu(), options.white, options.unknown, console);
+  }
   FeatureMaker maker(options.threads, options.cache, console);
   for (const Feature& feature : *features) {
     const auto begun = std::chrono::steady_clock::now();

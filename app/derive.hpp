@@ -18,13 +18,13 @@ namespace nav::app {
 struct DeriveOptions {
   std::filesystem::path volume;  ///< DICOM folder, NIfTI, MetaImage or NRRD.
   std::filesystem::path out;     ///< Folder of the pictures.
-  /// snr, vesselness, confidence, gradient-magnitude, -angle, -along, -across, depth; none:
-  /// all.
+  /// snr, vesselness, confidence, gradient-magnitude, -angle, -along, -across, depth; none: all,
+  /// without scan lines those that need none.
   std::vector<std::string> features;
-  std::vector<double> direction;  ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
-  std::vector<double> apex_mm;    ///< Of a fan instead, LPS: 3 numbers.
-  std::vector<double> face_mm;    ///< Where parallel lines have depth 0; none: the nearest voxel.
-  double face_radius_mm = 0;      ///< Of the fan's probe.
+  std::vector<double> into;     ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
+  std::vector<double> apex_mm;  ///< Of a fan instead, LPS: 3 numbers.
+  std::vector<double> face_mm;  ///< Where parallel lines have depth 0; none: the nearest voxel.
+  double face_radius_mm = 0;    ///< Of the fan's probe.
   std::filesystem::path scan_lines;                          ///< File of a sweep's planes; instead.
   double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
   double black = 0;  ///< Stored values; gradients are of shares of white.

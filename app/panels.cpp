@@ -78,8 +78,10 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;
   const auto image_from_needle = image_from_ct * *epoch.ct_from_needle;
   const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
-  const Eigen::Vector3d hub = (image_from_needle * Point<frames::Needle>{{0, 0, -150}}).mm;
-  const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, 150}}).mm;
+  const Eigen::Vector3d hub =
+      (image_from_needle * Point<frames::Needle>{{0, 0, -context.needle_length_mm}}).mm;
+  constexpr double kAheadMm = 150;
+  const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, kAheadMm}}).mm;
   const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
                            double dash) {
     // In short pieces, so that nothing leaves the panel or lies off the plane.
@@ -126,6 +128,31 @@ int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
     y += kLineHeight;
   }
   return y;
+}
+
+/// What the colours of predicates mean, from the lower left corner of the 3D view upwards; at most
+/// half of its height, then it says how many more there are.
+void draw_legend(Canvas& canvas, int width, int height, const std::vector<LegendEntry>& legend) {
+  constexpr int kSize = 13;
+  constexpr int kLineHeight = 20;
+  constexpr int kSwatch = 12;
+  constexpr int kLeft = 8;
+  const auto room = static_cast<std::size_t>(height / 2 / kLineHeight);
+  const std::size_t shown = legend.size() <= room ? legend.size() : room - 1;
+  const auto rows = static_cast<int>(std::min(legend.size(), room));
+  int y = height - kLineHeight * rows;
+  const auto line = [&](const std::string& words) {
+    const int x = kLeft + kSwatch;
+    draw_label(canvas, x, y, width - x, words, kWords, kSize);
+  };
+  for (std::size_t i = 0; i < shown; ++i) {
+    const LegendEntry& entry = legend[i];
+    const int number = canvas.text_width(kSize, " " + entry.importance);
+    line(shorten(canvas, kSize, entry.name, width / 2 - number) + " " + entry.importance);
+    canvas.fill(kLeft, y - kSwatch, kSwatch, kSwatch, entry.colour);
+    y += kLineHeight;
+  }
+  if (shown < legend.size()) line("and " + std::to_string(legend.size() - shown) + " more");
 }
 
 /// "L 60  W 400", as on every picture of a CT.
@@ -275,6 +302,7 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
     const int next = draw_note(canvas, 44, view_3d.width(), context.note);
     draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);
+    draw_legend(canvas, view_3d.width(), view_3d.height(), context.legend);
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   } else {

@@ -50,8 +50,8 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("--largest-radius", o.largest_radius_mm,
                   "of vessels, mm; none: as the set-up says");
   verb.add_flag_function(
-      "--bright", [&o](std::int64_t) { o.bright_vessels = true; },
-      "vessels are brighter than what surrounds them");
+      "--bright,!--dark", [&o](std::int64_t count) { o.bright_vessels = count > 0; },
+      "vessels are brighter, or darker, than what surrounds them; none: as the set-up says");
   verb.add_option(
       "--hue-mean", o.hue_mean,
       "of predicates that are true together: circular or linear, as the paper prints it; "

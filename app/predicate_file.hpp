@@ -43,7 +43,7 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 ///    "predicates": [{"name": "vessel", "importance": 0.7, "hue_deg": 0, "saturation": 0.8,
 ///                    "where": {"all": [{"vesselness": {"low": 0.15, "high": 1}},
 ///                                      {"not": {"entry": "skin"}}]}}, ..],
-///    "opacity_length_mm": 2, "cutaway_importance": 0.5, "hue_mean": "circular",
+///    "opacity_length_mm": 2, "cutaway_importance": 1, "hue_mean": "circular",
 ///    "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false},
 ///    "gradient": {"smoothing_mm": 0.4}, "snr": {"window_voxels": 7, "weights": "uniform"},
 ///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05}}

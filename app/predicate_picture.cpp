@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "app/predicate_legend.hpp"
 #include "render/canvas.hpp"
 #include "render/letters.hpp"
 #include "render/slice.hpp"
@@ -21,13 +22,6 @@ constexpr int kBarsHeight = 120;  // And below.
 constexpr int kMargin = 12;
 constexpr int kText = 15;
 constexpr int kLine = 20;  // Of the legend.
-
-/// The colour of a bar: its hue and saturation at half the luminance.
-Rgba8 bar_colour(const render::PredicateHistogram::Bar& bar) {
-  const auto rgb = render::spec::hsl(render::spec::hsl_tint(bar.hue_deg, bar.saturation), 0.5);
-  const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
-  return {byte(rgb.x()), byte(rgb.y()), byte(rgb.z()), 255};
-}
 
 /// The predicate histogram: heights are importances as shares of the greatest one of all panels.
 void draw_bars(const render::PredicateModel& model, double greatest, int left, int width, int top,
@@ -70,16 +64,14 @@ std::vector<std::string> lines_of(const std::string& words, int width,
 }
 
 /// What the legend says of an entry: its name, and whole behind it or below it the importance.
-std::vector<std::string> legend_lines(const std::string& name, double importance, int width,
+std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
                                       const render::Canvas& canvas) {
-  char number[16];
-  std::snprintf(number, sizeof number, "%.3f", importance);
-  auto lines = lines_of(name, width, canvas);
-  const std::string together = lines.back() + " " + number;
+  auto lines = lines_of(entry.name, width, canvas);
+  const std::string together = lines.back() + " " + entry.importance;
   if (canvas.text_width(kText, together) <= width) {
     lines.back() = together;
   } else {
-    lines.emplace_back(number);
+    lines.push_back(entry.importance);
   }
   return lines;
 }
@@ -93,9 +85,8 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
   const int room = width - 2 * kMargin;
   int x = 0;
   int y = 0;
-  for (std::size_t j = 0; j < model.entries.size(); ++j) {
-    const auto& bar = model.histogram.bars()[j];
-    const auto lines = legend_lines(model.entries[j].name, bar.importance, room - kIndent, measure);
+  for (const LegendEntry& entry : legend_of(model)) {
+    const auto lines = legend_lines(entry, room - kIndent, measure);
     int wide = 0;
     for (const auto& line : lines) wide = std::max(wide, measure.text_width(kText, line));
     if (x > 0 && x + kIndent + wide > room) {
@@ -104,7 +95,7 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
     }
     if (canvas != nullptr) {
       const int from = left + kMargin + x;
-      canvas->fill(from, top + y + 3, kSwatch, kSwatch, bar_colour(bar));
+      canvas->fill(from, top + y + 3, kSwatch, kSwatch, entry.colour);
       for (std::size_t n = 0; n < lines.size(); ++n) {
         canvas->text(from + kIndent, top + y + kText + static_cast<int>(n) * kLine, kText, lines[n],
                      render::rgb8(0xd0d0d0));

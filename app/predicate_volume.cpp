@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicate_volume.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "app/engines.hpp"
@@ -76,6 +79,12 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
   if (options.labels.empty() && options.layers.empty()) return out;
   auto labels = options.layers.empty() ? read_labels(options.labels, grid, console)
                                        : read_layers(options.layers, grid);
+  if (!labels && options.volume.empty() && !options.labels.empty()) {
+    // An option of many values takes what stands behind it.
+    return Error{labels.error().code, labels.error().message +
+                                          "; no volume is given but the phantom " +
+                                          options.phantom + ": a volume stands before --labels"};
+  }
   if (!labels) return labels.error();
   out->predicates.features.labels = *std::move(labels);
   return out;
@@ -107,7 +116,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
                          : "a needle (--needle TIP HUB)");
     }
     if (needs.target && !options.target) {
-      return refuse(live ? "a target (predicates.target_mm of the session file)"
+      return refuse(live ? "a target (predicates.target_mm or [plan] of the session file)"
                          : "a target (--target x y z RADIUS)");
     }
   }
@@ -144,6 +153,7 @@ Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& d
   io::CtOptions reading;
   reading.least_slices = 1;
   reading.unit = "";
+  reading.least = std::numeric_limits<std::int16_t>::min();
   return io::read_ct(path, diagnostics, reading);
 }
 
@@ -176,6 +186,33 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   return file;
 }
 
+namespace {
+
+/// A volume whose unknown voxels are as dark as what returns nothing: nobody has seen tissue there.
+Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<const Volume>& volume,
+                                                      const PredicateOptions& options,
+                                                      Console& console) {
+  if (!options.unknown) return volume;
+  const std::int16_t unknown = *stored_value(options.unknown);
+  if (std::ranges::find(volume->hu(), unknown) == volume->hu().end()) {
+    console.report(
+        Severity::kWarning, volume->name(),
+        "predicates.unknown (--unknown): no voxel has the value " + std::to_string(unknown));
+    return volume;
+  }
+  if (unknown <= options.black) return volume;
+  using Stored = std::numeric_limits<std::int16_t>;
+  const auto dark = static_cast<std::int16_t>(
+      std::clamp<double>(std::floor(options.black), Stored::min(), Stored::max()));
+  std::vector<std::int16_t> voxels(volume->hu().begin(), volume->hu().end());
+  std::ranges::replace(voxels, unknown, dark);
+  auto shown = Volume::create(volume->grid(), std::move(voxels), volume->name());
+  if (!shown) return shown.error();
+  return std::make_shared<const Volume>(*std::move(shown));
+}
+
+}  // namespace
+
 render::SphereShape target_sphere(const Eigen::Vector4d& target) {
   render::SphereShape sphere{{target.head<3>()}, target.w()};
   sphere.opacity = 0.5;
@@ -190,7 +227,8 @@ Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, i
   if (!volume) return volume.error();
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
   if (!options.volume.empty()) {
-    warn_of_white(options.volume.string(), volume->ultrasound->hu(), options, console);
+    warn_of_white(options.volume.string(), volume->ultrasound->hu(), options.white, options.unknown,
+                  console);
   }
   render::PredicateScene& predicates = volume->predicates;
   predicates.model = file->model;
@@ -200,6 +238,9 @@ Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, i
   if (const auto ok = add_features(options, *file, threads, *volume, console); !ok) {
     return ok.error();
   }
+  auto shown = without_unknown(volume->ultrasound, options, console);
+  if (!shown) return shown.error();
+  volume->ultrasound = *std::move(shown);
   return PreparedPredicates{*std::move(file), *std::move(volume)};
 }
 

@@ -11,15 +11,14 @@
 
 namespace nav::app {
 
-void warn_of_white(const std::string& name, std::span<const std::int16_t> voxels,
-                   const PredicateOptions& options, Diagnostics& diagnostics) {
+void warn_of_white(const std::string& name, std::span<const std::int16_t> voxels, double white,
+                   const std::optional<int>& unknown_voxels, Diagnostics& diagnostics) {
   constexpr double kMostAbove = 0.05;
   constexpr double kLeftAbove = 0.01;
   constexpr int kLeast = std::numeric_limits<std::int16_t>::min();
   constexpr int kGreatest = std::numeric_limits<std::int16_t>::max();
   constexpr int kNone = kGreatest + 1;
-  const int unknown = options.unknown.value_or(kNone);
-  const double white = options.white;
+  const int unknown = unknown_voxels.value_or(kNone);
   std::ptrdiff_t known = 0;
   std::ptrdiff_t above = 0;
   for (const std::int16_t value : voxels) {

@@ -105,6 +105,7 @@ void Presenter::draw_by_predicates(render::UltrasoundVolume ultrasound, bool alo
   ultrasound_ = std::move(ultrasound);
   without_ct_ = alone;
   target_ = target;
+  legend_ = legend_of(ultrasound_->predicates.model);
   asks_needle_ = false;
   for (const std::string& name : kinds_of(ultrasound_->predicates.model)) {
     const auto kind = render::find_predicate_kind(name);
@@ -152,13 +153,13 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
                                           options_.look.plane_opacity, epoch.plane};
   }
   if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
-    constexpr double kNeedleLengthMm = 150;
     const auto& needle = *epoch.ct_from_needle;
-    scene.needle = render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
-                                       needle * Point<frames::Needle>{{0, 0, -kNeedleLengthMm}},
-                                       0.9,
-                                       {0.95, 0.95, 1.0},
-                                       epoch.needle};
+    scene.needle =
+        render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
+                            needle * Point<frames::Needle>{{0, 0, -options_.needle_length_mm}},
+                            options_.needle_diameter_mm / 2,
+                            {0.95, 0.95, 1.0},
+                            epoch.needle};
   }
   if (asks_needle_ && !scene.needle) {
     (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
@@ -246,8 +247,9 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
 }
 
 PanelContext Presenter::context(const Epoch& epoch, const render::Camera& camera) const {
-  return {epoch,  *ct_,           plan_,    options_.window, banner_,
-          camera, note_of(epoch), warning_, needle_expected_};
+  return {epoch,  *ct_,           plan_,    options_.window,  banner_,
+          camera, note_of(epoch), warning_, needle_expected_, options_.needle_length_mm,
+          legend_};
 }
 
 std::vector<render::WindowWords> Presenter::words(const Epoch& epoch, const render::Camera& camera,

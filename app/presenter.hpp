@@ -30,6 +30,8 @@ struct PresenterOptions {
   double pixel_error = 0;                            ///< Of render::Quality, at least.
   render::HuWindow window;                           ///< Of the CT slice.
   SessionConfig::Quality quality{};
+  double needle_length_mm = 150;    ///< Hub to tip.
+  double needle_diameter_mm = 1.8;  ///< Of its shaft.
 };
 
 /// Of warnings that a registration was accepted with the one that there is room for: how far off
@@ -72,6 +74,8 @@ class Presenter {
   /// What the cutaway cuts free beside the plane, the needle and the targets. Refuses objects where
   /// the look file alone says that nothing is cut.
   Result<void> cut_free(const CutawayShapes& shapes);
+  /// What the colours of predicates mean; empty without them.
+  [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
   /// How the 3D view looks.
   [[nodiscard]] const ResolvedLook& look() const { return look_; }
   /// A word that stands on every picture ("SIMULATED PATIENT").
@@ -121,6 +125,7 @@ class Presenter {
   std::shared_ptr<const Volume> ct_;
   std::optional<render::UltrasoundVolume> ultrasound_;
   bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.
+  std::vector<LegendEntry> legend_;            ///< Of its predicates.
   bool asks_needle_ = false;                   ///< Some predicate is a distance from the needle.
   std::optional<render::SphereShape> target_;  ///< Of predicates.
   std::unique_ptr<render::Engine> engine_;

@@ -50,6 +50,9 @@ std::vector<WindowWords> window_words(const PanelContext& context, bool ended) {
   above.add(context.note, amber);
   above.add(context.warning, amber);
   Column below(words, 0.93, WindowWords::Stack::kUp);
+  for (auto entry = context.legend.rbegin(); entry != context.legend.rend(); ++entry) {
+    below.add(entry->name + " " + entry->importance, entry->colour);
+  }
   if (epoch.guidance && !ended) below.add(guidance_words(*epoch.guidance), kWords);
   if (context.plan || context.needle_expected) add_state("needle", epoch.needle, below);
   add_state("CT", epoch.placement, below);

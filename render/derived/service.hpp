@@ -35,6 +35,8 @@ struct DerivedRequest {
   std::optional<ScanLines> lines;
 };
 
+/// Whether a feature depends on where the scan lines run.
+bool needs_scan_lines(const DerivedOptions& options);
 /// Refuses options out of range or too wide for the volume's voxels, missing scan lines and those
 /// of another grid.
 Result<void> validate(const DerivedRequest& request);

@@ -45,13 +45,6 @@ void add(const DerivedOptions& options, Digest& digest) {
              options);
 }
 
-bool needs_lines(const DerivedOptions& options) {
-  const auto* gradient = std::get_if<GradientPartOptions>(&options);
-  return (gradient != nullptr && gradient->part != GradientPart::kMagnitude) ||
-         std::holds_alternative<ConfidenceOptions>(options) ||
-         std::holds_alternative<ScanDepthOptions>(options);
-}
-
 /// Without what a result merely carries along.
 template <class T, class Take>
 Result<DerivedVolume> taken(Result<T> result, const Take& take) {
@@ -60,6 +53,13 @@ Result<DerivedVolume> taken(Result<T> result, const Take& take) {
 }
 
 }  // namespace
+
+bool needs_scan_lines(const DerivedOptions& options) {
+  const auto* gradient = std::get_if<GradientPartOptions>(&options);
+  return (gradient != nullptr && gradient->part != GradientPart::kMagnitude) ||
+         std::holds_alternative<ConfidenceOptions>(options) ||
+         std::holds_alternative<ScanDepthOptions>(options);
+}
 
 Result<void> validate(const DerivedRequest& request) {
   const VoxelGrid& grid = request.volume.grid();
@@ -72,7 +72,7 @@ Result<void> validate(const DerivedRequest& request) {
                      [](const auto& o) { return validate(o); },
                  },
                  request.options);
-  if (!ok || !needs_lines(request.options)) return ok;
+  if (!ok || !needs_scan_lines(request.options)) return ok;
   if (!request.lines) {
     return Error{ErrorCode::kUsage,
                  request.volume.name() +
@@ -87,7 +87,7 @@ std::string key_of(const DerivedRequest& request) {
   digest.add(kDefinitionVersion);
   digest.add(request.volume.digest());
   add(request.options, digest);
-  if (needs_lines(request.options) && request.lines) digest.add(request.lines->digest());
+  if (needs_scan_lines(request.options) && request.lines) digest.add(request.lines->digest());
   return digest.hex();
 }
 

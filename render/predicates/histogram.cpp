@@ -56,6 +56,10 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
     }
     bars[i].hue_deg = hue_in_turn(bars[i].hue_deg);
   }
+  if (!bars.empty() && !(sum_of(bars) > 0)) {
+    return Error{ErrorCode::kMalformedData,
+                 "predicates: expected an importance above 0, found 0 of every predicate"};
+  }
   PredicateHistogram out;
   out.bars_ = std::move(bars);
   // What sums to 1 already stays as it is: files give back what was written.

@@ -690,7 +690,7 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
                  3, {"sector.half_angle_deg", "(0, 180]", "200"});
   const std::string derive =
       "derive " + volume + " --out " + (folder_ / "derived").string() + " --feature depth ";
-  EXPECT_EQ(sonde(derive + "--direction 1e300 0 0").code, 0);
+  EXPECT_EQ(sonde(derive + "--into 1e300 0 0").code, 0);
   expect_refusal(derive + "--apex 1e300 0 0", 2,
                  {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
   for (const char* threads : {"100000", "-3"}) {
@@ -751,9 +751,9 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
                  2, {"--face", "expected into beside it, found none"});
   const std::string derive =
       "derive " + padded + " --feature depth --out " + (folder_ / "d").string();
-  EXPECT_NE(sonde(derive + " --face 0 0 0").output.find("-10"), std::string::npos);
+  EXPECT_NE(sonde(derive + " --into 0 1 0 --face 0 0 0").output.find("-10"), std::string::npos);
   expect_refusal(derive + " --face 0 0 0 --apex 0 0 0", 2,
-                 {"--face: expected parallel scan lines"});
+                 {"--face: expected --into, parallel scan lines,"});
 }
 
 TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
@@ -774,19 +774,22 @@ TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
   EXPECT_GT(share, 0);
   EXPECT_NEAR(greatest("gradient-magnitude --black 5 --white 132.5").second, 2 * share,
               1e-3 * share);
-  const auto [degrees, angle] = greatest("gradient-angle");
+  const auto [degrees, angle] = greatest("gradient-angle --into 0 1 0");
   EXPECT_EQ(degrees, "deg");
   EXPECT_GT(angle, 10);
   EXPECT_LE(angle, 180);
   EXPECT_NE(greatest("snr --snr-window 3").second, greatest("snr").second);
   EXPECT_NE(greatest("snr --snr-gaussian").second, greatest("snr").second);
   for (const char* one : {"alpha 0", "beta 10", "gamma 1"}) {
-    EXPECT_EQ(greatest("confidence --confidence-" + std::string(one)).second, 1) << one;
+    EXPECT_EQ(greatest("confidence --into 0 1 0 --confidence-" + std::string(one)).second, 1)
+        << one;
   }
   for (const auto& [options, pieces] : std::vector<std::pair<std::string, std::string>>{
            {"snr --snr-window 4", "window_voxels odd in [3, 31], found 4"},
-           {"confidence --confidence-gamma 2", "gamma in [0, 1], found 2"},
+           {"confidence --into 0 1 0 --confidence-gamma 2", "gamma in [0, 1], found 2"},
            {"gradient-magnitude --white -1", "--white: expected more than --black, 0, found -1"},
+           {"confidence", "--feature confidence: expected scan lines (--into, --apex or "},
+           {"snr depth", "--feature depth: expected scan lines"},
            {"snr --white 9", "--white: expected --feature gradient-magnitude"},
            {"snr --confidence-beta 9", "--confidence-beta: expected --feature confidence"},
            {"depth --snr-window 3", "--snr-window: expected --feature snr"}}) {
@@ -1416,7 +1419,7 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
 
 TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
   const std::string ct = write_ct();
-  const std::string derive = "derive " + ct + " --feature snr confidence --out " +
+  const std::string derive = "derive " + ct + " --into 0 1 0 --feature snr confidence --out " +
                              (folder_ / "slices").string() + " --cache " +
                              (folder_ / "features").string();
   const Outcome first = sonde(derive);

@@ -135,7 +135,7 @@ TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
 std::string said_of_white(const std::vector<std::int16_t>& voxels,
                           const PredicateOptions& options) {
   CollectingDiagnostics diagnostics;
-  warn_of_white("us.mha", voxels, options, diagnostics);
+  warn_of_white("us.mha", voxels, options.white, options.unknown, diagnostics);
   const auto entries = diagnostics.entries();
   if (entries.empty()) return "";
   EXPECT_EQ(entries.size(), 1U);
