@@ -29,8 +29,8 @@ struct BenchRenderOptions {
 /// Run time against error of Sonde's engines beside VTK's volume mappers over the scene set, in one
 /// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
 /// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
-/// Prints tables; JSON keys are in docs/json.md. The part skipping draws no VTK: what is skipped in
-/// every scene, beside what could be.
+/// Prints tables; JSON keys are in docs/bench-json.md. The part skipping draws no VTK: what is
+/// skipped in every scene, beside what could be.
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console);
 
 struct BenchScalingOptions {
@@ -55,7 +55,7 @@ struct BenchPredicatesOptions {
 
 /// Predicates beside a standard transfer function and beside brute force on the CPU engine, the
 /// error of early termination, and the theorem on random rays. Prints a table; JSON keys are in
-/// docs/json.md.
+/// docs/bench-json.md.
 Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console);
 
 }  // namespace nav::app

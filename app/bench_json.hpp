@@ -29,7 +29,7 @@ struct BenchRenderReport {
   std::vector<bench::AdaptiveCurve> adaptive;  ///< With costs.
 };
 
-/// Keys as docs/json.md has them, from gl_device on.
+/// Keys as docs/bench-json.md has them, from gl_device on.
 Json json_of(const BenchRenderReport& report);
 Json json_of(const std::vector<bench::ScalingPoint>& points);
 

@@ -16,7 +16,7 @@
 #include "bench/registration/start_curve.hpp"
 #include "bench/registration/summary.hpp"
 
-/// Parts of 'sonde bench registration --json'; the keys are in docs/json.md.
+/// Parts of 'sonde bench registration --json'; the keys are in docs/bench-json.md.
 namespace nav::app {
 
 Json json_of(const bench::CohortSummary& s);

@@ -51,8 +51,8 @@ AcceptanceLimits limits_for(Effort effort);
 /// From where on a result that is accepted is accepted with a warning: between here and its limit;
 /// a warning beyond its limit never comes. Those of cost, score, disagreements and predicted error
 /// were chosen on the development seeds, simulated patients all of them, where 4 to 8 % of the
-/// accepted results are warned of (docs/registration.md); the others say what nothing there came
-/// near.
+/// accepted results are warned of (docs/experiments/registration.md); the others say what nothing
+/// there came near.
 inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .min_z_score = 5,
                                                  .max_cost = 0.28,

@@ -15,7 +15,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// Right ones: 0.43 to 1.02 on the development seeds (docs/registration.md).
+// Right ones: 0.43 to 1.02 on the development seeds (docs/experiments/registration.md).
 constexpr double kMaxHalvesMm = 1.5;
 // A field explains a part of any CT: stricter than the cost of a pose alone. Right ones cost 0.15
 // to 0.28 on the development seeds, other patients' 0.35 and more.
@@ -62,7 +62,7 @@ Result<DeformedRegistration> register_deformed(
   if (!found) return found.error();
   // What the pictures did not say of the field is about as large as what they said: on the
   // development seeds the error at the targets was 0.8 to 1.7 times the displacement
-  // (docs/registration.md).
+  // (docs/experiments/registration.md).
   found->uncertainty.widen(deformed.tissue.displacement_mm);
   deformed.settled_mm = apart_mm(sweep, common, found->ct_from_reference);
   deformed.in_bent_ct = std::move(*found);

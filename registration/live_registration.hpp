@@ -41,8 +41,8 @@ struct LiveOptions {
   /// How much better the pictures match where they are than elsewhere: 1 − cost / the least cost of
   /// the six poses so far away along the axes of the CT. Another patient's CT matches elsewhere
   /// nearly as well, whatever its cost, which depends on patient and place. A lower mean over so
-  /// many pictures withdraws the registration until another is accepted (docs/registration.md: how
-  /// the limit was chosen).
+  /// many pictures withdraws the registration until another is accepted
+  /// (docs/experiments/registration.md: how the limit was chosen).
   double elsewhere_mm = 24;        ///< > 0, < jump_mm.
   int evidence_pictures = 60;      ///< [1, 10000].
   double min_distinctness = 0.25;  ///< [0, 1).

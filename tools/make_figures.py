@@ -5,8 +5,8 @@
 
     tools/make_figures.py [--build build/release] [--only render ...] [--seeds 8] [--quick]
 
-What was measured is kept in build/figures/, one JSON file for each part, with its date and the
-load of the machine before it: --only measures some parts and takes the others from there, or as
+What was measured is kept in build/figures/, one JSON file for each part, with its date and
+processor: --only measures some parts and takes the others from there, or as
 they stand on the page. On two quiet cores render takes forty minutes, live ten, skipping two, scaling two,
 registration (the whole cohort, twice) an hour; --quick takes six minutes in all and shows fewer scenes and trials.
 Volumes other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by
@@ -16,7 +16,6 @@ import argparse
 import datetime
 import json
 import math
-import os
 import pathlib
 import platform
 import statistics
@@ -260,7 +259,7 @@ target, path and cutaway.
 A moving camera about the simulated patient in a cube, shaded, 800 × 600, at the fastest step and pixel
 error whose rms is at most 0.01; progressive: as the progressive renderer draws it on the way, and how
 long after the last movement its whole picture is there; all rays: at the coarsest step whose rms is at
-most 0.01 with a ray for every pixel. The cores are shared, so wall times are upper bounds.
+most 0.01 with a ray for every pixel. Wall times are upper bounds.
 
 {table(["scene", "side", "step", "pixel error", "rms", "cpu ms", "wall ms", "fps", "progressive fps",
         "whole after, ms", "fps, all rays"], motion)}
@@ -307,13 +306,11 @@ def measured(sonde: pathlib.Path, *arguments: object) -> dict:
 
 
 def part(file: pathlib.Path, wanted: bool, measure: Callable[[], object]) -> dict | None:
-    """Measures a part anew, or takes what was kept of it: date, load, processor, result; none:
+    """Measures a part anew, or takes what was kept of it: date, processor, result; none:
     nothing was."""
     if wanted:
-        load = os.getloadavg()[0]
         kept = {
             "date": str(datetime.date.today()),
-            "load": load,
             "processor": processor(),
             "result": measure(),
         }
@@ -346,7 +343,7 @@ def processor() -> str:
 
 def when(kept: dict) -> str:
     on = f" ({kept['processor']})" if "processor" in kept else ""
-    return f"Measured on {kept['date']}{on}, load of the machine before it {kept['load']:.1f}."
+    return f"Measured on {kept['date']}{on}."
 
 
 def render_section(kept: dict, docs: pathlib.Path) -> str:
@@ -623,7 +620,7 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
 
 {when(kept)}
 
-`sonde bench registration --json FILE` (keys: docs/json.md), simulated patients, one thread:
+`sonde bench registration --json FILE` ([keys](bench-json.md#bench-registration)), simulated patients, one thread:
 
 {summary}
 
@@ -636,7 +633,7 @@ on the four patients of the table below:
 
 Beside elastix (mutual information, rigid), same images and starts; {last["peer_theirs"] or "elastix"},
 the cheapest of its settings that converges, over {last["peer_ours"] or "ours"} at the nearest start
-(docs/json.md says of what):
+([of what](bench-json.md#bench-registration)):
 {number(last["cpu_ratio_elastix"])} from images in memory to the pose, preparation included,
 {number(last["solve_cpu_ratio_elastix"])} solving alone,
 {number(last["end_to_end_cpu_ratio_elastix"])} of whole processes from files.
@@ -726,7 +723,7 @@ def main() -> None:
     head = f"""# Figures, and how to repeat them
 
 Written by `tools/make_figures.py` on {datetime.date.today()}, on {platform.machine()} with
-{subprocess.run(["nproc"], capture_output=True, text=True).stdout.strip()} cores that others share.
+{subprocess.run(["nproc"], capture_output=True, text=True).stdout.strip()} cores of a shared machine: single figures scatter by a third.
 Compare ratios, which are measured interleaved in one run, rather than seconds. All accuracy is that
 of simulated patients, where the truth is known; it says nothing about real ones.
 """

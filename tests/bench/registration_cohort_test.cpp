@@ -172,7 +172,7 @@ TEST(BootstrapCurveTest, OneStepIsNearAFullSolveOfTheSameDraws) {
   const BootstrapCurve curve = measure_bootstrap(options, store);
   ASSERT_EQ(curve.references.size(), 1u);
   const BootstrapReference& one = curve.references.front();
-  // The greatest of six sweeps: 14 % and 0.3 (docs/registration.md).
+  // The greatest of six sweeps: 14 % and 0.3 (docs/experiments/registration.md).
   EXPECT_NEAR(one.step_mm / one.solved_mm, 1, 0.2);
   EXPECT_LT(one.apart, 0.4);
   ASSERT_EQ(curve.points.size(), 2u);
