@@ -355,6 +355,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
+  warn_of_lost_components(presenter->look().transfer, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;

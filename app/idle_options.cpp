@@ -118,7 +118,7 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
     return std::ranges::any_of(names, [&](const char* name) { return is_given(verb, name); });
   };
   const bool asks = given(scan) || given(labels) || given(vessels) ||
-                    given(std::vector<const char*>{"--smoothing-mm", "--unknown", "--cache"});
+                    given(std::vector<const char*>{"--smoothing-mm", "--cache"});
   if (!asks) return {};
   const auto file = set_up_of(options);
   if (!file) return file.error();
@@ -136,10 +136,6 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
        {labels, any_of({"label"}), "a predicate label", found},
        {vessels, any_of({"vesselness"}), "a predicate vesselness", found},
        {{"--smoothing-mm"}, gradients, "a predicate gradient_magnitude or gradient_angle", found},
-       {{"--unknown"},
-        derived || (any_of({"depth"}) && options.into_ct && !options.face_ct),
-        "a predicate of a derived feature",
-        found},
        {{"--cache"}, derived, "a predicate of a derived feature", found}});
 }
 

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/look.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 
 #include "app/look_file.hpp"
@@ -97,6 +99,37 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
                                                        : render::Projection::kComposite;
   resolved.grey = {look.grey_level_hu, look.grey_width_hu};
   return resolved;
+}
+
+namespace {
+
+/// The opacity of a component at a value.
+double opacity_at(const render::TransferComponent& component, double value) {
+  const auto& nodes = component.nodes;
+  const auto next = std::ranges::upper_bound(nodes, value, {}, &render::TransferNode::hu);
+  if (next == nodes.begin()) return nodes.front().opacity;
+  if (next == nodes.end()) return nodes.back().opacity;
+  const auto& before = *std::prev(next);
+  return std::lerp(before.opacity, next->opacity, (value - before.hu) / (next->hu - before.hu));
+}
+
+}  // namespace
+
+void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics) {
+  constexpr double kLeastShare = 0.5;  // Of its greatest opacity.
+  for (const render::TransferComponent& component : transfer.components()) {
+    const auto most = std::ranges::max_element(component.nodes, {}, &render::TransferNode::opacity);
+    const double drawn = std::max(opacity_at(component, std::floor(most->hu)),
+                                  opacity_at(component, std::ceil(most->hu)));
+    if (drawn >= kLeastShare * most->opacity) continue;
+    std::ostringstream text;
+    text << (component.name.empty() ? "transfer function" : "component " + component.name)
+         << ": expected nodes a whole value apart or more, as values are classified, found an "
+            "opacity of "
+         << most->opacity << " at " << most->hu << ", of which " << drawn
+         << " is drawn: multiply the volume's values and the nodes by a constant";
+    diagnostics.report(Severity::kWarning, "look", text.str());
+  }
 }
 
 Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look) {

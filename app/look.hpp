@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/session_config.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
 #include "render/transfer_presets.hpp"
@@ -23,6 +24,9 @@ struct ResolvedLook {
   /// Of the volume, where values of the transfer function are only true for it (MR).
   std::optional<render::ValueRange> value_range{};
 };
+
+/// Warns of components whose opacity lies between whole numbers, at which values are classified.
+void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics);
 
 /// Nothing for an empty path, else stores a look, to be carried to another data set: colours with
 /// the importance that was laid over them, shading, and which kinds of objects cut.

@@ -210,13 +210,19 @@ void Presenter::set_registration_warnings(const std::vector<std::string>& warnin
 }
 
 Result<void> Presenter::choose_step(const Epoch& epoch) {
-  if (options_.step_voxels || step_) return {};
+  if (options_.step_voxels) return {};
+  const SearchedFor now{epoch.ct_from_image && epoch.frame,
+                        epoch.placement.state == SafetyState::kValid};
+  if (step_ && now.plane <= searched_for_.plane && now.registered <= searched_for_.registered) {
+    return {};
+  }
   const render::Scene first = scene(epoch);
   // What the search would draw is not what these show.
   if (first.predicates || first.projection != render::Projection::kComposite) return {};
   auto choice = render::step_for_error(*engine_, first, options_.rms_error);
   if (!choice) return choice.error();
   step_ = *choice;
+  searched_for_ = now;
   // The step is what the CT needs; how much more the whole errs was not measured.
   if (first.ultrasound) step_->pixel_error = 0;
   if (first.ultrasound || options_.pixel_error > step_->pixel_error) {

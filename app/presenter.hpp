@@ -92,7 +92,8 @@ class Presenter {
   [[nodiscard]] std::vector<render::WindowWords> words(const Epoch& epoch,
                                                        const render::Camera& camera,
                                                        bool ended) const;
-  /// Finds the step for the error that was asked for, once; present() does so by itself.
+  /// Finds the step for the error that was asked for: once, and anew when the ultrasound picture is
+  /// first there to be cut free, and when the CT is first registered. present() does so by itself.
   Result<void> choose_step(const Epoch& epoch);
   /// Of the CT slice.
   [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
@@ -139,6 +140,11 @@ class Presenter {
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;                          ///< Of the engine about its last picture.
   std::optional<render::StepChoice> step_;
+  struct SearchedFor {
+    bool plane;
+    bool registered;
+  };
+  SearchedFor searched_for_{};  ///< What step_ is for.
   int views_cast_ = 0;
   int views_reused_ = 0;
   double cast_seconds_ = 0;

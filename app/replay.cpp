@@ -468,6 +468,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
       shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
+  warn_of_lost_components(presenter->look().transfer, console);
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
@@ -513,7 +514,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (!fresh) return fresh.error();
     out = *std::move(made);
   }
-  Replay replay(config, console, std::move(*out), shared_ct, std::move(*session),
+  Replay replay(config, console, std::move(out), shared_ct, std::move(*session),
                 std::move(*placement), std::move(*presenter), std::move(follower));
   return replay.run(json);
 }

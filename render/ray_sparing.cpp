@@ -121,22 +121,9 @@ Estimate Estimate::of(std::span<const double> values) {
   return {mean, std::sqrt(scatter / (count - 1) / count)};
 }
 
-Scene ct_alone(const Scene& scene) {
-  Scene few = scene;
-  few.plane.reset();
-  few.needle.reset();
-  few.spheres.clear();
-  few.lines.clear();
-  few.cutaway.reset();
-  few.predicates.reset();
-  few.ultrasound.reset();
-  few.quality.pixel_error = 0;
-  return few;
-}
-
 Result<std::vector<Sparing>> ray_sparings(Engine& engine, const Scene& scene, double step_voxels) {
   std::vector<Sparing> found;
-  Scene few = ct_alone(scene);
+  Scene few = scene;
   few.quality.step_voxels = step_voxels;
   few.quality.pixel_error = kPixelErrors[0];
   const bool large =

@@ -37,13 +37,10 @@ struct Sparing {
   PictureCost cost;        ///< Estimated for the CPU engine.
 };
 
-/// What sparing rays does to a scene, without its surfaces and cutaway: measured on small
+/// What sparing rays does to a scene without predicates: measured on small
 /// parts of the picture, at its own resolution. First a ray for every pixel, then only what is
 /// cheaper at that step by a tenth at least; nothing is drawn where no ray may be spared. Costs are
 /// counted, not timed, so that they are the same each time. Fails as the engine does.
 Result<std::vector<Sparing>> ray_sparings(Engine& engine, const Scene& scene, double step_voxels);
-
-/// The scene without what stands in its CT.
-Scene ct_alone(const Scene& scene);
 
 }  // namespace nav::render

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/ray_sparing.hpp"
+#include "render/ray_spec_cutaway.hpp"
 
 namespace nav::render {
 namespace {
@@ -32,9 +33,34 @@ constexpr double kNear = 0.05;         // So close to what is aimed at, no other
 // Of what is asked for, at least: where 8 bits alone err by more, no step reaches it.
 constexpr double kLeastShare = 0.5;
 
-/// The CT alone, in few pixels.
+/// The CT of a scene with what stands in it, and what is cut free of it, as it is.
+Scene ct_cut_open(const Scene& scene) {
+  Scene cut = scene;
+  cut.predicates.reset();
+  cut.ultrasound.reset();
+  cut.quality.pixel_error = 0;
+  return cut;
+}
+
+/// The CT alone: what hides it moves.
+Scene ct_alone(const Scene& scene) {
+  Scene alone = ct_cut_open(scene);
+  alone.plane.reset();
+  alone.needle.reset();
+  alone.spheres.clear();
+  alone.lines.clear();
+  alone.cutaway.reset();
+  return alone;
+}
+
+bool is_cut(const Scene& scene) {
+  return scene.cutaway &&
+         !(scene.cutaway->meshes.empty() && spec::make_cutaway(scene, false).empty());
+}
+
+/// In few pixels.
 Scene few_rays(const Scene& scene, double rays) {
-  Scene few = ct_alone(scene);
+  Scene few = scene;
   const double across = static_cast<double>(scene.width) / scene.height;
   const auto pixels = [&](double n) {
     return std::clamp(static_cast<int>(std::lround(n)), 1, static_cast<int>(rays));
@@ -314,7 +340,15 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
     return Error{ErrorCode::kUsage,
                  "step for an error: expected an rms in (0, 1], found " + std::to_string(rms)};
   }
-  return StepSearch(engine, scene, rms).run();
+  const Scene alone = ct_alone(scene);
+  const auto found = StepSearch(engine, alone, rms).run();
+  if (!found || !is_cut(scene)) return found;
+  // Edges of a cutaway are steeper than those of most tissues.
+  const Scene cut_open = ct_cut_open(scene);
+  const auto cut = StepSearch(engine, cut_open, rms).run();
+  if (!cut) return cut;
+  return StepChoice{std::min(found->step_voxels, cut->step_voxels), std::max(found->rms, cut->rms),
+                    found->reached && cut->reached, std::min(found->pixel_error, cut->pixel_error)};
 }
 
 }  // namespace nav::render

@@ -23,8 +23,9 @@ struct StepChoice {
 /// The step, from 4 to 1/8 voxel, and the pixel error of about the cheapest picture of the scene's
 /// CT that is estimated to err by no more than rms when it is rounded to 8 bits: a user asks for an
 /// accuracy, and how far apart samples have to lie for it depends on the volume, the transfer
-/// function and the shading. Surfaces and the cutaway are left out of the estimate, and so are
-/// predicates and a second volume.
+/// function, the shading and the cutaway. Where something is cut free it is searched twice, in the
+/// CT alone, since what hides it moves, and as the scene has it; the finer quality and the greater
+/// error count. Predicates and a second volume are left out of the estimate.
 ///
 /// Draws some 4000 rays at steps that are halved until they change little, and more, up to an
 /// eighth of the picture's, where their errors scatter: each step is measured against a quarter of
@@ -33,7 +34,8 @@ struct StepChoice {
 /// smooth function of it. What sparing rays saves and errs: ray_sparings(). Mean squares of step,
 /// rounding and sparing add up, with room for what they scatter; the split is the one of the
 /// cheapest picture by its samples. Where rounding leaves less than half of what is asked for, the
-/// step is one for half of it. Takes as long as 0.2 to 3 pictures, once: most where few edges err.
+/// step is one for half of it. Each search takes as long as 0.2 to 3 pictures: most where few edges
+/// err.
 /// Refuses an rms that is not in (0, 1], and what the engine refuses.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 

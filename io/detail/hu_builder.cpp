@@ -14,6 +14,24 @@
 
 namespace nav::io::detail {
 
+void HuBuilder::note_below(double hu) {
+  least_below_ = std::min(least_below_, hu);
+  if (different_below_.size() > kMostPaddings) return;
+  if (std::ranges::find(different_below_, hu) == different_below_.end()) {
+    different_below_.push_back(hu);
+  }
+}
+
+bool HuBuilder::lost_values() const {
+  if (floor_ != kAirHu) return true;
+  // Scanners put noise a little below air, and resampling mixes padding into what lies beside it.
+  constexpr double kNoiseHu = 500;
+  constexpr double kMostShare = 0.02;
+  return different_below_.size() > kMostPaddings &&
+         least_below_<kAirHu - kNoiseHu&& static_cast<double>(below_)> kMostShare *
+             static_cast<double>(hu_.size());
+}
+
 void HuBuilder::push(double hu) {
   constexpr double kMax = std::numeric_limits<std::int16_t>::max();
   if (!std::isfinite(hu)) {
@@ -27,6 +45,7 @@ void HuBuilder::push(double hu) {
   greatest_ = std::max(greatest_, hu);
   if (rounded < floor_) {
     ++below_;
+    note_below(rounded);
     rounded = floor_;
   } else if (rounded > kMax) {
     ++above_;
@@ -53,6 +72,11 @@ void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t 
       below += hu < least ? 1 : 0;
       above += hu > kMax ? 1 : 0;
       block[i] = static_cast<std::int16_t>(std::clamp<std::int32_t>(hu, least, kMax));
+    }
+    for (std::size_t i = 0; below > 0 && i < count; ++i) {
+      T stored;
+      std::memcpy(&stored, samples.data() + i * sizeof(T), sizeof(T));
+      if (stored + by < least) note_below(stored + by);
     }
     below_ += static_cast<std::size_t>(below);
     above_ += static_cast<std::size_t>(above);
@@ -113,9 +137,10 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   const std::string least = std::to_string(floor_) + of_unit;
   const std::string most = "32767" + of_unit;
   say(Severity::kInfo, padded_, "of padding set to " + air);
-  // What lies below air is padding too.
-  say(floor_ == kAirHu ? Severity::kInfo : Severity::kWarning, below_,
-      "below " + least + " set to " + least);
+  // What lies below air is padding too, as a rule.
+  say(lost_values() ? Severity::kWarning : Severity::kInfo, below_,
+      "below " + least + " set to " + least +
+          (lost_values() && floor_ == kAirHu ? ": no CT? Add a constant to all of them" : ""));
   say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }

@@ -36,10 +36,10 @@ class HuBuilder final : public VoxelSink {
   /// Moves the voxels out.
   [[nodiscard]] std::vector<std::int16_t> take() { return std::move(hu_); }
 
-  /// Says what was counted; refuses voxels that were not finite by number and first index, and
-  /// values that rounding would destroy: some not whole, all within less than kLeastSpan of each
-  /// other, by their range. size: of the appended stack, to name the index; unit: as CtOptions has
-  /// it.
+  /// Says what was counted, and warns where many different values were lost; refuses voxels that
+  /// were not finite by number and first index, and values that rounding would destroy: some not
+  /// whole, all within less than kLeastSpan of each other, by their range. size: of the appended
+  /// stack, to name the index; unit: as CtOptions has it.
   Result<void> report(const std::string& name, const std::array<int, 3>& size,
                       const std::string& unit, Diagnostics& diagnostics) const;
   [[nodiscard]] Result<Volume> finish(const VoxelGrid& grid, const std::string& name,
@@ -49,9 +49,16 @@ class HuBuilder final : public VoxelSink {
   template <class T>
   void append_shifted(std::span<const std::byte> samples, std::int32_t by);
   void push(double hu);
+  /// A value below the least one.
+  void note_below(double hu);
+  /// Values below the least one are no padding, which has a few values of its own.
+  [[nodiscard]] bool lost_values() const;
   std::int16_t floor_;
   std::vector<std::int16_t> hu_;
   std::size_t below_ = 0;
+  std::vector<double> different_below_;  ///< Up to kMostPaddings + 1 of them.
+  double least_below_ = kAirHu;
+  static constexpr std::size_t kMostPaddings = 16;
   std::size_t above_ = 0;
   std::size_t padded_ = 0;
   std::size_t not_finite_ = 0;

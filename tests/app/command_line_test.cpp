@@ -876,8 +876,7 @@ TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
            {"--labels l.mha", "--labels: expected a predicate label"},
            {"--bright", "--bright: expected a predicate vesselness"},
            {"--smallest-radius 1", "--smallest-radius: expected a predicate vesselness"},
-           {"--smoothing-mm 1", "--smoothing-mm: expected a predicate gradient_magnitude"},
-           {"--unknown 0", "--unknown: expected a predicate of a derived feature"}}) {
+           {"--smoothing-mm 1", "--smoothing-mm: expected a predicate gradient_magnitude"}}) {
     expect_refusal(arguments + options, 2, {expected});
   }
   expect_refusal("predicates --print-session --smallest-radius 6", 2,
@@ -1088,8 +1087,45 @@ TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
         sonde("predicates " + file + " --width 200 --height 200 --out " +
               (folder_ / "one.png").string() + " --predicates shoulder-muscle --into 0 1 0");
     EXPECT_EQ(outcome.code, 0) << size[2] << outcome.errors;
-    EXPECT_EQ(sonde("derive " + file + " --out " + (folder_ / "one").string()).code, 0);
+    const Outcome derived = sonde("derive " + file + " --out " + (folder_ / "one").string());
+    EXPECT_EQ(derived.code, 0) << derived.errors;
+    EXPECT_NE(derived.errors.find("left out: confidence, gradient-angle, gradient-along, "
+                                  "gradient-across, depth; they need scan lines (--into"),
+              std::string::npos)
+        << derived.errors;
   }
+}
+
+TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
+  VoxelGrid grid;
+  grid.size = {24, 24, 24};
+  std::vector<std::int16_t> voxels(grid.voxel_count());
+  std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "bright", "where": {"intensity": {}}}]})";
+  const auto lit = [&](std::int16_t unknown, const std::string& more) {
+    // Known and black but for the outer half, which nobody has seen.
+    for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = i % 24 < 12 ? unknown : 0;
+    const auto file = (folder_ / "u.mha").string();
+    EXPECT_TRUE(test::has_value(io::write_ct_mha(*Volume::create(grid, voxels, "u"), file)));
+    const auto out = folder_ / "u.png";
+    const Outcome outcome =
+        sonde("predicates " + file + " --predicates " + (folder_ / "bright.json").string() +
+              " --width 200 --height 200 --out " + out.string() + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const auto picture = io::read_png(out);
+    EXPECT_TRUE(test::has_value(picture));
+    int count = 0;
+    for (int y = 40; y < 220; ++y) {
+      for (int x = 0; x < 400; ++x) count += picture->at(x, y).r > 100 ? 1 : 0;
+    }
+    return std::pair(count, outcome.errors);
+  };
+  EXPECT_GT(lit(255, "").first, 1000);
+  EXPECT_EQ(lit(255, " --unknown 255").first, 0);
+  EXPECT_EQ(lit(-2000, " --unknown -2000").second.find("no voxel has"), std::string::npos)
+      << "values below air are not changed";
+  EXPECT_NE(lit(255, " --unknown 254").second.find("no voxel has the value 254"),
+            std::string::npos);
 }
 
 TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {

@@ -161,6 +161,12 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
   EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
   EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"high_deg": 400}})"),
                       {"gradient_angle.high_deg: expected a number in [0, 180], found 400"}));
+  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"low_deg": 50, "high_deg": 20}})"),
+                      {"gradient_angle: expected low_deg <= high_deg, found 50 and 20"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [
+                          {"name": "a", "importance": 0, "where": {"snr": {}}},
+                          {"name": "b", "importance": 0, "where": {"snr": {}}}]})",
+                      {"an importance above 0, found 0 of every predicate"}));
   EXPECT_TRUE(refuses(with(R"({"label": {"mask": 4294967296}})"),
                       {"label.mask", "[1, 4294967295]", "found 4294967296"}));
   EXPECT_TRUE(refuses(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));

@@ -162,6 +162,44 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   EXPECT_EQ(both->step()->pixel_error, 0) << "no ray is spared";
 }
 
+TEST_F(PresenterTest, TheNeedleIsAsLongAndThickAsIsSaid) {
+  PresenterOptions options;
+  options.needle_length_mm = 90;
+  options.needle_diameter_mm = 1.2;
+  auto presenter = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(presenter));
+  Epoch shown = epoch(SafetyState::kValid, "");
+  shown.needle = {SafetyState::kValid, ""};
+  shown.ct_from_needle =
+      Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(), {1, 2, 3});
+  const render::Scene scene = presenter->scene(shown);
+  ASSERT_TRUE(scene.needle);
+  EXPECT_NEAR((scene.needle->tip_ct.mm - scene.needle->hub_ct.mm).norm(), 90, 1e-9);
+  EXPECT_NEAR(scene.needle->radius_mm, 0.6, 1e-12);
+}
+
+TEST_F(PresenterTest, ALegendSaysWhatThePredicatesAre) {
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  const auto before = present(shown);
+  render::PredicateScene predicates;
+  predicates.model = {{{"vessel", render::PredicateExpression::kind("intensity", {0.9, 1})},
+                       {"tissue", render::PredicateExpression::kind("intensity", {0.8, 0.9})}},
+                      *render::PredicateHistogram::create({{0.75, 0, 1}, {0.25, 120, 1}})};
+  presenter_.draw_by_predicates({cube(), predicates}, false);
+  ASSERT_EQ(presenter_.legend().size(), 2u);
+  EXPECT_EQ(presenter_.legend()[0].name, "vessel");
+  EXPECT_EQ(presenter_.legend()[0].importance, "0.750");
+  EXPECT_EQ(presenter_.legend()[0].colour, bar_colour({0.75, 0, 1}));
+  const auto after = present(shown);
+  int changed = 0;
+  for (int y = kViewHeight - 40; y < kViewHeight; ++y) {
+    for (int x = 0; x < 40; ++x) changed += after.at(x, y) != before.at(x, y) ? 1 : 0;
+  }
+  EXPECT_GT(changed, 100) << "in the lower left corner";
+  const auto words = presenter_.words(shown, presenter_.scene(shown).camera, false);
+  EXPECT_TRUE(std::ranges::any_of(words, [](const auto& w) { return w.words == "vessel 0.750"; }));
+}
+
 TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   const Epoch shown = epoch(SafetyState::kValid, "");
   const auto before = present(shown);
@@ -190,11 +228,12 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   }
 }
 
-/// Pixels of the 3D view in which the hue of a predicate can be seen.
+/// Pixels of the 3D view in which the hue of a predicate can be seen, but for the legend's.
 int green_pixels(const Image2d<Rgba8>& picture) {
+  constexpr int kLegend = 24;
   int count = 0;
   for (int y = 80; y < kViewHeight; ++y) {
-    for (int x = 0; x < kViewWidth; ++x) {
+    for (int x = kLegend; x < kViewWidth; ++x) {
       const Rgba8& p = picture.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
     }

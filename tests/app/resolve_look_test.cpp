@@ -55,6 +55,33 @@ TEST_F(ResolveLookTest, CutsAroundThePlaneUnlessTold) {
   EXPECT_FALSE(resolve_look(off, voxel())->cutaway.has_value());
 }
 
+TEST_F(ResolveLookTest, ComponentsBetweenWholeNumbersAreWarnedOf) {
+  const auto warnings = [](std::vector<render::TransferComponent> components) {
+    CollectingDiagnostics diagnostics;
+    warn_of_lost_components(*render::TransferFunction::blend("t", std::move(components)),
+                            diagnostics);
+    std::vector<std::string> said;
+    for (const auto& entry : diagnostics.entries()) said.push_back(entry.message);
+    return said;
+  };
+  const render::TransferComponent lost{
+      "mask", {{0.3, {1, 1, 1}, 0, 1}, {0.5, {1, 1, 1}, 0.8, 1}, {0.7, {1, 1, 1}, 0, 1}}, {}};
+  render::TransferComponent kept = lost;
+  for (auto& node : kept.nodes) node.hu *= 1000;
+  const auto said = warnings({kept, lost});
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("component mask"), std::string::npos) << said[0];
+  EXPECT_NE(said[0].find("0.8 at 0.5, of which 0 is drawn"), std::string::npos) << said[0];
+  // A step between neighbouring values loses nothing.
+  EXPECT_TRUE(
+      warnings({{"step", {{99.999, {1, 1, 1}, 0, 1}, {100, {1, 1, 1}, 0.8, 1}}, {}}}).empty());
+  for (const std::string& name : {"ct-bone", "ct-liver", "cta-vessels", "mr-default"}) {
+    CollectingDiagnostics diagnostics;
+    warn_of_lost_components(*render::preset_transfer_function(name), diagnostics);
+    EXPECT_TRUE(diagnostics.entries().empty()) << name;
+  }
+}
+
 TEST_F(ResolveLookTest, TakesTheFileAndTheSessionOnTop) {
   SessionConfig::Look said;
   said.file = look_file();

@@ -590,6 +590,39 @@ void expect_shift_is_rescaling(PixelType type) {
   }
 }
 
+TEST(HuBuilderTest, ValuesBelowAirThatAreNoPaddingAreWarnedOf) {
+  const auto said = [](const std::vector<std::int16_t>& values, std::int16_t least) {
+    detail::HuBuilder builder(0, least);
+    builder.append(std::as_bytes(std::span(values)), PixelType::kInt16, {1, 0, {}});
+    CollectingDiagnostics diagnostics;
+    EXPECT_TRUE(test::has_value(
+        builder.report("a", {static_cast<int>(values.size()), 1, 1}, "HU", diagnostics)));
+    std::vector<std::pair<Severity, std::string>> out;
+    for (const auto& entry : diagnostics.entries()) {
+      out.emplace_back(entry.severity, entry.message);
+    }
+    return std::pair(builder.take(), out);
+  };
+  std::vector<std::int16_t> padded(1000, 40);
+  std::fill_n(padded.begin(), 300, -3024);
+  const auto [hu, quiet] = said(padded, kAirHu);
+  EXPECT_EQ(hu.front(), kAirHu);
+  ASSERT_EQ(quiet.size(), 1u);
+  EXPECT_EQ(quiet[0].first, Severity::kInfo);
+  std::vector<std::int16_t> magnetic(1000);
+  for (std::size_t i = 0; i < magnetic.size(); ++i) {
+    magnetic[i] = static_cast<std::int16_t>(4 * static_cast<int>(i) - 2000);
+  }
+  const auto [lost, loud] = said(magnetic, kAirHu);
+  EXPECT_EQ(lost.front(), kAirHu);
+  ASSERT_EQ(loud.size(), 1u);
+  EXPECT_EQ(loud[0].first, Severity::kWarning);
+  EXPECT_NE(loud[0].second.find("244 voxels below -1024 HU"), std::string::npos) << loud[0].second;
+  const auto [kept, nothing] = said(magnetic, -32768);
+  EXPECT_EQ(kept, magnetic) << "ultrasound keeps them";
+  EXPECT_TRUE(nothing.empty());
+}
+
 TEST(HuBuilderTest, WholeNumbersGiveTheSameHuAndCountsWithoutRounding) {
   expect_shift_is_rescaling<std::int16_t>(PixelType::kInt16);
   expect_shift_is_rescaling<std::uint16_t>(PixelType::kUint16);

@@ -279,6 +279,30 @@ TEST(StepSearchTest, WhatHidesTheVolumeDoesNotHideItsError) {
   EXPECT_EQ(one->rms, other->rms);
 }
 
+TEST(StepSearchTest, ACutawayErrsNoMoreThanIsSaid) {
+  // True over estimated, of the whole picture.
+  constexpr double kMost = 1.2;
+  const auto engine = make_cpu_engine();
+  bool finer = false;
+  for (const char* preset : {"ct-liver", "ct-soft-tissue"}) {
+    for (const double overlay_mm : {0.0, 15.0}) {
+      Scene scene = abdomen(preset, false);
+      const auto bare = step_for_error(*engine, scene, kDefaultRms);
+      scene.plane = test::upright_plane(test::grey_picture(120, 120, 90), 1, {-60, -40, 60});
+      scene.cutaway.emplace().overlay_mm = overlay_mm;
+      const auto cut = step_for_error(*engine, scene, kDefaultRms);
+      ASSERT_TRUE(test::has_value(bare) && test::has_value(cut));
+      const RenderedImage truth = truth_of(*engine, scene);
+      const double found = rms_difference(
+          at_quality(*engine, scene, cut->step_voxels, cut->pixel_error).pixels, truth.pixels);
+      EXPECT_LT(found, kMost * cut->rms) << preset << ", " << overlay_mm;
+      EXPECT_LE(cut->step_voxels, bare->step_voxels);
+      finer = finer || cut->step_voxels < 0.9 * bare->step_voxels || cut->rms > 1.05 * bare->rms;
+    }
+  }
+  EXPECT_TRUE(finer) << "the cutaway is the harder one in some of them";
+}
+
 TEST(StepSearchTest, RefusesAnErrorThatIsNone) {
   for (const double rms : {0.0, -1.0, 1.5, std::nan("")}) {
     const auto choice = step_for_error(*make_cpu_engine(), abdomen("ct-bone", true), rms);

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Replays in a real X11 window, by the built program.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <sys/wait.h>
+
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+class ReplayWindowTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no X display (run under xvfb-run)";
+    ASSERT_EQ(run("", "simulate --out " + recording() + " --ct " + ct() +
+                          " --ct-spacing-mm 5 --duration-s 1 --frame-rate-hz 10 --columns 64 "
+                          "--rows 64"),
+              0);
+  }
+  [[nodiscard]] std::string recording() const { return (folder_ / "sweep.mha").string(); }
+  [[nodiscard]] std::string ct() const { return (folder_ / "ct.mha").string(); }
+  /// before: what runs the program.
+  [[nodiscard]] int run(const std::string& before, const std::string& arguments) const {
+    const std::string command = before + " " + SONDE_PROGRAM + " " + arguments + " >" +
+                                (folder_ / "log").string() + " 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(ReplayWindowTest, ShowsTheRecordingAndWritesNothingButTheReport) {
+  const auto report = folder_ / "report.json";
+  // Ctrl-C closes the window: long after the recording's one second.
+  EXPECT_EQ(run("timeout --preserve-status -s INT 12",
+                "replay " + recording() + " --ct " + ct() +
+                    " --window --width 160 --height 120 --step 4 --json " + report.string()),
+            0);
+  std::ifstream file(report);
+  ASSERT_TRUE(file.good());
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_TRUE(json["frames"].empty());
+  EXPECT_TRUE(json["image_sha256"].is_null());
+  EXPECT_TRUE(json["ledger"]["balanced"].get<bool>());
+  EXPECT_GE(json["ledger"]["shown"].get<int>(), 1);
+  int pictures = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
+    pictures += entry.path().extension() == ".png" ? 1 : 0;
+  }
+  EXPECT_EQ(pictures, 0);
+}
+
+}  // namespace
+}  // namespace nav::app
