@@ -194,7 +194,7 @@ Result<void> PredicateGallery::scribbles() {
   auto scene = scene_of(model, {}, *volume);
   if (!scene) return scene.error();
   const auto strokes = shoulder_strokes(*volume);
-  constexpr double kShare = 0.5;
+  constexpr double kShare = 0.25;  // The paper's.
   const auto outcome = scribble(*scene, strokes, kShare);
   if (!outcome) return outcome.error();
   auto before = rendered(*scene);

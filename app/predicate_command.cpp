@@ -70,8 +70,8 @@ void add_scribble_options(CLI::App& verb, PredicateOptions& o) {
                 o.strokes.push_back(or_throw(parse_stroke(name, paint, text)));
               }
             },
-            "'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', LPS mm: a stroke; several, in order: "
-            "the last one that covers a voxel counts")
+            "'x,y,z x,y,z … [radius=MM] [thickness=MM] [normal=x,y,z]', LPS mm: a stroke; several, "
+            "in order: the last one that covers a voxel counts")
         ->trigger_on_parse();
   }
   verb.add_option("--scribble-share", o.scribble_share, "of the importance that strokes move")

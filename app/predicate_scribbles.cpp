@@ -58,29 +58,53 @@ Paint read_paint(JsonMember& member) {
   return paint == "hide" ? Paint::kHide : paint == "erase" ? Paint::kErase : Paint::kShow;
 }
 
-/// What the mask would refuse without knowing the file.
-void check_numbers(const Stroke& stroke, const std::vector<double>& normal, double thickness_mm,
-                   JsonMember& member) {
+/// Numbers of a stroke as they were given.
+struct GivenStroke {
+  Stroke stroke;  ///< Neither normal nor thickness yet.
+  std::optional<Eigen::Vector3d> normal;
+  double thickness_mm = 0;
+};
+
+/// What is wrong with a number of it.
+struct StrokeFault {
+  std::string member;  ///< Of the file.
+  std::string expected;
+  Json found;
+};
+
+Json json_of_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// What the mask would refuse without knowing where the stroke comes from.
+std::optional<StrokeFault> fault_of(const GivenStroke& given) {
   constexpr double kMost = 1000;
-  for (const auto& p : stroke.points) {
+  for (const auto& p : given.stroke.points) {
     if ((p.mm.cwiseAbs().array() <= Stroke::kFurthestMm).all()) continue;
-    member.fail("points_mm", "numbers within 1e6 mm", {p.mm.x(), p.mm.y(), p.mm.z()});
+    return StrokeFault{"points_mm", "numbers within 1e6 mm", json_of_point(p.mm)};
   }
-  const bool no_direction =
-      !normal.empty() &&
-      !std::any_of(normal.begin(), normal.end(), [](double x) { return std::abs(x) > 1e-12; });
-  if (no_direction) member.fail("normal", "3 numbers, not all 0", normal);
-  if (!(stroke.radius_mm > 0 && stroke.radius_mm <= kMost)) {
-    member.fail("radius_mm", "a number in (0, 1000]", stroke.radius_mm);
+  if (given.normal && !(given.normal->cwiseAbs().maxCoeff() > 1e-12)) {
+    return StrokeFault{"normal", "3 numbers, not all 0", json_of_point(*given.normal)};
   }
-  if (!(thickness_mm >= 0 && thickness_mm <= 2 * kMost)) {
-    member.fail("thickness_mm", "a number in [0, 2000]", thickness_mm);
+  const double radius = given.stroke.radius_mm;
+  if (!(radius > 0 && radius <= kMost)) {
+    return StrokeFault{"radius_mm", "a number in (0, 1000]", radius};
   }
+  if (!(given.thickness_mm >= 0 && given.thickness_mm <= 2 * kMost)) {
+    return StrokeFault{"thickness_mm", "a number in [0, 2000]", given.thickness_mm};
+  }
+  return {};
+}
+
+/// Of numbers without a fault.
+Stroke completed(GivenStroke given) {
+  given.stroke.half_thickness_mm = 0.5 * given.thickness_mm;
+  complete(given.normal, given.stroke);
+  return std::move(given.stroke);
 }
 
 Stroke read_stroke(const Json& json, const std::string& where, std::optional<Error>& error) {
   JsonMember member(json, where, error);
-  Stroke stroke;
+  GivenStroke given;
+  Stroke& stroke = given.stroke;
   stroke.paint = read_paint(member);
   member.list("points_mm", [&](const Json& one, const std::string& at) {
     const bool good =
@@ -95,17 +119,24 @@ Stroke read_stroke(const Json& json, const std::string& where, std::optional<Err
   if (stroke.points.empty()) member.fail("points_mm", "at least one point", nullptr);
   std::vector<double> normal;
   member.numbers("normal", 3, normal);
-  double thickness = 0;
   member.number("radius_mm", stroke.radius_mm);
-  member.number("thickness_mm", thickness);
+  member.number("thickness_mm", given.thickness_mm);
   member.finish();
-  check_numbers(stroke, normal, thickness, member);
   if (error) return stroke;
-  stroke.half_thickness_mm = 0.5 * thickness;
-  complete(normal.empty() ? std::optional<Eigen::Vector3d>()
-                          : Eigen::Vector3d(normal[0], normal[1], normal[2]),
-           stroke);
-  return stroke;
+  if (!normal.empty()) given.normal = Eigen::Vector3d(normal[0], normal[1], normal[2]);
+  if (const auto fault = fault_of(given)) {
+    member.fail(fault->member, fault->expected, fault->found);
+    return stroke;
+  }
+  return completed(std::move(given));
+}
+
+std::string name_of_stroke(std::size_t n) { return "stroke " + std::to_string(n + 1); }
+
+bool read_number(const std::string& text, double& number) {
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ec == std::errc() && read.ptr == end;
 }
 
 /// "a,b,c"; absent for anything else.
@@ -144,30 +175,42 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
 }
 
 Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::string& text) {
-  const Error refuse{
-      ErrorCode::kUsage,
-      option + ": expected 'x,y,z x,y,z … [radius=MM] [normal=x,y,z]', found '" + text + "'"};
-  Stroke stroke;
-  stroke.paint = paint;
-  std::optional<Eigen::Vector3d> normal;
+  const Error refuse{ErrorCode::kUsage, option +
+                                            ": expected 'x,y,z x,y,z … [radius=MM] [thickness=MM] "
+                                            "[normal=x,y,z]', found '" +
+                                            text + "'"};
+  GivenStroke given;
+  given.stroke.paint = paint;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     if (word.starts_with("radius=")) {
-      const char* const end = word.data() + word.size();
-      const auto read = std::from_chars(word.data() + 7, end, stroke.radius_mm);
-      if (read.ec != std::errc() || read.ptr != end) return refuse;
+      if (!read_number(word.substr(7), given.stroke.radius_mm)) return refuse;
+    } else if (word.starts_with("thickness=")) {
+      if (!read_number(word.substr(10), given.thickness_mm)) return refuse;
     } else if (word.starts_with("normal=")) {
-      normal = vector_of(word.substr(7));
-      if (!normal) return refuse;
+      given.normal = vector_of(word.substr(7));
+      if (!given.normal) return refuse;
     } else {
       const auto point = vector_of(word);
       if (!point) return refuse;
-      stroke.points.push_back({*point});
+      given.stroke.points.push_back({*point});
     }
   }
-  if (stroke.points.empty()) return refuse;
-  complete(normal, stroke);
-  return stroke;
+  if (given.stroke.points.empty()) return refuse;
+  if (const auto fault = fault_of(given)) {
+    return Error{ErrorCode::kUsage, option + ": " + fault->member + ": expected " +
+                                        fault->expected + ", found " + fault->found.dump() +
+                                        " in '" + text + "'"};
+  }
+  return completed(std::move(given));
+}
+
+Result<void> check_strokes(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
+  for (std::size_t n = 0; n < strokes.size(); ++n) {
+    const auto ok = render::derived::check(strokes[n], grid);
+    if (!ok) return Error{ok.error().code, name_of_stroke(n) + ": " + ok.error().message};
+  }
+  return {};
 }
 
 Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<Stroke>& strokes,
@@ -177,7 +220,7 @@ Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<S
   if (!set) return set.error();
   ScribbleMask mask(scene.ct->grid());
   for (std::size_t n = 0; n < strokes.size(); ++n) {
-    const std::string name = "stroke " + std::to_string(n + 1);
+    const std::string name = name_of_stroke(n);
     const auto painted = mask.add(strokes[n]);
     if (!painted) return Error{painted.error().code, name + ": " + painted.error().message};
     if (!painted->covers_any) {

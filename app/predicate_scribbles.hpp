@@ -22,10 +22,15 @@ namespace nav::app {
 /// what was expected and what was found.
 Result<std::vector<render::derived::Stroke>> read_scribble_file(const std::filesystem::path& path);
 
-/// "x,y,z x,y,z …[ radius=MM][ normal=x,y,z]", LPS mm: a stroke of the command line. kUsage, naming
-/// the option, for anything else.
+/// "x,y,z x,y,z …[ radius=MM][ thickness=MM][ normal=x,y,z]", LPS mm: a stroke of the command line.
+/// kUsage, naming the option, for anything else and for numbers that a file may not have either.
 Result<render::derived::Stroke> parse_stroke(const std::string& option,
                                              render::derived::Paint paint, const std::string& text);
+
+/// Refuses strokes that leave their slices on such a grid, naming their number: what scribble()
+/// would refuse, before there is a scene.
+Result<void> check_strokes(const std::vector<render::derived::Stroke>& strokes,
+                           const VoxelGrid& grid);
 
 /// What strokes did to a histogram.
 struct ScribbleOutcome {

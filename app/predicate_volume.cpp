@@ -12,6 +12,7 @@
 #include "app/predicate_labels.hpp"
 #include "app/predicate_layers.hpp"
 #include "app/predicate_scan_lines.hpp"
+#include "app/predicate_scribbles.hpp"
 #include "app/predicate_white.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
@@ -220,12 +221,14 @@ render::SphereShape target_sphere(const Eigen::Vector4d& target) {
 }
 
 Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
-                                              Console& console, DistancesFrom from) {
+                                              Console& console, DistancesFrom from,
+                                              const std::vector<render::derived::Stroke>& strokes) {
   auto file = set_up_of(options);
   if (!file) return file.error();
   auto volume = volume_of(options, threads, console);
   if (!volume) return volume.error();
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
+  if (const auto ok = check_strokes(strokes, volume->ultrasound->grid()); !ok) return ok.error();
   if (!options.volume.empty()) {
     warn_of_white(options.volume.string(), volume->ultrasound->hu(), options.white, options.unknown,
                   console);

@@ -41,9 +41,10 @@ enum class DistancesFrom {
 /// Reads the set-up, the volume (or makes the phantom), its labels and scan lines, and derives the
 /// features that the set-up asks for, showing how far it is; Ctrl-C then ends it (kCancelled).
 /// Before anything is computed it refuses (kUsage) what
-/// predicates ask for and nobody gave.
-Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
-                                              Console& console,
-                                              DistancesFrom from = DistancesFrom::kOptions);
+/// predicates ask for and nobody gave, and what check_strokes() does.
+Result<PreparedPredicates> prepare_predicates(
+    const PredicateOptions& options, int threads, Console& console,
+    DistancesFrom from = DistancesFrom::kOptions,
+    const std::vector<render::derived::Stroke>& strokes = {});
 
 }  // namespace nav::app

@@ -196,7 +196,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   if (!strokes) return strokes.error();
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  auto made = prepare_predicates(options, config.output.threads, console);
+  auto made = prepare_predicates(options, config.output.threads, console, DistancesFrom::kOptions,
+                                 *strokes);
   if (!made) return made.error();
   auto& [file, volume] = *made;
   render::Scene scene = scene_of(config, file, volume);

@@ -44,8 +44,11 @@ struct PredicateBenchRow {
   double max_error = 0;    ///< Of early termination, of any channel, [0, 1].
   bool identical = false;  ///< Skipping on and off draw the same bytes.
   double prepare_ms = 0;   ///< Wall time after a new importance: process time of the whole edit.
-  double set_edit_ms = 0;  ///< After another set of predicates, features being there.
-  ProgressiveEdit edit;    ///< From a set that reads nothing but the volume.
+  /// The same after another set of predicates: from one that reads nothing but the volume, features
+  /// being there.
+  double set_edit_ms = 0;
+  ProgressiveEdit edit;     ///< From that set too.
+  double engine_bytes = 0;  ///< RAM of one engine that has drawn it, volume and features excluded.
 };
 
 struct PredicateBenchReport {
@@ -54,7 +57,7 @@ struct PredicateBenchReport {
   int bound_violations = 0;  ///< Of them.
   double naive_error = 0;    ///< Worst error of stopping by opacity alone, in a pixel of them.
   std::optional<GlPredicateReport> gl;  ///< Absent: no OpenGL.
-  /// In RAM beyond the volumes, greatest over scenes; MB. Absent: no CPU engine.
+  /// PredicateBenchRow::engine_bytes, greatest over scenes; MB. Absent: no CPU engine.
   std::optional<double> megabytes;
 
   /// Median over scenes of standard_cpu_ms / predicate_cpu_ms.

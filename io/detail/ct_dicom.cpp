@@ -156,6 +156,7 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
   if (const auto ok = validate(grid, name); !ok) return ok.error();
   auto builder = decode_slices(*stack, name, options.least);
   if (!builder) return builder.error();
+  if (series->modality == "CT") builder->set_ct();
   const auto reported = builder->report(name, stack->grid().size, options.unit, diagnostics);
   if (!reported) return reported.error();
   if (stack->regular) return Volume::create(grid, builder->take(), name);

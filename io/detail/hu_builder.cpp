@@ -23,6 +23,7 @@ void HuBuilder::note_below(double hu) {
 }
 
 bool HuBuilder::lost_values() const {
+  if (ct_) return false;
   if (floor_ != kAirHu) return true;
   // Scanners put noise a little below air, and resampling mixes padding into what lies beside it.
   constexpr double kNoiseHu = 500;

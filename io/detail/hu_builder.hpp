@@ -27,6 +27,8 @@ class HuBuilder final : public VoxelSink {
     hu_.reserve(voxel_count);
   }
 
+  /// The file says that it is a CT: what lies below air is none of its values.
+  void set_ct() { ct_ = true; }
   void reserve(std::size_t voxel_count) override { hu_.reserve(voxel_count); }
   void append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) override;
   [[nodiscard]] const std::vector<std::int16_t>& hu() const { return hu_; }
@@ -54,6 +56,7 @@ class HuBuilder final : public VoxelSink {
   /// Values below the least one are no padding, which has a few values of its own.
   [[nodiscard]] bool lost_values() const;
   std::int16_t floor_;
+  bool ct_ = false;
   std::vector<std::int16_t> hu_;
   std::size_t below_ = 0;
   std::vector<double> different_below_;  ///< Up to kMostPaddings + 1 of them.

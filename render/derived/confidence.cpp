@@ -45,8 +45,13 @@ Error not_converged(const std::string& name, const ConfidenceOptions& options,
                     const SolveReport& report) {
   std::ostringstream text;
   text << name << ": expected an estimated error of " << options.solve.error << " within "
-       << options.solve.max_iterations << " iterations, found " << report.estimated_error
-       << " after " << report.iterations;
+       << options.solve.max_iterations << " iterations, found ";
+  if (std::isfinite(report.estimated_error)) {
+    text << report.estimated_error;
+  } else {
+    text << "none known";
+  }
+  text << " after " << report.iterations;
   return {ErrorCode::kNumerical, text.str()};
 }
 
@@ -61,7 +66,7 @@ Result<void> validate(const ConfidenceOptions& options) {
       {"alpha", options.alpha, 0, 20},
       {"beta", options.beta, 0, 1000},
       {"gamma", options.gamma, 0, 1},
-      {"error", options.solve.error, 1e-12, 0.1},
+      {"error", options.solve.error, 1e-12, 0.01},
       {"max_iterations", static_cast<double>(options.solve.max_iterations), 1, 1e6},
   };
   for (const Range& r : ranges) {

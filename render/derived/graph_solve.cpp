@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "nav/index.hpp"
+#include "render/derived/error_estimate.hpp"
 #include "render/derived/graph_rows.hpp"
 #include "render/derived/multigrid.hpp"
 
@@ -14,17 +17,22 @@ namespace {
 class Inner {
  public:
   Inner(Multigrid& system, const RunOptions& run)
-      : system_(system), graph_(system.fine()), run_(run), planes_(as_size(graph_.size()[2])) {
+      : system_(system),
+        graph_(system.fine()),
+        run_(run),
+        planes_(as_size(graph_.size()[2])),
+        lengths_(planes_.size()) {
     for (auto* v : {&r_, &z_, &p_, &ap_, &e_}) *v = ZeroedArray<float>(graph_.cells());
   }
   [[nodiscard]] ZeroedArray<float>& residual() { return r_; }
   [[nodiscard]] const ZeroedArray<float>& correction() const { return e_; }
   [[nodiscard]] double estimate() const { return estimate_; }
 
-  /// Until the estimated error |M r| is below goal, or the residual below kReduction of what it
-  /// was; returns the iterations used.
+  /// Until the estimated error is below goal, or the residual below kReduction of what it was;
+  /// returns the iterations used.
   int run(double goal, int most) {
     std::fill(e_.begin(), e_.end(), 0.0F);
+    known_.restart();
     const double start = std::sqrt(dot(r_, r_));
     double rz = 0;
     int iteration = 0;
@@ -32,15 +40,17 @@ class Inner {
     while (iteration < most && !run_.stop.stop_requested()) {
       const auto [zz, rz_new] = system_.apply(r_, z_);
       if (run_.stop.stop_requested()) break;
-      estimate_ = std::sqrt(zz);
-      if (first_estimate_ == 0) first_estimate_ = estimate_;
+      const bool direct = system_.levels() == 1;
+      estimate_ = direct ? std::sqrt(zz) : known_.error(rz_new);
+      if (!std::isfinite(first_estimate_)) first_estimate_ = estimate_;
       report_progress(goal);
       if (estimate_ <= goal) break;
       if (!(rz_new > 0)) break;
       advance_direction(iteration == 0 ? 0 : rz_new / rz);
       rz = rz_new;
-      const double pap = multiply();
+      const auto [pap, pp] = multiply();
       if (!(pap > 0)) break;
+      known_.add_step(rz, pap, pp);
       const double left = std::sqrt(step(static_cast<float>(rz / pap)));
       ++iteration;
       if (left <= kReduction * start) break;
@@ -62,7 +72,7 @@ class Inner {
   }
   /// Errors fall by a factor an iteration: the share done goes by their logarithm.
   void report_progress(double goal) const {
-    if (!run_.progress || !(first_estimate_ > goal)) return;
+    if (!run_.progress || !std::isfinite(estimate_) || !(first_estimate_ > goal)) return;
     const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
     run_.progress(std::clamp(share, 0.0, 1.0));
   }
@@ -79,12 +89,19 @@ class Inner {
       for (std::size_t i = 0; i < as_size(graph_.row_length()); ++i) p[i] = z[i] + factor * p[i];
     });
   }
-  double multiply() {
-    return sum([&](int j, int k, std::size_t first) {
+  /// Of the direction: p · A p and p · p.
+  struct Direction {
+    double pap = 0, pp = 0;
+  };
+  Direction multiply() {
+    std::fill(lengths_.begin(), lengths_.end(), 0.0);
+    const double pap = sum([&](int j, int k, std::size_t first) {
       kernels().packed_laplacian(system_.packed().row(j, k), &p_[first], &ap_[first],
                                  graph_.row_length());
+      lengths_[as_size(k)] += kernels().dot(&p_[first], &p_[first], graph_.row_length());
       return kernels().dot(&p_[first], &ap_[first], graph_.row_length());
     });
+    return {pap, std::accumulate(lengths_.begin(), lengths_.end(), 0.0)};
   }
   double step(float alpha) {
     return sum([&](int, int, std::size_t first) {
@@ -96,10 +113,11 @@ class Inner {
   Multigrid& system_;
   const GridGraph& graph_;
   const RunOptions& run_;
-  std::vector<double> planes_;
+  std::vector<double> planes_, lengths_;
   ZeroedArray<float> r_, z_, p_, ap_, e_;
-  double estimate_ = 0;
-  double first_estimate_ = 0;
+  ErrorEstimate known_;
+  double estimate_ = std::numeric_limits<double>::infinity();
+  double first_estimate_ = std::numeric_limits<double>::infinity();
 };
 
 /// r = b - A x in double; returns |r|. Nodes without edges have no residual.

@@ -9,7 +9,7 @@
 namespace nav::render::derived {
 namespace {
 
-Result<void> check(const Stroke& stroke) {
+Result<void> check_numbers(const Stroke& stroke) {
   const auto refuse = [](const std::string& expected, const auto& found) {
     std::ostringstream text;
     text << "scribble: expected " << expected << ", found " << found;
@@ -42,6 +42,17 @@ double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from
   return (p - from - t * along).norm();
 }
 
+Eigen::Vector3d unit_normal_of(const Stroke& stroke) {
+  // Stable: squares of finite numbers may not be finite.
+  return stroke.plane_normal.v.stableNormalized();
+}
+
+double half_thickness_of(const Stroke& stroke, const VoxelGrid& grid) {
+  if (stroke.half_thickness_mm > 0) return stroke.half_thickness_mm;
+  return 0.5 *
+         (grid.directions.transpose() * unit_normal_of(stroke)).cwiseAbs().dot(grid.spacing_mm);
+}
+
 std::uint8_t bit_of(Paint paint) {
   return paint == Paint::kShow   ? ScribbleMask::kShowBit
          : paint == Paint::kHide ? ScribbleMask::kHideBit
@@ -50,19 +61,33 @@ std::uint8_t bit_of(Paint paint) {
 
 }  // namespace
 
+Result<void> check(const Stroke& stroke, const VoxelGrid& grid) {
+  if (const auto ok = check_numbers(stroke); !ok) return ok;
+  constexpr double kRoundingMm = 1e-6;
+  const Eigen::Vector3d normal = unit_normal_of(stroke);
+  const double allowed_mm = half_thickness_of(stroke, grid);
+  for (std::size_t n = 0; n < stroke.points.size(); ++n) {
+    const Eigen::Vector3d& p = stroke.points[n].mm;
+    const double off_mm = std::abs((p - stroke.points.front().mm).dot(normal));
+    if (off_mm <= allowed_mm + kRoundingMm) continue;
+    std::ostringstream text;
+    text << "scribble: expected points within " << allowed_mm
+         << " mm, half its thickness, of the slice through the first one, found point " << n + 1
+         << " at (" << p.transpose() << "), " << off_mm << " mm off it";
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return {};
+}
+
 ScribbleMask::ScribbleMask(const VoxelGrid& grid) : grid_(grid), bits_(grid.voxel_count()) {
   const auto ok = validate(grid, "scribbles");
   NAV_CHECK(ok.has_value());
 }
 
 Result<ScribbleMask::Painted> ScribbleMask::add(const Stroke& stroke) {
-  if (const auto ok = check(stroke); !ok) return ok.error();
-  // Stable: squares of finite numbers may not be finite.
-  const Eigen::Vector3d normal = stroke.plane_normal.v.stableNormalized();
-  const double thickness =
-      stroke.half_thickness_mm > 0
-          ? stroke.half_thickness_mm
-          : 0.5 * (grid_.directions.transpose() * normal).cwiseAbs().dot(grid_.spacing_mm);
+  if (const auto ok = check(stroke, grid_); !ok) return ok.error();
+  const Eigen::Vector3d normal = unit_normal_of(stroke);
+  const double thickness = half_thickness_of(stroke, grid_);
   Painted painted;
   for (std::size_t n = 0; n < stroke.points.size(); ++n) {
     const std::size_t next = std::min(n + 1, stroke.points.size() - 1);

@@ -25,6 +25,11 @@ struct Stroke {
   Paint paint = Paint::kShow;
 };
 
+/// Refuses strokes without points, with numbers that are not finite or out of range, or with a
+/// point farther from the plane through the first one than half the thickness: a part of them would
+/// mark nothing. Names the point, its distance and what is allowed.
+Result<void> check(const Stroke& stroke, const VoxelGrid& grid);
+
 /// Voxels marked by strokes, one byte each. A later stroke replaces what it covers: no voxel is
 /// both shown and hidden.
 class ScribbleMask {
@@ -40,8 +45,8 @@ class ScribbleMask {
     bool covers_any = false;  ///< Voxels of the volume lie under the stroke.
   };
   /// Marks the voxels whose centres lie within radius_mm of the polyline and half_thickness_mm of
-  /// the plane through its first point. Refuses strokes without points, numbers that are not finite
-  /// or out of range. What lies outside the volume is left out.
+  /// the plane through its first point. Refuses what check() does. What lies outside the volume is
+  /// left out.
   Result<Painted> add(const Stroke& stroke);
   void clear();
 

@@ -9,7 +9,7 @@ namespace nav::render::derived {
 namespace {
 
 /// Raised with every change of a feature's values: those of before are then found no more.
-constexpr double kDefinitionVersion = 4;
+constexpr double kDefinitionVersion = 5;
 
 template <class... Cases>
 struct Overloaded : Cases... {

@@ -646,7 +646,7 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
   expect_refusal(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "1e7 mm"});
   const Outcome stroke = sonde(deep + " --into 0 1 0 --show '10,10,10 normal=1e300,0,0'");
   EXPECT_EQ(stroke.code, 0) << stroke.errors;
-  expect_refusal(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"stroke 1", "1e6 mm"});
+  expect_refusal(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"--show", "1e6 mm"});
   const auto write = [&](const char* name, const std::string& text) {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
@@ -907,6 +907,14 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
   expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
   expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
+  expect_refusal("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,
+                 {"--show", "radius_mm", "-1"});
+  expect_refusal(arguments + " --hide '15,2,9 15,20,12 normal=0,0,1'", 2,
+                 {"stroke 1", "point 2", "3 mm off"});
+  std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
+      {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
+  expect_refusal(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
+                 {"stroke 1", "point 2", "mm off"});
   // Twice the same voxels is no mistake.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),

@@ -226,6 +226,21 @@ TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
     EXPECT_TRUE(test::refuses(parse_stroke("--show", Paint::kShow, text), ErrorCode::kUsage,
                               {"--show", std::string("'") + text + "'"}));
   }
+  const auto thick = parse_stroke("--show", Paint::kShow, "1,2,3 normal=0,0,1 thickness=3");
+  ASSERT_TRUE(test::has_value(thick));
+  EXPECT_EQ(thick->half_thickness_mm, 1.5);
+  struct Bad {
+    const char *text, *member, *expected, *found;
+  };
+  for (const auto& [text, member, expected, found] :
+       {Bad{"1,2,3 radius=-1", "radius_mm", "(0, 1000]", "-1"},
+        Bad{"1,2,3 thickness=-2", "thickness_mm", "[0, 2000]", "-2"},
+        Bad{"1,2,3 normal=0,0,0", "normal", "not all 0", "[0.0,0.0,0.0]"},
+        Bad{"1e300,2,3", "points_mm", "1e6 mm", "1e+300"}}) {
+    const auto refused = parse_stroke("--hide", Paint::kHide, text);
+    EXPECT_TRUE(
+        test::refuses(refused, ErrorCode::kUsage, {"--hide", member, expected, found, text}));
+  }
 }
 
 TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
@@ -246,6 +261,14 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
   ASSERT_TRUE(test::has_value(alike));
   EXPECT_FALSE(alike->decisive);
   EXPECT_TRUE(alike->histogram.bars() == scene.predicates->model.histogram.bars());
+  const auto off = parse_stroke("--show", Paint::kShow, "8,1,3 8,8,4 normal=0,0,1");
+  for (const auto& refused : {scribble(scene, {*show, *off}, 0.25).error(),
+                              check_strokes({*show, *off}, scene.ct->grid()).error()}) {
+    EXPECT_EQ(refused.code, ErrorCode::kUsage);
+    for (const char* piece : {"stroke 2", "point 2 at (8 8 4)", "1 mm off"}) {
+      EXPECT_NE(refused.message.find(piece), std::string::npos) << refused.message;
+    }
+  }
   const auto outside = parse_stroke("--show", Paint::kShow, "500,0,0");
   EXPECT_TRUE(test::refuses(scribble(scene, {*show, *outside}, 0.25), ErrorCode::kUsage,
                             {"stroke 2", "found none"}));

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 #include <set>
 
+#include "bench/derived.hpp"
 #include "bench/predicate_bench.hpp"
+#include "bench/predicate_phantom.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
 #include "bench/scene_set.hpp"
+#include "render/derived/confidence.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::bench {
@@ -42,6 +45,54 @@ TEST(PredicateBenchReportTest, WhatNoSceneMeasuredIsNoNumber) {
   report.rows.back().edit.first_ms = 7;
   EXPECT_EQ(report.max_error(), 0.25);
   EXPECT_EQ(report.worst_set_edit_wall_ms(), 7);
+}
+
+TEST(PredicateBenchTest, MeasuresWhatAnEngineHoldsAndAnEditOfTheSet) {
+  constexpr int kSide = 96;
+  PredicateBenchOptions options;
+  options.side = kSide;
+  options.width = 48;
+  options.height = 36;
+  options.repeats = {1, 0};
+  options.volume = "neck";
+  options.look = "vessel";  // The only one: another set cannot be the first of the volume.
+  options.gl = false;
+  CollectingDiagnostics diagnostics;
+  const auto report = measure_predicates(options, diagnostics);
+  ASSERT_TRUE(test::has_value(report));
+  ASSERT_EQ(report->rows.size(), 1U);
+  const PredicateBenchRow& row = report->rows.front();
+  // It holds 32 bits for each voxel of the volume and of vesselness (CpuVolume).
+  constexpr double kVoxels = 1.0 * kSide * kSide * kSide;
+  EXPECT_GT(row.engine_bytes, 8 * kVoxels);
+  EXPECT_LT(row.engine_bytes, 12 * kVoxels);
+  EXPECT_EQ(report->megabytes, 1e-6 * row.engine_bytes);
+  // A new set has to know its bricks, a new importance only weighs them.
+  EXPECT_GT(row.set_edit_ms, row.prepare_ms);
+}
+
+TEST(ConfidenceOfPhantomsTest, SaysItsErrorWithinAFactor) {
+  using namespace render::derived;
+  constexpr double kFactor = 2.5;
+  const auto neck = neck_phantom(64);
+  ASSERT_TRUE(test::has_value(neck));
+  for (const ScalarVolume& volume : {derived_phantom(64), ScalarVolume::of(neck->ultrasound)}) {
+    const auto lines = ScanLines::parallel({{0, 1, 0}}, volume.grid().at({0, 0, 0}));
+    ConfidenceOptions options;
+    const auto found = confidence(volume, *lines, options);
+    options.solve = {1e-9, 2000};
+    const auto truth = confidence(volume, *lines, options);
+    ASSERT_TRUE(test::has_value(found));
+    ASSERT_TRUE(test::has_value(truth));
+    double squares = 0;
+    for (std::size_t n = 0; n < truth->volume.values->size(); ++n) {
+      const float apart = (*truth->volume.values)[n] - (*found->volume.values)[n];
+      squares += static_cast<double>(apart * apart);
+    }
+    const double rms = std::sqrt(squares / static_cast<double>(truth->volume.values->size()));
+    EXPECT_LT(rms, kFactor * found->report.estimated_error) << volume.name();
+    EXPECT_GT(rms, found->report.estimated_error / kFactor) << volume.name();
+  }
 }
 
 TEST(SceneSetTest, HasEveryLookCameraAndShadingOfAVolumeUnderItsOwnName) {

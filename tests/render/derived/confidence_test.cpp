@@ -157,6 +157,38 @@ TEST(ConfidenceTest, ThePrintedWeightsLoseItAllInFrontOfSpeckle) {
   EXPECT_NEAR(mean, 0.5, 0.2);
 }
 
+/// Of the voxels that there is something to solve for, as the estimate is.
+double rms_apart(const FeatureVolume& a, const FeatureVolume& b) {
+  double squares = 0;
+  std::size_t open = 0;
+  for (std::size_t n = 0; n < a.values->size(); ++n) {
+    const float x = (*a.values)[n];
+    const float y = (*b.values)[n];
+    if (!(x > 0 && x < 1 && y > 0 && y < 1)) continue;
+    squares += std::pow(static_cast<double>(x) - static_cast<double>(y), 2);
+    ++open;
+  }
+  return std::sqrt(squares / static_cast<double>(open));
+}
+
+/// What a solve says of its error, against one that goes on.
+void expect_honest_estimates(const std::string& name, const ScalarVolume& volume,
+                             const ScanLines& lines) {
+  constexpr double kFactor = 2.5;  // 0.48 to 2.2 was found.
+  const auto truth = confidence(volume, lines, exact());
+  ASSERT_TRUE(test::has_value(truth)) << name;
+  for (const double error : {1e-2, SolveOptions{}.error, 3e-4}) {
+    ConfidenceOptions options;
+    options.solve.error = error;
+    const auto found = confidence(volume, lines, options);
+    ASSERT_TRUE(test::has_value(found)) << name;
+    const double rms = rms_apart(found->volume, truth->volume);
+    EXPECT_LE(found->report.estimated_error, error) << name;
+    EXPECT_LT(rms, kFactor * found->report.estimated_error) << name << ", error " << error;
+    EXPECT_GT(rms, found->report.estimated_error / kFactor) << name << ", error " << error;
+  }
+}
+
 /// 8-bit pixels of a file that is stored from the bottom up, from the top down.
 std::vector<std::uint8_t> turned(const std::filesystem::path& path, int width, int height) {
   std::vector<std::uint8_t> stored(static_cast<std::size_t>(width * height));
@@ -188,6 +220,7 @@ TEST(ConfidenceTest, IsThatOfItsAuthors) {
     squares += apart * apart;
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(theirs.size())), 0.005);
+  expect_honest_estimates("their picture", volume, down());
 }
 
 TEST(ConfidenceTest, UnknownVoxelsInFrontCountForNothing) {
@@ -237,6 +270,40 @@ TEST(ConfidenceTest, TheDefaultErrorIsMet) {
     squares += d * d;
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(truth->size())), 3e-3);
+}
+
+/// Layers with a vessel and a bone with its shadow, in speckle that is correlated along the row.
+ScalarVolume tissue(const VoxelGrid& grid, unsigned seed) {
+  std::mt19937 random(seed);
+  std::exponential_distribution<double> power;
+  double kept = 1;
+  return test::make_scalar(grid, [&](int i, int j, int k) {
+    kept = 0.6 * kept + 0.4 * power(random);
+    const double x = (i + 0.5) / grid.size[0], y = (j + 0.5) / grid.size[1];
+    const double z = (k + 0.5) / grid.size[2];
+    const bool vessel = std::hypot(x - 0.3 - 0.08 * std::sin(6 * z), y - 0.45) < 0.06;
+    const bool beside = std::abs(x - 0.8) < 0.08;
+    const double mean = vessel               ? 14
+                        : beside && y > 0.35 ? 6
+                        : beside && y > 0.27 ? 230
+                                             : 90 + 30 * std::sin(14 * y + 2 * std::sin(5 * x));
+    return std::floor(std::min(255.0, mean * std::sqrt(kept)));
+  });
+}
+
+TEST(ConfidenceTest, SaysItsErrorWithinAFactor) {
+  expect_honest_estimates(
+      "speckle", test::speckled(test::centred_grid({24, 30, 16}, {0.4, 0.4, 0.4}), 6), down());
+  expect_honest_estimates("tissue", tissue(test::centred_grid({40, 40, 40}, {0.4, 0.4, 0.4}), 2),
+                          down());
+  expect_honest_estimates("few slices",
+                          tissue(test::centred_grid({48, 48, 16}, {0.4, 0.4, 1.5}), 3), down());
+  expect_honest_estimates("oblique", tissue(test::centred_grid({48, 48, 16}, {0.4, 0.4, 1.5}), 3),
+                          *ScanLines::parallel({{0.2, -0.3, -1}}, {{0, 0, 0}}));
+  expect_honest_estimates("fine depth",
+                          tissue(test::centred_grid({32, 72, 32}, {0.6, 0.15, 0.6}), 4), down());
+  expect_honest_estimates("fan", tissue(test::centred_grid({36, 36, 36}, {0.4, 0.4, 0.4}), 5),
+                          *ScanLines::fan({{0, -12, 0}}, 5));
 }
 
 TEST(ConfidenceTest, IsLowerBehindAShadow) {
@@ -296,7 +363,12 @@ TEST(ConfidenceTest, RefusesByNameAndStops) {
   ConfidenceOptions options;
   options.solve.error = 1e-9;
   options.solve.max_iterations = 1;
-  EXPECT_EQ(confidence(volume, down(), options).error().code, ErrorCode::kNumerical);
+  EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kNumerical,
+                            {"estimated error", "found none known after 1"}));
+  options.solve.error = 0.02;
+  EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kUsage,
+                            {"error", "0.01", "0.02"}));
+  options.solve.error = 1e-9;
   options.beta = -1;
   EXPECT_NE(confidence(volume, down(), options).error().message.find("beta"), std::string::npos);
   RunOptions run;

@@ -183,6 +183,23 @@ TEST(ScribbleTest, LaterStrokesReplaceErasersClearAndOutsideIsLeftOut) {
   EXPECT_FALSE(mask.add(line({0, 0, std::nan("")}, {1, 0, 0}, {0, 0, 1}, 1)));
 }
 
+TEST(ScribbleTest, RefusesPointsThatLeaveTheirSlice) {
+  const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 0.5});
+  ScribbleMask mask(grid);
+  auto stroke = line({-2, 0, 0}, {2, 0, 0.24}, {0, 0, 1}, 0.4);
+  EXPECT_TRUE(test::has_value(mask.add(stroke))) << "within half a voxel";
+  stroke.points.push_back({{3, 0, -0.75}});
+  const auto refused = [&](const Stroke& one, std::initializer_list<std::string> pieces) {
+    return test::refuses(mask.add(one), ErrorCode::kUsage, pieces) &&
+           test::refuses(check(one, grid), ErrorCode::kUsage, pieces);
+  };
+  EXPECT_TRUE(refused(stroke, {"within 0.25 mm", "point 3", "(    3     0 -0.75)", "0.75 mm off"}));
+  stroke.half_thickness_mm = 0.7;
+  EXPECT_TRUE(refused(stroke, {"within 0.7 mm", "0.75 mm off"}));
+  stroke.half_thickness_mm = 0.75;
+  EXPECT_TRUE(test::has_value(mask.add(stroke)));
+}
+
 TEST(ScribbleTest, CountsPredicatesOfMarkedVoxelsOnly) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   ScribbleMask mask(grid);
