@@ -958,6 +958,47 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
 }
 
+/// Files that are read late, or only where a look or predicates ask for them.
+TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
+  const auto write = [&](const char* name) {
+    std::ofstream(folder_ / name) << "mine";
+    return (folder_ / name).string();
+  };
+  const std::string look = write("bone.vp");
+  const std::string mesh = write("lesion.stl");
+  const std::string other = write("of-predicates.json");
+  const std::string replay = "replay s.mha --ct ct.mha --out o ";
+  const std::string ultrasound = replay + "--us-volume us.mha ";
+  for (const std::string& verb : {replay, std::string("demo --out o ")}) {
+    expect_refusal(verb + "--look " + look + " --json " + look, 2,
+                   {"--json: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--look " + look + " --save-look " + look, 2,
+                   {"--save-look: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
+                   {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
+    expect_refusal(verb + "--save-look x.json --json x.json", 2,
+                   {"--save-look: expected a file of its own", "that of --json"});
+    expect_refusal(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
+    expect_refusal(verb + "--look o/report.json", 2, {"--out", "that of --look"});
+  }
+  expect_refusal(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
+                 {"--json", other, "that of --labels"});
+  expect_refusal(ultrasound + "--predicates layers --layers " + other + " --json " + other, 2,
+                 {"--json", other, "that of --layers"});
+  expect_refusal(ultrasound + "--predicates " + other + " --json " + other, 2,
+                 {"--json", other, "that of --predicates"});
+  const std::string session = (folder_ / "s.toml").string();
+  std::ofstream(session) << "[predicates]\nvolume = \"us.mha\"\nscan_lines = \"" << other << "\"\n";
+  expect_refusal(replay + "--session " + session + " --json " + other, 2,
+                 {"--json", other, "that of --scan-lines"});
+  std::ofstream(session) << "[source]\nkind = \"simulated\"\n[output]\nfolder = \"o\"\n";
+  expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
+                 {"--json", "that of --look"});
+  expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
+  expect_refusal("bench registration --trials x --json x", 2, {"--trials", "that of --json"});
+  for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
+}
+
 TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
   std::filesystem::create_directories(folder_ / "ct/deeper");
   const std::string slice = (folder_ / "ct/deeper/1.dcm").string();
