@@ -343,6 +343,35 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
+TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsOwnWindowAndSayWhich) {
+  // As MR has them: background, a dark body, and a few bright voxels.
+  VoxelGrid grid;
+  grid.size = {30, 30, 30};
+  grid.spacing_mm = {4, 4, 4};
+  grid.origin_mm = {-60, -60, -60};
+  std::vector<std::int16_t> values;
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    const std::size_t column = i % 30;
+    values.push_back(static_cast<std::int16_t>(column < 12 ? 0 : column < 24 ? 200 : 1000));
+  }
+  const auto second = (folder_ / "mr.mha").string();
+  ASSERT_TRUE(
+      test::has_value(io::write_ct_mha(*Volume::create(grid, std::move(values), "mr"), second)));
+  const auto out = folder_ / "slices";
+  const std::string arguments = "slices " + write_ct() + " --out " + out.string() +
+                                " --size 128 --at 0 0 0 --fusion wipe --wipe 1 --second " + second;
+  const Outcome outcome = sonde(arguments);
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const std::string said = outcome.output + outcome.errors;
+  EXPECT_NE(said.find("; of the second volume: level 500, width 1000"), std::string::npos) << said;
+  const auto picture = io::read_png(out / "axial.png");
+  ASSERT_TRUE(test::has_value(picture));
+  EXPECT_EQ(picture->at(72, 80).r, 51) << "the body: a fifth of white";
+  const Outcome chosen = sonde(arguments + " --second-level 200 --second-width 100");
+  EXPECT_NE((chosen.output + chosen.errors).find("second volume: level 200, width 100"),
+            std::string::npos);
+}
+
 TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 0, 0]\n"
