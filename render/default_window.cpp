@@ -32,7 +32,11 @@ HuWindow window_of_values(const Volume& volume) {
   const auto darkest = voxels.begin() + static_cast<std::ptrdiff_t>(voxels.size() / kHundredth);
   std::ranges::nth_element(voxels, darkest);
   const double high = std::max(value_range(volume).high, *darkest + 1.0);
-  return {std::round(0.5 * (*darkest + high)), high - *darkest};
+  const double width = high - *darkest;
+  const double level = 0.5 * (*darkest + high);
+  // A whole number is easier to read, and in a narrow window (of a mask) another one.
+  constexpr double kNarrow = 20;
+  return {width < kNarrow ? level : std::round(level), width};
 }
 
 }  // namespace

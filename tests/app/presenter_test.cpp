@@ -190,10 +190,11 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   }
 }
 
-/// Pixels of the 3D view in which the hue of a predicate can be seen.
+/// Pixels of the 3D view, above its legend, in which the hue of a predicate can be seen.
 int green_pixels(const Image2d<Rgba8>& picture) {
+  constexpr int kLegend = 30;
   int count = 0;
-  for (int y = 80; y < kViewHeight; ++y) {
+  for (int y = 80; y < kViewHeight - kLegend; ++y) {
     for (int x = 0; x < kViewWidth; ++x) {
       const Rgba8& p = picture.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
