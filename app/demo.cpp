@@ -240,6 +240,7 @@ Result<void> Demo::write_report() {
   say_sampling(presenter_.step(), options_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
   json["ct_window"] = json_of(presenter_.window());
+  json["grey_window"] = json_of(presenter_.grey());
   json["views_cast"] = presenter_.views_cast();
   json["views_reused"] = presenter_.views_reused();
   json["cast_seconds"] = presenter_.cast_seconds();

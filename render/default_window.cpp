@@ -10,20 +10,8 @@
 namespace nav::render {
 namespace {
 
-constexpr HuWindow kLungWindow{-500, 1500};
 constexpr HuWindow kVesselWindow{200, 700};
 constexpr HuWindow kSoftTissueWindow{60, 400};
-
-/// HU: what is below is air or lung, whatever the scanner's noise.
-constexpr int kLeastTissueHu = -200;
-
-/// CT has air, lung or gas in every body; MR and ultrasound have no such values.
-bool is_hounsfield(const Volume& volume) {
-  constexpr double kLeastShare = 0.01;
-  const auto voxels = volume.hu();
-  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
-  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
-}
 
 /// From the darkest to the brightest; tissue below the border of value_range() is not black.
 HuWindow window_of_values(const Volume& volume) {
@@ -41,9 +29,15 @@ HuWindow window_of_values(const Volume& volume) {
 
 }  // namespace
 
+bool is_hounsfield(const Volume& volume) {
+  constexpr double kLeastShare = 0.01;
+  const auto voxels = volume.hu();
+  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
+  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
+}
+
 HuWindow default_window(const Volume& volume, std::span<const float> shown) {
   if (!is_hounsfield(volume)) return window_of_values(volume);
-  constexpr float kAirBelowHu = -950;
   constexpr float kLungBelowHu = -500;
   constexpr double kWhiteHu = kSoftTissueWindow.level + kSoftTissueWindow.width / 2;
   const auto count = [&](auto of) { return std::ranges::count_if(shown, of); };

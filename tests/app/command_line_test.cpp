@@ -1654,6 +1654,63 @@ TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
                   "found nope"});
 }
 
+TEST_F(CommandLineTest, AGalleryOfNothingFails) {
+  const std::string out = " --out " + (folder_ / "gallery").string();
+  expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
+                 {"cpu, gl or reference", "foo"});
+  const char* data = std::getenv("SONDE_DATA_DIR");
+  const std::string before = data == nullptr ? "" : data;
+  ::setenv("SONDE_DATA_DIR", (folder_ / "no-data").c_str(), 1);
+  expect_refusal("gallery --only fig2a" + out, 3,
+                 {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
+  if (data == nullptr) {
+    ::unsetenv("SONDE_DATA_DIR");
+  } else {
+    ::setenv("SONDE_DATA_DIR", before.c_str(), 1);
+  }
+}
+
+TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
+  const std::string replay = replay_arguments(write_sweep(), "out", 480, 300) + " --frames 1 ";
+  const auto report = [&](const std::string& options) {
+    const Outcome outcome = sonde(replay + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return read_json("replay.json");
+  };
+  EXPECT_TRUE(report("")["grey_window"].is_null());
+  // Air, and a block of 700 HU: air is left out, and what is half of each at its edge remains.
+  const Json maximum = report("--projection maximum")["grey_window"];
+  const double white = maximum["level"].get<double>() + maximum["width"].get<double>() / 2;
+  EXPECT_NEAR(white, 700, 100) << maximum;
+  EXPECT_EQ(report("--projection mean --grey-level 40 --grey-width 500")["grey_window"],
+            (Json{{"level", 40.0}, {"width", 500.0}}));
+  const Json half = report("--projection maximum --grey-level 40")["grey_window"];
+  EXPECT_EQ(half["level"], 40.0);
+  EXPECT_EQ(half["width"], maximum["width"]);
+  // The session that was written has no window, so that it may be laid over other data.
+  EXPECT_EQ(text_of(folder_ / "out" / "session.toml").find("grey_width_hu"), std::string::npos);
+  const Json minimum = report("--projection minimum");
+  bool told = false;
+  for (const Json& entry : minimum["diagnostics"]) {
+    told |= entry["message"].get<std::string>().find("nothing but air") != std::string::npos;
+  }
+  EXPECT_TRUE(told) << minimum["diagnostics"];
+}
+
+TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
+  const auto json = folder_ / "bench.json";
+  const Outcome outcome =
+      sonde("bench render --quick --part skipping --scene patient-256/vessels-only --json " +
+            json.string());
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = read_json("bench.json");
+  ASSERT_EQ(report["skip_bounds"].size(), 1U);
+  EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-256/vessels-only/perspective/shaded");
+  EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
+  EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
+  expect_refusal("bench render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
+}
+
 TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {

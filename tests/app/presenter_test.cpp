@@ -192,9 +192,9 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
 
 /// Pixels of the 3D view, above its legend, in which the hue of a predicate can be seen.
 int green_pixels(const Image2d<Rgba8>& picture) {
-  constexpr int kLegend = 30;
+  constexpr int kLegendRows = 30;
   int count = 0;
-  for (int y = 80; y < kViewHeight - kLegend; ++y) {
+  for (int y = 80; y < kViewHeight - kLegendRows; ++y) {
     for (int x = 0; x < kViewWidth; ++x) {
       const Rgba8& p = picture.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
@@ -410,6 +410,41 @@ TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
   options.look.preset = "ct-magic";
   const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
   EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
+}
+
+TEST_F(PresenterTest, AProjectionKeepsTheWindowThatItsFirstPictureWasGiven) {
+  SessionConfig::Look look;
+  look.projection = "maximum";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}},
+                                      marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  EXPECT_FALSE(projecting->grey());
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  ASSERT_TRUE(test::has_value(projecting->choose_step(shown)));
+  ASSERT_TRUE(projecting->grey());
+  const render::GreyWindow chosen = *projecting->grey();
+  EXPECT_NEAR(chosen.level_hu + chosen.width_hu / 2, 700, 100);
+  EXPECT_EQ(projecting->scene(shown).grey.level_hu, chosen.level_hu);
+  EXPECT_EQ(projecting->scene(shown).grey.width_hu, chosen.width_hu);
+  EXPECT_TRUE(projecting->note().empty());
+  const auto words = projecting->words(shown, projecting->scene(shown).camera, false);
+  const std::string stated = words_of_window(chosen.level_hu, chosen.width_hu);
+  EXPECT_TRUE(std::ranges::any_of(words, [&](const auto& w) { return w.words == stated; }));
+  projecting->set_focus({{10, 0, 0}});
+  ASSERT_TRUE(test::has_value(projecting->present(shown)));
+  EXPECT_EQ(projecting->grey()->level_hu, chosen.level_hu);
+}
+
+TEST_F(PresenterTest, AProjectionOfOneValueSaysSo) {
+  SessionConfig::Look look;
+  look.projection = "mean";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  ASSERT_TRUE(test::has_value(projecting->present(epoch(SafetyState::kValid, ""))));
+  EXPECT_NE(projecting->note().find("projection mean: every ray finds one value"),
+            std::string::npos)
+      << projecting->note();
 }
 
 }  // namespace
