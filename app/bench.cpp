@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 
 #include "app/bench_json.hpp"
 #include "app/engines.hpp"
@@ -98,9 +99,9 @@ Result<Json> agreement(const render::Scene& scene, Console& console) {
   return rows;
 }
 
-/// The scenes to compare in: of the user's CT, or of the set.
-Result<std::vector<bench::NamedScene>> comparison_scenes(const BenchRenderOptions& options,
-                                                         int width, int height, Console& console) {
+/// The scenes to compare in: of the user's CT, or of the set; there may be none.
+Result<std::vector<bench::NamedScene>> scenes_of_set(const BenchRenderOptions& options, int width,
+                                                     int height, Console& console) {
   std::vector<bench::BenchVolume> volumes;
   if (!options.ct.empty()) {
     auto ct = io::read_ct(options.ct, console);
@@ -114,14 +115,16 @@ Result<std::vector<bench::NamedScene>> comparison_scenes(const BenchRenderOption
     if (!set) return set.error();
     volumes = std::move(*set);
   }
-  auto scenes = bench::bench_scenes(volumes, options.scene, width, height);
-  if (scenes.empty()) {
-    return Error{ErrorCode::kUsage,
-                 "--scene: expected part of a name like "
-                 "simulated-patient/cta-vessels/perspective/shaded, found " +
-                     options.scene};
-  }
-  return scenes;
+  return bench::bench_scenes(volumes, options.scene, width, height);
+}
+
+Result<void> expect_some(const std::vector<bench::NamedScene>& scenes,
+                         const BenchRenderOptions& options) {
+  if (!scenes.empty()) return {};
+  return Error{ErrorCode::kUsage,
+               "--scene: expected part of a name like "
+               "simulated-patient/cta-vessels/perspective/shaded, found " +
+                   options.scene};
 }
 
 /// One scene of each volume, another look, camera and shading each time.
@@ -163,6 +166,9 @@ Result<void> add_skipping(bench::NamedScene named, BenchRenderReport& report) {
   return {};
 }
 
+/// Camera and shading of the scenes about a cubic patient.
+constexpr const char* kMotionView = "perspective/shaded";
+
 std::vector<render::TransferFunction> motion_looks() {
   std::vector<render::TransferFunction> all;
   for (const char* preset : {"ct-bone", "cta-vessels"}) {
@@ -180,7 +186,7 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& cons
     auto ct = bench::cubic_patient(side);
     if (!ct) return ct.error();
     const auto scenes = bench::bench_scenes({{"patient-" + std::to_string(side), *ct, looks}},
-                                            "perspective/shaded", 800, 600);
+                                            kMotionView, 800, 600);
     for (const auto& named : scenes) {
       console.progress(static_cast<double>(report.interaction.size()) /
                        static_cast<double>(sides.size() * looks.size()));
@@ -236,8 +242,9 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   }
   if (auto ok = bench::check_picture(bench_options, width, height); !ok) return ok;
   console.begin("volumes");
-  auto scenes = comparison_scenes(options, width, height, console);
+  auto scenes = scenes_of_set(options, width, height, console);
   if (!scenes) return scenes.error();
+  if (const auto ok = expect_some(*scenes, options); !ok) return ok;
   console.end();
   console.begin("skipping");
   for (const auto& named : *scenes) {
@@ -264,20 +271,22 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
   constexpr int kWidth = 200;
   constexpr int kHeight = 150;
   console.begin("skipping");
-  auto scenes = comparison_scenes(options, kWidth, kHeight, console);
+  auto scenes = scenes_of_set(options, kWidth, kHeight, console);
   if (!scenes) return scenes.error();
   for (const int side : {256, 384}) {
+    const std::string patient = "patient-" + std::to_string(side);
+    auto looks = motion_looks();
+    std::erase_if(looks, [&](const render::TransferFunction& look) {
+      const std::string name = patient + "/" + look.name() + "/" + kMotionView;
+      return name.find(options.scene) == std::string::npos;
+    });
+    if (looks.empty()) continue;  // To make the patient takes seconds.
     auto ct = bench::cubic_patient(side);
     if (!ct) return ct.error();
-    for (auto& named :
-         bench::bench_scenes({{"patient-" + std::to_string(side), *ct, motion_looks()}}, "shaded",
-                             kWidth, kHeight)) {
-      if (named.name.find("perspective/shaded") != std::string::npos &&
-          named.name.find(options.scene) != std::string::npos) {
-        scenes->push_back(std::move(named));
-      }
-    }
+    auto more = bench::bench_scenes({{patient, *ct, looks}}, kMotionView, kWidth, kHeight);
+    std::ranges::move(more, std::back_inserter(*scenes));
   }
+  if (const auto ok = expect_some(*scenes, options); !ok) return ok;
   for (const auto& named : *scenes) {
     auto bound = bench::measure_skip_bound(named, options.quick ? 1 : 5);
     if (!bound) return bound.error();

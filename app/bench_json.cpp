@@ -65,7 +65,7 @@ Json skip_summary(const BenchRenderReport& report) {
           {"and_early_end_median", json_number(median_skip(report, kAll))},
           {"and_early_end_vessels_only", json_number(median_skip(report, kAll, "vessels-only"))},
           {"full_volume_overhead", json_number(report.full_volume_overhead)},
-          {"bit_identical", identical},
+          {"bit_identical", report.skipping.empty() ? Json() : Json(identical)},
           {"scenes", std::move(scenes)}};
 }
 
@@ -99,6 +99,7 @@ Json as_json(const bench::SkipBound& bound) {
           {"samples_brute", bound.found.brute},
           {"on_ms", bound.on_ms},
           {"off_ms", bound.off_ms},
+          {"bit_identical", bound.found.identical},
           {"oracle_all", bound.oracle.all},
           {"oracle_opaque", bound.oracle.opaque},
           {"oracle_showing", bound.oracle.showing},
@@ -255,7 +256,8 @@ Json json_of(const BenchRenderReport& report) {
   add_comparison(report.comparison, json);
   json["ratios"] = ratios_of(report);
   json["default_quality"] = default_quality(report.comparison);
-  json["interaction"] = Json::array();
+  for (const char* key : {"interaction", "skip_bounds", "adaptive"}) json[key] = Json::array();
+  for (const char* key : {"transfer_function_edit", "costs"}) json[key] = nullptr;
   for (const auto& one : report.interaction) json["interaction"].push_back(as_json(one));
   for (const auto& one : report.skip_bounds) json["skip_bounds"].push_back(as_json(one));
   if (report.edit) {

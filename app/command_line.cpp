@@ -27,6 +27,7 @@
 #include "app/predicate_command.hpp"
 #include "app/predicates.hpp"
 #include "app/replay.hpp"
+#include "app/session_files.hpp"
 #include "app/simulate.hpp"
 #include "app/slices.hpp"
 #include "app/slices_options.hpp"
@@ -258,6 +259,9 @@ void CommandLine::add_demo() {
       if (const auto ok = as_given(*demo, validate(demo_config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_demo(*demo, demo_config_); !ok) return ok;
       if (const auto ok = validate_start(demo_); !ok) return ok;
+      if (const auto own = refuse_overwriting_of(demo_config_, json_, demo_outputs()); !own) {
+        return own;
+      }
       demo_.output = demo_config_.output;
       demo_.look = demo_config_.look;
       demo_.view = demo_config_.view;
@@ -316,25 +320,11 @@ void CommandLine::add_replay() {
       if (const auto ok = apply_matrix(matrix_, registered, config_); !ok) return ok;
       if (const auto ok = as_given(*replay, validate(config_)); !ok) return ok;
       if (const auto ok = refuse_idle_of_replay(*replay, config_); !ok) return ok;
-      std::vector<NamedFile> inputs = {{"sweep", config_.source.recording},
-                                       {"--ct", config_.ct.path},
-                                       {"--config", config_.source.plus_config},
-                                       {"--registration", config_.placement.registration},
-                                       {"--us-volume", config_.predicates.volume}};
-      // A session writes itself again, so it may lie among what it wrote.
-      if (!config_.output.folder.empty()) {
-        std::vector<NamedFile> outputs;
-        for (const std::string& name : replay_outputs()) {
-          outputs.push_back({"--out", config_.output.folder / name});
-        }
-        if (const auto own = refuse_overwriting(outputs, inputs); !own) return own;
-      }
-      inputs.push_back({"--session", config_.file});
-      const auto own =
-          refuse_overwriting({{"--json", json_}, {"--save-look", config_.look.save}}, inputs);
-      if (!own) return own;
+      const bool simulated = config_.source.kind == SessionConfig::SourceKind::kSimulated;
+      const auto names = simulated ? demo_outputs() : replay_outputs();
+      if (const auto own = refuse_overwriting_of(config_, json_, names); !own) return own;
       if (print_session_) return print_session(config_);
-      if (config_.source.kind == SessionConfig::SourceKind::kSimulated) {
+      if (simulated) {
         demo_.seed = config_.source.seed;
         demo_.output = config_.output;
         demo_.look = config_.look;
@@ -411,15 +401,16 @@ void CommandLine::add_register() {
         }
         register_.target_ct = Eigen::Vector3d(target_[0], target_[1], target_[2]);
       }
-      const auto ok = refuse_overwriting({{"--json", json_}},
-                                         {{"sweep", config_.source.recording},
+      const std::vector<NamedFile> inputs{{"sweep", config_.source.recording},
                                           {"--ct", config_.ct.path},
                                           {"--config", config_.source.plus_config},
                                           {"--landmarks", register_.landmarks},
                                           {"--points", register_.shape.points},
                                           {"--surface", register_.shape.surface},
-                                          {"--centre-lines", register_.shape.centre_lines}});
-      if (!ok) return ok;
+                                          {"--centre-lines", register_.shape.centre_lines}};
+      if (const auto ok = refuse_overwriting({{"--json", json_}}, inputs); !ok) return ok;
+      const auto outputs = files_in(config_.output.folder, register_outputs());
+      if (const auto ok = refuse_overwriting(outputs, inputs); !ok) return ok;
       return run_register(config_, register_, json(), console);
     };
   });
@@ -708,10 +699,13 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);
   verb->callback([this, verb] {
-    verb_ = [this, verb](Console& console) {
+    verb_ = [this, verb](Console& console) -> Result<void> {
       bench_registration_.json = json();
-      const auto ok = refuse_idle_of_bench(*verb, bench_registration_);
-      return ok ? run_bench_registration(bench_registration_, console) : ok;
+      if (auto ok = refuse_idle_of_bench(*verb, bench_registration_); !ok) return ok;
+      const std::vector<NamedFile> outputs{{"--json", json_},
+                                           {"--trials", bench_registration_.trials.value_or("")}};
+      if (auto ok = refuse_overwriting(outputs, {}); !ok) return ok;
+      return run_bench_registration(bench_registration_, console);
     };
   });
 }

@@ -28,6 +28,8 @@ constexpr int kAnimationMs = 120;
 
 constexpr const char* kDemoPoseLogFile = "pose_log.csv";
 constexpr const char* kDemoAnimationFile = "demo.webp";
+constexpr const char* kDemoReportFile = "report.json";
+constexpr const char* kDemoPageFile = "report.html";
 constexpr const char* kSweepSeries = "sweep";
 constexpr const char* kApproachSeries = "approach";
 
@@ -204,7 +206,7 @@ Result<void> Demo::run() {
   }
   out_.list(kDemoAnimationFile);
   if (auto written = write_report(); !written) return written;
-  console_.say("pictures and report: " + (out_ / "report.html").string());
+  console_.say("pictures and report: " + (out_ / kDemoPageFile).string());
   if (!decision_.accepted) {
     std::string reasons;
     for (const std::string& reason : decision_.reasons) {
@@ -238,6 +240,7 @@ Result<void> Demo::write_report() {
   say_sampling(presenter_.step(), options_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
   json["ct_window"] = json_of(presenter_.window());
+  json["grey_window"] = json_of(presenter_.grey());
   json["views_cast"] = presenter_.views_cast();
   json["views_reused"] = presenter_.views_reused();
   json["cast_seconds"] = presenter_.cast_seconds();
@@ -246,7 +249,7 @@ Result<void> Demo::write_report() {
   json["image_sha256"] = out_.image_digest();
   json["diagnostics"] = json_of(console_.entries());
   if (auto written = out_.write_text(kDemoPoseLogFile, log_.text()); !written) return written;
-  if (auto written = write_json(json, (out_ / "report.json").string()); !written) return written;
+  if (auto written = write_json(json, (out_ / kDemoReportFile).string()); !written) return written;
   if (options_.json) {
     if (auto written = write_json(json, *options_.json); !written) return written;
   }
@@ -308,10 +311,15 @@ Result<void> Demo::write_report() {
         {"mean time per cast view",
          quantity(1e3 * presenter_.cast_seconds() / std::max(presenter_.views_cast(), 1), 1,
                   "ms")}}});
-  return out_.write_text("report.html", to_html(html));
+  return out_.write_text(kDemoPageFile, to_html(html));
 }
 
 }  // namespace
+
+std::vector<std::string> demo_outputs() {
+  return {kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile, kDemoReportFile,
+          kDemoPageFile};
+}
 
 Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto out = OutputFolder::create(options.output.folder);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "app/session_config.hpp"
@@ -28,5 +29,8 @@ struct DemoOptions {
 /// Runs the demo on the virtual clock. kRefused, after writing the report, when the registration
 /// was not accepted.
 Result<void> run_demo(const DemoOptions& options, Console& console);
+
+/// Names of what it writes into the folder, but for the numbered pictures.
+std::vector<std::string> demo_outputs();
 
 }  // namespace nav::app

@@ -295,6 +295,8 @@ Result<void> check_only(const std::string& only) {
 
 Result<void> run_gallery(const GalleryOptions& options, Console& console) {
   if (auto ok = check_only(options.only); !ok) return ok;
+  // Not every picture needs it; that its name is wrong is said all the same.
+  if (auto engine = make_engine(options.engine, 0, console); !engine) return engine.error();
   auto folder = OutputFolder::create(options.out);
   if (!folder) return folder.error();
   Gallery gallery(options, console);
@@ -321,7 +323,14 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
   console.end();
   if (auto ok = draw_registration_gallery(options, *folder, console); !ok) return ok;
   if (auto ok = draw_simulator_gallery(options, *folder, console); !ok) return ok;
-  return draw_predicate_gallery(options, *folder, console);
+  if (auto ok = draw_predicate_gallery(options, *folder, console); !ok) return ok;
+  if (folder->files().empty()) {
+    return Error{ErrorCode::kNotFound, bench::bench_data_dir().string() +
+                                           ": expected the data of " +
+                                           (options.only.empty() ? "the gallery" : options.only) +
+                                           " (set SONDE_DATA_DIR), found none; nothing was drawn"};
+  }
+  return {};
 }
 
 }  // namespace nav::app

@@ -52,7 +52,7 @@ struct View {
 
 class PredicateGallery {
  public:
-  PredicateGallery(const GalleryOptions& options, const OutputFolder& folder, Console& console)
+  PredicateGallery(const GalleryOptions& options, OutputFolder& folder, Console& console)
       : options_(options), folder_(folder), console_(console) {}
 
   Result<void> patient(const std::string& name, const Step& b, const Step& c);
@@ -70,7 +70,7 @@ class PredicateGallery {
                                  bench::PredicateVolume& volume) const;
   Result<PredicatePanel> panel(const Part& part, const View& view, bench::PredicateVolume& volume);
   Result<void> write(const std::string& name, const std::vector<PredicatePanel>& panels) const {
-    return io::write_png(predicate_picture(panels), folder_ / ("predicates-" + name + ".png"));
+    return folder_.write_picture("predicates-" + name + ".png", predicate_picture(panels));
   }
   Result<void> draw(const std::string& name, const std::vector<Part>& parts, const View& view,
                     bench::PredicateVolume& volume);
@@ -79,7 +79,7 @@ class PredicateGallery {
   Result<std::optional<bench::PredicateVolume>> recorded(const std::filesystem::path& file) const;
 
   const GalleryOptions& options_;
-  const OutputFolder& folder_;
+  OutputFolder& folder_;
   Console& console_;
 };
 
@@ -293,7 +293,7 @@ std::vector<std::string> predicate_gallery_names() {
           "predicates-scribbles", "predicates-prostate", "predicates-spine",  "predicates-inside"};
 }
 
-Result<void> draw_predicate_gallery(const GalleryOptions& options, const OutputFolder& folder,
+Result<void> draw_predicate_gallery(const GalleryOptions& options, OutputFolder& folder,
                                     Console& console) {
   GalleryOptions part = options;  // Three stand side by side.
   part.width = std::max(options.width * 7 / 10, 16);

@@ -73,7 +73,7 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
   if (!transfer) return transfer.error();
   auto cutaway = cutaway_of(look.cutaway, file);
   if (!cutaway) return cutaway.error();
-  ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}, {}};
+  ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}};
   if (file) {
     resolved.shading = file->shading.value_or(render::Shading{});
     resolved.value_range = file->value_range;
@@ -97,7 +97,6 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
                         : look.projection == "minimum" ? render::Projection::kMinimum
                         : look.projection == "mean"    ? render::Projection::kMean
                                                        : render::Projection::kComposite;
-  resolved.grey = {look.grey_level_hu, look.grey_width_hu};
   return resolved;
 }
 

@@ -20,7 +20,6 @@ struct ResolvedLook {
   render::Shading shading;
   std::optional<render::Cutaway> cutaway;
   render::Projection projection = render::Projection::kComposite;
-  render::GreyWindow grey;
   /// Of the volume, where values of the transfer function are only true for it (MR).
   std::optional<render::ValueRange> value_range{};
 };

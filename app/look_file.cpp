@@ -92,14 +92,16 @@ render::Cutaway read_cutaway(const Json& json, const std::string& where,
   member.flag("around_targets", c.around_spheres);
   member.finish();
   // In the words and units of the file, before the scene names its own.
-  constexpr double kDegPerRad = 180 / M_PI;
+  const auto degrees = [](double rad) {
+    constexpr double kShares = 1e9;  // Of a degree: what the file says, not how it is rounded.
+    return std::round(rad * 180 / M_PI * kShares) / kShares;
+  };
   for (const auto& [key, angle] :
        {std::pair("theta1_deg", c.theta1_rad), std::pair("theta2_deg", c.theta2_rad)}) {
-    if (!(angle > 0 && angle < M_PI / 2))
-      member.fail(key, "an angle in (0, 90)", angle * kDegPerRad);
+    if (!(angle > 0 && angle < M_PI / 2)) member.fail(key, "an angle in (0, 90)", degrees(angle));
   }
   if (c.theta1_rad > c.theta2_rad) {
-    member.fail("theta1_deg", "at most theta2_deg", c.theta1_rad * kDegPerRad);
+    member.fail("theta1_deg", "at most theta2_deg", degrees(c.theta1_rad));
   }
   return c;
 }

@@ -107,10 +107,9 @@ void add_look_options(CLI::App& verb, SessionConfig::Look& look) {
                   "how much only what is important is shaded, 0 to 1: 0");
   verb.add_option("--projection", look.projection, "composite, maximum, minimum or mean")
       ->capture_default_str();
-  verb.add_option("--grey-level", look.grey_level_hu, "of the other projections, HU")
-      ->capture_default_str();
-  verb.add_option("--grey-width", look.grey_width_hu, "of the other projections, HU")
-      ->capture_default_str();
+  verb.add_option("--grey-level", look.grey_level_hu,
+                  "of the other projections, HU; none: as suits what they show");
+  verb.add_option("--grey-width", look.grey_width_hu, "as --grey-level");
   add_cutaway_options(verb, look.cutaway);
 }
 

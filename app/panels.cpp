@@ -155,13 +155,6 @@ void draw_legend(Canvas& canvas, int width, int height, const std::vector<Legend
   if (shown < legend.size()) line("and " + std::to_string(legend.size() - shown) + " more");
 }
 
-/// "L 60  W 400", as on every picture of a CT.
-std::string words_of_window(const render::HuWindow& window) {
-  std::ostringstream text;
-  text << "L " << window.level << "  W " << window.width;
-  return text.str();
-}
-
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
   const Epoch& epoch = context.epoch;
   const int half = height / 2;
@@ -184,7 +177,8 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
                                           view.mm_per_px, view.width, view.height, context.window),
                 view.x, view.y);
     draw_guidance(canvas, view, context);
-    draw_label(canvas, x, height - 9, width, words_of_window(context.window), kFaint, 13);
+    draw_label(canvas, x, height - 9, width,
+               words_of_window(context.window.level, context.window.width), kFaint, 13);
   }
   draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kWords);
   if (!placed) {
@@ -256,6 +250,12 @@ Rgba8 colour_of(SafetyState state) {
   return rgb8(0xe04040);
 }
 
+std::string words_of_window(double level, double width) {
+  std::ostringstream text;
+  text << "L " << level << "  W " << width;
+  return text.str();
+}
+
 std::string guidance_words(const NeedleGuidance& guidance) {
   char numbers[160];
   std::snprintf(
@@ -300,6 +300,10 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   canvas.copy(view_3d, 0, 0);
   if (has_panels(view_3d.width(), view_3d.height())) {
     draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
+    if (context.grey) {
+      draw_label(canvas, 0, 20, view_3d.width() / 3,
+                 words_of_window(context.grey->level_hu, context.grey->width_hu), kFaint, 13);
+    }
     const int next = draw_note(canvas, 44, view_3d.width(), context.note);
     draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);
     draw_legend(canvas, view_3d.width(), view_3d.height(), context.legend);

@@ -23,10 +23,11 @@ struct PanelContext {
   const std::string& banner;
   render::Camera camera;  ///< Of the 3D view, for its orientation letters.
   std::string note;  ///< What the engine says of the 3D view ("down-sampled …"); may be empty.
-  std::string warning = {};              ///< Of the registration or placement; may be empty.
-  bool needle_expected = false;          ///< Its state is shown, as that of a planned one.
-  double needle_length_mm = 150;         ///< Hub to tip.
-  std::vector<LegendEntry> legend = {};  ///< Of predicates in the 3D view.
+  std::string warning = {};                     ///< Of the registration or placement; may be empty.
+  bool needle_expected = false;                 ///< Its state is shown, as that of a planned one.
+  double needle_length_mm = 150;                ///< Hub to tip.
+  std::vector<LegendEntry> legend = {};         ///< Of predicates in the 3D view.
+  std::optional<render::GreyWindow> grey = {};  ///< Of a projection in the 3D view.
 };
 
 /// Of words that warn of nothing.
@@ -34,6 +35,9 @@ inline constexpr Rgba8 kWords = render::rgb8(0xd8dee4);
 
 /// Green, amber, grey, red.
 Rgba8 colour_of(SafetyState state);
+
+/// "L 60  W 400", as on every picture of a CT.
+std::string words_of_window(double level, double width);
 
 /// "tip to target 12.3 mm …": the numbers of a needle.
 std::string guidance_words(const NeedleGuidance& guidance);

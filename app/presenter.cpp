@@ -11,6 +11,7 @@
 #include "app/panels.hpp"
 #include "app/window_words.hpp"
 #include "render/predicates/registry.hpp"
+#include "render/projection_window.hpp"
 
 namespace nav::app {
 
@@ -127,7 +128,7 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
                       {},  options_.width, options_.height};
   scene.cutaway = look_.cutaway;
   scene.projection = look_.projection;
-  scene.grey = look_.grey;
+  scene.grey = grey_.value_or(render::GreyWindow{});
   // Between samples a ray may miss the greatest value by more than it may miss in colours.
   constexpr double kStepOfExtremes = 0.25;
   if (look_.projection == render::Projection::kMaximum ||
@@ -209,7 +210,30 @@ void Presenter::set_registration_warnings(const std::vector<std::string>& warnin
   warning_ = "registration warned" + count + ": " + most_telling(warnings);
 }
 
+Result<void> Presenter::choose_grey(const render::Scene& first) {
+  const auto& said = options_.look;
+  if (said.grey_level_hu && said.grey_width_hu) {
+    grey_ = render::GreyWindow{*said.grey_level_hu, *said.grey_width_hu};
+    return {};
+  }
+  const auto found = render::window_of_projection(first);
+  if (!found) return found.error();
+  grey_ = render::GreyWindow{said.grey_level_hu.value_or(found->window.level_hu),
+                             said.grey_width_hu.value_or(found->window.width_hu)};
+  const std::string projection = "projection " + said.projection + ": ";
+  if (found->only_air) {
+    grey_note_ = projection + "every ray finds nothing but air; expected a CT cropped to the body";
+  } else if (found->one_value) {
+    grey_note_ = projection + "every ray finds one value: there is nothing to see";
+  }
+  note_ = grey_note_;
+  return {};
+}
+
 Result<void> Presenter::choose_step(const Epoch& epoch) {
+  if (look_.projection != render::Projection::kComposite && !grey_) {
+    if (auto ok = choose_grey(scene(epoch)); !ok) return ok;
+  }
   if (options_.step_voxels) return {};
   const SearchedFor now{epoch.ct_from_image && epoch.frame,
                         epoch.placement.state == SafetyState::kValid};
@@ -246,16 +270,17 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
     view = render::to_8bit(rendered->pixels);
     ++views_cast_;
     cast_seconds_ += rendered->statistics.cast_s;
-    note_ = rendered->statistics.note;
+    const std::string& note = rendered->statistics.note;
+    note_ = grey_note_ + (grey_note_.empty() || note.empty() ? "" : "; ") + note;
     if (empty) empty_view_ = view;
   }
   return compose_panels(view, context(epoch, wanted.camera));
 }
 
 PanelContext Presenter::context(const Epoch& epoch, const render::Camera& camera) const {
-  return {epoch,  *ct_,           plan_,    options_.window,  banner_,
-          camera, note_of(epoch), warning_, needle_expected_, options_.needle_length_mm,
-          legend_};
+  return {epoch,   *ct_,           plan_,    options_.window,  banner_,
+          camera,  note_of(epoch), warning_, needle_expected_, options_.needle_length_mm,
+          legend_, grey_};
 }
 
 std::vector<render::WindowWords> Presenter::words(const Epoch& epoch, const render::Camera& camera,

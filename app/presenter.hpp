@@ -93,10 +93,13 @@ class Presenter {
                                                        const render::Camera& camera,
                                                        bool ended) const;
   /// Finds the step for the error that was asked for: once, and anew when the ultrasound picture is
-  /// first there to be cut free, and when the CT is first registered. present() does so by itself.
+  /// first there to be cut free, and when the CT is first registered. Finds the grey window of a
+  /// projection, once. present() does so by itself.
   Result<void> choose_step(const Epoch& epoch);
   /// Of the CT slice.
   [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
+  /// Of a projection, once a 3D view was cast; absent in colours.
+  [[nodiscard]] const std::optional<render::GreyWindow>& grey() const { return grey_; }
   /// The 3D scene of an epoch, as every engine draws it.
   [[nodiscard]] render::Scene scene(const Epoch& epoch) const;
   [[nodiscard]] render::Engine& engine() { return *engine_; }
@@ -107,7 +110,8 @@ class Presenter {
   /// it was given, and in views by predicates and projections. Of a CT with ultrasound in it the
   /// step is what the CT alone needs, and rms is NaN.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
-  /// What the engine said of its last picture ("down-sampled …"); may be empty.
+  /// What the engine said of its last picture ("down-sampled …"), and a projection that shows
+  /// nothing; may be empty.
   [[nodiscard]] const std::string& note() const { return note_; }
   /// Seconds of the casting, all views.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
@@ -118,6 +122,7 @@ class Presenter {
   [[nodiscard]] render::Camera camera() const;
   [[nodiscard]] PanelContext context(const Epoch& epoch, const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
+  Result<void> choose_grey(const render::Scene& first);
   /// What is said in the 3D view of an epoch; empty: nothing.
   [[nodiscard]] std::string note_of(const Epoch& epoch) const;
 
@@ -138,7 +143,9 @@ class Presenter {
   std::string banner_;
   std::string warning_;                       ///< Of the registration or placement.
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
-  std::string note_;                          ///< Of the engine about its last picture.
+  std::string note_;       ///< Of the engine about its last picture, after grey_note_.
+  std::string grey_note_;  ///< Of a projection that shows nothing.
+  std::optional<render::GreyWindow> grey_;
   std::optional<render::StepChoice> step_;
   struct SearchedFor {
     bool plane;

@@ -306,6 +306,10 @@ Result<registration::ImageRegistrationResult> register_from(
 
 }  // namespace
 
+std::vector<std::string> register_outputs() {
+  return {"report.json", "report.html", kRegistrationPicture};
+}
+
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json_file, Console& console) {
   // A run that stops must not leave the answer of an earlier one behind.

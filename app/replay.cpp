@@ -339,6 +339,7 @@ Json Replay::report() {
   say_sampling(presenter_.step(), config_.output.rms_error, console_);
   json["sampling"] = json_of(presenter_.step());
   json["ct_window"] = json_of(presenter_.window());
+  json["grey_window"] = json_of(presenter_.grey());
   json["views_cast"] = presenter_.views_cast();
   json["cast_seconds"] = presenter_.cast_seconds();
   json["frames"] = out_ ? Json(out_->files()) : Json::array();

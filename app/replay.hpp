@@ -48,4 +48,7 @@ struct RegisterOptions {
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json, Console& console);
 
+/// Names of what it writes into the folder, or takes away there.
+std::vector<std::string> register_outputs();
+
 }  // namespace nav::app

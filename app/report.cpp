@@ -180,6 +180,11 @@ Json json_of(const render::HuWindow& window) {
   return {{"level", window.level}, {"width", window.width}};
 }
 
+Json json_of(const std::optional<render::GreyWindow>& window) {
+  if (!window) return nullptr;
+  return {{"level", window->level_hu}, {"width", window->width_hu}};
+}
+
 Json json_of(const std::vector<DiagnosticEntry>& entries) {
   Json list = Json::array();
   for (const DiagnosticEntry& entry : entries) {

@@ -34,6 +34,8 @@ Json json_of(const std::vector<DiagnosticEntry>& entries);
 /// Null where the user gave a step.
 Json json_of(const std::optional<render::StepChoice>& step);
 Json json_of(const render::HuWindow& window);
+/// Null where nothing is projected.
+Json json_of(const std::optional<render::GreyWindow>& window);
 /// One line of the log for each warning that a registration was accepted with.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// 16 numbers, row-major.

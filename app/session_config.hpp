@@ -84,8 +84,9 @@ struct SessionConfig {
     } cutaway{};
     std::filesystem::path save{};          ///< Where the look as it is drawn is stored; empty: not.
     std::string projection = "composite";  ///< Or maximum, minimum, mean.
-    double grey_level_hu = 200;            ///< Of projections other than composite.
-    double grey_width_hu = 1200;
+    /// Of projections other than composite; absent: render::window_of_projection()'s.
+    std::optional<double> grey_level_hu{};
+    std::optional<double> grey_width_hu{};
   } look;
 
   /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.

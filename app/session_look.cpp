@@ -112,11 +112,12 @@ Result<void> validate(const SessionConfig::Look& look) {
   if (!projections.contains(look.projection)) {
     return refuse("projection", "composite, maximum, minimum or mean", look.projection);
   }
-  if (!within(look.grey_level_hu, -1e6, 1e6)) {
-    return refuse("grey_level_hu", "-10^6 to 10^6", look.grey_level_hu);
+  if (!within(look.grey_level_hu.value_or(0), -1e6, 1e6)) {
+    return refuse("grey_level_hu", "-10^6 to 10^6", *look.grey_level_hu);
   }
-  if (!(look.grey_width_hu > 0 && look.grey_width_hu <= 1e6)) {
-    return refuse("grey_width_hu", "more than 0 to 10^6", look.grey_width_hu);
+  const double grey_width_hu = look.grey_width_hu.value_or(1);
+  if (!(grey_width_hu > 0 && grey_width_hu <= 1e6)) {
+    return refuse("grey_width_hu", "more than 0 to 10^6", grey_width_hu);
   }
   const auto& cutaway = look.cutaway;
   for (const auto& [key, angle] : {std::pair("cutaway.theta1_deg", cutaway.theta1_deg),
@@ -133,9 +134,12 @@ Result<void> validate(const SessionConfig::Look& look) {
 }
 
 toml::table look_to_toml(const SessionConfig::Look& look) {
-  toml::table table{{"transfer_function", look.preset},    {"shading", look.shading},
-                    {"plane_opacity", look.plane_opacity}, {"projection", look.projection},
-                    {"grey_level_hu", look.grey_level_hu}, {"grey_width_hu", look.grey_width_hu}};
+  toml::table table{{"transfer_function", look.preset},
+                    {"shading", look.shading},
+                    {"plane_opacity", look.plane_opacity},
+                    {"projection", look.projection}};
+  insert_if(table, "grey_level_hu", look.grey_level_hu);
+  insert_if(table, "grey_width_hu", look.grey_width_hu);
   if (!look.file.empty()) {
     table.insert("file", std::filesystem::absolute(look.file).lexically_normal().string());
   }

@@ -17,7 +17,6 @@
 #include "io/ct.hpp"
 #include "render/canvas.hpp"
 #include "render/slice.hpp"
-#include "render/transfer_presets.hpp"
 
 namespace nav::app {
 namespace {
@@ -99,7 +98,7 @@ render::Fusion fusion_of(const SlicesOptions& options) {
 struct Overlay {
   std::optional<PlacedPicture> picture;
   std::optional<Volume> second;
-  render::HuWindow window;  ///< Of the second volume.
+  render::HuWindow window{};  ///< Of the second volume, once it is known what slices show.
 };
 
 Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& options,
@@ -115,9 +114,6 @@ Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& o
     reading.accept_unknown_orientation = config.ct.accept_unknown_orientation;
     auto second = io::read_ct(options.second, console, reading);
     if (!second) return second.error();
-    const auto range = render::value_range(*second);
-    overlay.window = {options.second_level.value_or(0.5 * (range.low + range.high)),
-                      options.second_width.value_or(range.high - range.low)};
     overlay.second = std::move(*second);
   }
   return overlay;
@@ -146,13 +142,13 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
   return render::fuse(grey, slice.plane, how, overlay.picture->plane, fusion_of(options));
 }
 
-/// Values that slices show, each on a coarse grid, or along the ultrasound picture where there is
-/// one.
-Result<std::vector<float>> values_shown(const Volume& ct, const std::vector<NamedPlane>& planes,
+/// Values of a volume that slices show, each on a coarse grid, or along the ultrasound picture
+/// where there is one.
+Result<std::vector<float>> values_shown(const Volume& volume, const std::vector<NamedPlane>& planes,
                                         const SlicesOptions& options, render::SlabMode mode,
                                         const Overlay& overlay) {
   if (overlay.picture) {
-    return values_along(ct, overlay.picture->plane.ct_from_image, overlay.picture->plane.frame);
+    return values_along(volume, overlay.picture->plane.ct_from_image, overlay.picture->plane.frame);
   }
   constexpr int kCoarsePx = 64;
   constexpr double kMostMmPerPixel = 100;
@@ -163,12 +159,30 @@ Result<std::vector<float>> values_shown(const Volume& ct, const std::vector<Name
     how.mm_per_pixel = std::min(slice.mm_per_pixel * options.size_px / kCoarsePx, kMostMmPerPixel);
     how.slab_mm = options.slab_mm;
     how.slab = mode;
-    const auto values = render::slice_values(ct, slice.plane, how);
+    const auto values = render::slice_values(volume, slice.plane, how);
     if (!values) return values.error();
     std::ranges::copy_if(values->pixels(), std::back_inserter(shown),
                          [](float v) { return !std::isnan(v); });
   }
   return shown;
+}
+
+/// As that of the CT: what options say, else as suits what is shown.
+Result<render::HuWindow> window_of_second(const std::vector<NamedPlane>& planes,
+                                          const SlicesOptions& options, render::SlabMode mode,
+                                          const Overlay& overlay) {
+  const auto shown = values_shown(*overlay.second, planes, options, mode, overlay);
+  if (!shown) return shown.error();
+  SessionConfig::View said;
+  said.window_level = options.second_level;
+  said.window_width = options.second_width;
+  return ct_window(said, *overlay.second, *shown);
+}
+
+std::string level_and_width(const render::HuWindow& window) {
+  std::ostringstream text;
+  text << "level " << window.level << ", width " << window.width;
+  return text.str();
 }
 
 }  // namespace
@@ -187,7 +201,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   if (const auto ok = validate(options, recorded); !ok) return ok;
   const auto ct = read_session_ct(config, console);
   if (!ct) return ct.error();
-  const auto overlay = read_overlay(config, options, **ct, console);
+  auto overlay = read_overlay(config, options, **ct, console);
   if (!overlay) return overlay.error();
   const auto planes = slice_planes(options, config.plan, **ct, overlay->picture);
   if (!planes) return planes.error();
@@ -195,6 +209,11 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   const auto shown = values_shown(**ct, *planes, options, *mode, *overlay);
   if (!shown) return shown.error();
   const render::HuWindow window = ct_window(config.view, **ct, *shown);
+  if (overlay->second) {
+    const auto second = window_of_second(*planes, options, *mode, *overlay);
+    if (!second) return second.error();
+    overlay->window = *second;
+  }
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
   // A needle or a plan that this run does not have must not seem to be its own.
@@ -216,8 +235,8 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   }
   std::ostringstream where;
   where << planes->size() << " slices through (" << planes->front().plane.centre_ct.mm.transpose()
-        << ") mm in " << config.output.folder.string() << ", window: level " << window.level
-        << ", width " << window.width;
+        << ") mm in " << config.output.folder.string() << ", window: " << level_and_width(window);
+  if (overlay->second) where << "; of the second volume: " << level_and_width(overlay->window);
   console.say(where.str());
   return {};
 }

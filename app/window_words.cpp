@@ -47,6 +47,9 @@ std::vector<WindowWords> window_words(const PanelContext& context, bool ended) {
   Column above(words, 0.07, WindowWords::Stack::kDown);
   above.add(context.banner, amber);
   if (ended) above.add("the recording has ended: the last picture, not live", amber);
+  if (context.grey) {
+    above.add(words_of_window(context.grey->level_hu, context.grey->width_hu), kWords);
+  }
   above.add(context.note, amber);
   above.add(context.warning, amber);
   Column below(words, 0.93, WindowWords::Stack::kUp);

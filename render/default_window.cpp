@@ -10,20 +10,8 @@
 namespace nav::render {
 namespace {
 
-constexpr HuWindow kLungWindow{-500, 1500};
 constexpr HuWindow kVesselWindow{200, 700};
 constexpr HuWindow kSoftTissueWindow{60, 400};
-
-/// HU: what is below is air or lung, whatever the scanner's noise.
-constexpr int kLeastTissueHu = -200;
-
-/// CT has air, lung or gas in every body; MR and ultrasound have no such values.
-bool is_hounsfield(const Volume& volume) {
-  constexpr double kLeastShare = 0.01;
-  const auto voxels = volume.hu();
-  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
-  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
-}
 
 /// From the darkest to the brightest; tissue below the border of value_range() is not black.
 HuWindow window_of_values(const Volume& volume) {
@@ -32,14 +20,24 @@ HuWindow window_of_values(const Volume& volume) {
   const auto darkest = voxels.begin() + static_cast<std::ptrdiff_t>(voxels.size() / kHundredth);
   std::ranges::nth_element(voxels, darkest);
   const double high = std::max(value_range(volume).high, *darkest + 1.0);
-  return {std::round(0.5 * (*darkest + high)), high - *darkest};
+  const double width = high - *darkest;
+  const double level = 0.5 * (*darkest + high);
+  // A whole number is easier to read, and in a narrow window (of a mask) another one.
+  constexpr double kNarrow = 20;
+  return {width < kNarrow ? level : std::round(level), width};
 }
 
 }  // namespace
 
+bool is_hounsfield(const Volume& volume) {
+  constexpr double kLeastShare = 0.01;
+  const auto voxels = volume.hu();
+  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
+  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
+}
+
 HuWindow default_window(const Volume& volume, std::span<const float> shown) {
   if (!is_hounsfield(volume)) return window_of_values(volume);
-  constexpr float kAirBelowHu = -950;
   constexpr float kLungBelowHu = -500;
   constexpr double kWhiteHu = kSoftTissueWindow.level + kSoftTissueWindow.width / 2;
   const auto count = [&](auto of) { return std::ranges::count_if(shown, of); };

@@ -102,12 +102,14 @@ struct Fusion {
   double share = 0.5;     ///< kBlend: of the ultrasound, [0, 1].
   double square_mm = 10;  ///< kCheckerboard, > 0.
   double wipe = 0.5;      ///< kWipe: share of the picture's width, [0, 1].
-  double reach_mm = 0.5;  ///< Farther from the ultrasound plane a pixel shows CT alone, >= 0.
+  /// Farther from the ultrasound plane a pixel shows CT alone, >= 0; 0.85 pixel at the least.
+  double reach_mm = 0.5;
 };
 
 /// Ultrasound over a CT slice, each pixel by its own place in space: inside the true outline, with
-/// the border of its state. A stale plane shows its grey border alone, a lost one nothing: neither
-/// is ever drawn as live. Refuses options out of range, and as validate().
+/// the border of its state; where the slice crosses its plane steeply, a line of the border's
+/// colour marks it. A stale plane shows its grey border (and line) alone, a lost one nothing:
+/// neither is ever drawn as live. Refuses options out of range, and as validate().
 Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& plane,
                             const SliceOptions& options, const UltrasoundPlane& ultrasound,
                             const Fusion& fusion);

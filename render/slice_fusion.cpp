@@ -43,6 +43,23 @@ double share_at(const Fusion& fusion, const Eigen::Vector2d& place, double x_sha
   return 0;
 }
 
+/// How the ultrasound plane shows where a slice crosses it; mm off that plane.
+struct Trace {
+  double reach_mm;  ///< What is farther off shows CT alone.
+  double line_mm;   ///< What is nearer has the colour of the state; negative: nothing has.
+};
+
+/// slope: mm off the plane for a mm to the right and down in the slice.
+Trace trace_of(const Eigen::Vector2d& slope, double mm_per_pixel, double reach_mm) {
+  constexpr double kHalfLinePx = 0.85;  // Less, and a line has gaps.
+  constexpr double kSteepSine = 0.25;   // 15°.
+  constexpr double kReadablePx = 4;     // Narrower to each side, no picture can be read.
+  const double sine = slope.norm();
+  const double line_mm = kHalfLinePx * sine * mm_per_pixel;
+  const bool steep = sine > kSteepSine || reach_mm < kReadablePx * sine * mm_per_pixel;
+  return {std::max(reach_mm, line_mm), steep ? line_mm : -1};
+}
+
 Rgba8 mixed(const Rgba8& ct, const Eigen::Vector3d& rgb, double share) {
   const auto mix = [share](std::uint8_t under, double over) {
     return static_cast<std::uint8_t>(std::lround((1 - share) * under + share * 255 * over));
@@ -70,6 +87,9 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
   };
   const spec::PlanePixel<double> step{one_pixel(plane.right), one_pixel(plane.down),
                                       Eigen::Vector2d::Zero()};
+  const Trace trace = trace_of({(surface->image_from_local * plane.right.v).z(),
+                                (surface->image_from_local * plane.down.v).z()},
+                               options.mm_per_pixel, fusion.reach_mm);
   std::vector<Rgba8> pixels(ct_slice.pixels().begin(), ct_slice.pixels().end());
   for_each_index(options.height, options.threads, [&](int row) {
     for (int column = 0; column < options.width; ++column) {
@@ -78,14 +98,15 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
           Eigen::Vector2d(column - 0.5 * (options.width - 1), row - 0.5 * (options.height - 1));
       const Eigen::Vector3d local = place.x() * plane.right.v + place.y() * plane.down.v;
       const Eigen::Vector3d image = surface->image_from_local * (local - surface->origin);
-      if (!(std::abs(image.z()) <= fusion.reach_mm)) continue;
+      const double off_mm = std::abs(image.z());
+      if (!(off_mm <= trace.reach_mm)) continue;
       const Eigen::Vector2d p = image.head<2>();
       const Eigen::Vector2d pixel = surface->pixel_from_mm * (p - surface->grid_origin_mm);
       const double inside = spec::depth_inside<double>(*surface, p, pixel);
       if (!(inside >= 0)) continue;
       Rgba8& out = pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(options.width) +
                           static_cast<std::size_t>(column)];
-      if (spec::on_border<double>(*surface, p, inside, step)) {
+      if (off_mm <= trace.line_mm || spec::on_border<double>(*surface, p, inside, step)) {
         out = mixed(out, surface->border_rgb, 1);
       } else if (surface->shows_picture) {
         const double grey = spec::picture_at<double>(*surface, pixel.x(), pixel.y());

@@ -59,6 +59,9 @@ Result<void> show_window(const Scene& scene, const WindowOptions& options = {});
 Result<Image2d<Rgba8>> capture_window(const Scene& scene,
                                       const std::vector<WindowWords>& words = {});
 
+// Whatever the mouse does, a camera that a scene may have stays one: what would leave the places of
+// scenes (nav/places.hpp) does not move, and a zoom ends at 0.1 mm and at 100 m.
+
 /// Camera after turning about the look-at point: yaw about the view's up axis (positive: the eye
 /// moves right), then pitch about its right axis (positive: the eye moves up), rad.
 Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);

@@ -343,6 +343,35 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
+TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsOwnWindowAndSayWhich) {
+  // As MR has them: background, a dark body, and a few bright voxels.
+  VoxelGrid grid;
+  grid.size = {30, 30, 30};
+  grid.spacing_mm = {4, 4, 4};
+  grid.origin_mm = {-60, -60, -60};
+  std::vector<std::int16_t> values;
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    const std::size_t column = i % 30;
+    values.push_back(static_cast<std::int16_t>(column < 12 ? 0 : column < 24 ? 200 : 1000));
+  }
+  const auto second = (folder_ / "mr.mha").string();
+  ASSERT_TRUE(
+      test::has_value(io::write_ct_mha(*Volume::create(grid, std::move(values), "mr"), second)));
+  const auto out = folder_ / "slices";
+  const std::string arguments = "slices " + write_ct() + " --out " + out.string() +
+                                " --size 128 --at 0 0 0 --fusion wipe --wipe 1 --second " + second;
+  const Outcome outcome = sonde(arguments);
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const std::string said = outcome.output + outcome.errors;
+  EXPECT_NE(said.find("; of the second volume: level 500, width 1000"), std::string::npos) << said;
+  const auto picture = io::read_png(out / "axial.png");
+  ASSERT_TRUE(test::has_value(picture));
+  EXPECT_EQ(picture->at(72, 80).r, 51) << "the body: a fifth of white";
+  const Outcome chosen = sonde(arguments + " --second-level 200 --second-width 100");
+  EXPECT_NE((chosen.output + chosen.errors).find("second volume: level 200, width 100"),
+            std::string::npos);
+}
+
 TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 0, 0]\n"
@@ -963,6 +992,47 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
   const std::string ct = write_ct();
   expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
+}
+
+/// Files that are read late, or only where a look or predicates ask for them.
+TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
+  const auto write = [&](const char* name) {
+    std::ofstream(folder_ / name) << "mine";
+    return (folder_ / name).string();
+  };
+  const std::string look = write("bone.vp");
+  const std::string mesh = write("lesion.stl");
+  const std::string other = write("of-predicates.json");
+  const std::string replay = "replay s.mha --ct ct.mha --out o ";
+  const std::string ultrasound = replay + "--us-volume us.mha ";
+  for (const std::string& verb : {replay, std::string("demo --out o ")}) {
+    expect_refusal(verb + "--look " + look + " --json " + look, 2,
+                   {"--json: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--look " + look + " --save-look " + look, 2,
+                   {"--save-look: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
+                   {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
+    expect_refusal(verb + "--save-look x.json --json x.json", 2,
+                   {"--save-look: expected a file of its own", "that of --json"});
+    expect_refusal(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
+    expect_refusal(verb + "--look o/report.json", 2, {"--out", "that of --look"});
+  }
+  expect_refusal(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
+                 {"--json", other, "that of --labels"});
+  expect_refusal(ultrasound + "--predicates layers --layers " + other + " --json " + other, 2,
+                 {"--json", other, "that of --layers"});
+  expect_refusal(ultrasound + "--predicates " + other + " --json " + other, 2,
+                 {"--json", other, "that of --predicates"});
+  const std::string session = (folder_ / "s.toml").string();
+  std::ofstream(session) << "[predicates]\nvolume = \"us.mha\"\nscan_lines = \"" << other << "\"\n";
+  expect_refusal(replay + "--session " + session + " --json " + other, 2,
+                 {"--json", other, "that of --scan-lines"});
+  std::ofstream(session) << "[source]\nkind = \"simulated\"\n[output]\nfolder = \"o\"\n";
+  expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
+                 {"--json", "that of --look"});
+  expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
+  expect_refusal("bench registration --trials x --json x", 2, {"--trials", "that of --json"});
+  for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
@@ -1626,6 +1696,63 @@ TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
   expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
                  {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
                   "found nope"});
+}
+
+TEST_F(CommandLineTest, AGalleryOfNothingFails) {
+  const std::string out = " --out " + (folder_ / "gallery").string();
+  expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
+                 {"cpu, gl or reference", "foo"});
+  const char* data = std::getenv("SONDE_DATA_DIR");
+  const std::string before = data == nullptr ? "" : data;
+  ::setenv("SONDE_DATA_DIR", (folder_ / "no-data").c_str(), 1);
+  expect_refusal("gallery --only fig2a" + out, 3,
+                 {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
+  if (data == nullptr) {
+    ::unsetenv("SONDE_DATA_DIR");
+  } else {
+    ::setenv("SONDE_DATA_DIR", before.c_str(), 1);
+  }
+}
+
+TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
+  const std::string replay = replay_arguments(write_sweep(), "out", 480, 300) + " --frames 1 ";
+  const auto report = [&](const std::string& options) {
+    const Outcome outcome = sonde(replay + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return read_json("replay.json");
+  };
+  EXPECT_TRUE(report("")["grey_window"].is_null());
+  // Air, and a block of 700 HU: air is left out, and what is half of each at its edge remains.
+  const Json maximum = report("--projection maximum")["grey_window"];
+  const double white = maximum["level"].get<double>() + maximum["width"].get<double>() / 2;
+  EXPECT_NEAR(white, 700, 100) << maximum;
+  EXPECT_EQ(report("--projection mean --grey-level 40 --grey-width 500")["grey_window"],
+            (Json{{"level", 40.0}, {"width", 500.0}}));
+  const Json half = report("--projection maximum --grey-level 40")["grey_window"];
+  EXPECT_EQ(half["level"], 40.0);
+  EXPECT_EQ(half["width"], maximum["width"]);
+  // The session that was written has no window, so that it may be laid over other data.
+  EXPECT_EQ(text_of(folder_ / "out" / "session.toml").find("grey_width_hu"), std::string::npos);
+  const Json minimum = report("--projection minimum");
+  bool told = false;
+  for (const Json& entry : minimum["diagnostics"]) {
+    told |= entry["message"].get<std::string>().find("nothing but air") != std::string::npos;
+  }
+  EXPECT_TRUE(told) << minimum["diagnostics"];
+}
+
+TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
+  const auto json = folder_ / "bench.json";
+  const Outcome outcome =
+      sonde("bench render --quick --part skipping --scene patient-256/vessels-only --json " +
+            json.string());
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const Json report = read_json("bench.json");
+  ASSERT_EQ(report["skip_bounds"].size(), 1U);
+  EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-256/vessels-only/perspective/shaded");
+  EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
+  EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
+  expect_refusal("bench render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
 }
 
 TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {

@@ -263,11 +263,12 @@ TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {
   ASSERT_NE(at, std::string::npos);
   const auto end = good.find_first_of(",\n", at);
   for (const auto& [degrees, expected] :
-       {std::pair("80.0", "at most theta2_deg"), std::pair("-3.0", "(0, 90)")}) {
+       {std::pair("80.0", "at most theta2_deg"), std::pair("60.0", "at most theta2_deg"),
+        std::pair("-3.0", "(0, 90)")}) {
     std::string text = good;
     text.replace(at, end - at, "\"theta1_deg\": " + std::string(degrees));
-    EXPECT_TRUE(
-        test::refuses(read(text), ErrorCode::kMalformedData, {"cutaway.theta1_deg", expected}))
+    EXPECT_TRUE(test::refuses(read(text), ErrorCode::kMalformedData,
+                              {"cutaway.theta1_deg", expected, "found " + std::string(degrees)}))
         << degrees;
   }
 }

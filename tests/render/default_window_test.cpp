@@ -76,5 +76,11 @@ TEST_F(DefaultWindowTest, OfOtherValuesIsTheVolumesWithoutOutliers) {
   EXPECT_GE(window_for(*flat, {}).width, 1);
 }
 
+TEST_F(DefaultWindowTest, OfAMaskIsFromItsOneValueToTheOther) {
+  const auto mask = test::make_volume(test::centred_grid({10, 10, 10}, {1, 1, 1}),
+                                      [](int i, int, int) { return i < 5 ? 1 : 0; });
+  EXPECT_TRUE(is_window(window_for(*mask, {}), 0.5, 1));
+}
+
 }  // namespace
 }  // namespace nav::render

@@ -275,6 +275,9 @@ TEST(ToGreyTest, WindowsAndMarksTheOutside) {
   EXPECT_NE(kOutsideCt.r, kOutsideCt.b) << "no grey";
 }
 
+/// The colour of a live plane's border.
+bool is_green(const Rgba8& p) { return p.g > p.r + 50; }
+
 class FusionTest : public ::testing::Test {
  protected:
   FusionTest() : us_(test::upright_plane(test::grey_picture(40, 30, 200), 1, {0, 0, 15})) {
@@ -375,8 +378,60 @@ TEST_F(FusionTest, KeepsToTheTrueOutline) {
 
 TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundWhereItCrosses) {
   plane_ = axial_slice(plane_.centre_ct);
-  EXPECT_EQ(at(50, 40, {}).r, 120) << "on the line of both";
+  EXPECT_TRUE(is_green(at(50, 40, {}))) << "on the line of both";
   EXPECT_EQ(at(50, 43, {}).r, 40) << "1.5 mm off the ultrasound plane";
+  options_.mm_per_pixel = 0.1;
+  EXPECT_EQ(at(50, 43, {}).r, 120) << "0.3 mm off it";
+}
+
+/// Turned about a line of the ultrasound plane through the middle of its picture.
+SlicePlane turned(const SlicePlane& plane, double about_rad, double by_rad) {
+  const Eigen::Vector3d line =
+      std::cos(about_rad) * plane.right.v + std::sin(about_rad) * plane.down.v;
+  const Eigen::AngleAxisd turn(by_rad, line);
+  return {plane.centre_ct, {turn * plane.right.v}, {turn * plane.down.v}};
+}
+
+TEST_F(FusionTest, ACrossingPlaneIsALineOfItsStateWithoutGaps) {
+  constexpr double kDeg = M_PI / 180;
+  constexpr double kHalfPictureMm = 12;  // Of 40 mm × 30 mm, off its border.
+  for (const double mm_per_pixel : {0.1, 0.5, 1.2, 3.0}) {
+    for (const double by_deg : {90.0, 60.0, -30.0, 16.0}) {
+      for (const double about_deg : {0.0, 35.0, 90.0, 120.0}) {
+        options_.mm_per_pixel = mm_per_pixel;
+        const SlicePlane crossing = turned(plane_, about_deg * kDeg, by_deg * kDeg);
+        const auto fused = fuse(ct_, crossing, options_, us_, {});
+        ASSERT_TRUE(test::has_value(fused));
+        const Eigen::Vector2d along(std::cos(about_deg * kDeg), std::sin(about_deg * kDeg));
+        const double half_px = std::min(kHalfPictureMm / mm_per_pixel, 38.0);
+        int gaps = 0;
+        for (double t = -half_px; t <= half_px; t += 0.1) {
+          const Eigen::Vector2d p = Eigen::Vector2d(50, 40) + t * along;
+          gaps += is_green(fused->at(static_cast<int>(std::lround(p.x())),
+                                     static_cast<int>(std::lround(p.y()))))
+                      ? 0
+                      : 1;
+        }
+        EXPECT_EQ(gaps, 0) << mm_per_pixel << " mm, turned by " << by_deg << " about " << about_deg;
+      }
+    }
+  }
+}
+
+TEST_F(FusionTest, ThePictureIsNotCrossedOutWhereThePlanesNearlyAgree) {
+  plane_ = turned(plane_, 0, 0.02);
+  EXPECT_EQ(at(50, 40, {}), (Rgba8{120, 120, 120, 255}));
+}
+
+TEST_F(FusionTest, TheLineOfAStalePlaneIsGreyAndThatOfALostOneIsNotDrawn) {
+  plane_ = axial_slice(plane_.centre_ct);
+  us_.safety.state = SafetyState::kStale;
+  const Rgba8 line = at(50, 40, {});
+  EXPECT_EQ(line.r, line.g);
+  EXPECT_NE(line.r, 40);
+  EXPECT_NE(line.r, 120) << "nor its picture";
+  us_.safety.state = SafetyState::kLost;
+  EXPECT_EQ(at(50, 40, {}).r, 40);
 }
 
 TEST_F(FusionTest, ASecondVolumeIsFusedAsThePictureIs) {

@@ -205,5 +205,61 @@ TEST(WindowCameraTest, ZoomDividesDistanceAndHeight) {
   EXPECT_NEAR(nearer.orthographic_height_mm, 0.5 * camera.orthographic_height_mm, kRoundingMm);
 }
 
+bool is_seen_by(const Camera& camera) {
+  Scene scene = test::ball_scene(test::cube_grid(16, 1.0));
+  scene.camera = camera;
+  return test::has_value(validate(scene));
+}
+
+TEST(WindowCameraTest, NoTurnOfTheWheelLosesTheCamera) {
+  constexpr int kManyTurns = 2000;
+  for (const bool orthographic : {false, true}) {
+    Camera start = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+    start.orthographic = orthographic;
+    for (const double factor : {1.1, 1 / 1.1}) {
+      Camera camera = start;
+      for (int i = 0; i < kManyTurns; ++i) camera = zoomed(camera, factor);
+      EXPECT_TRUE(is_seen_by(camera)) << orthographic << ' ' << factor;
+      // As many turns come back from the limit as go there from here.
+      const auto size = [&](const Camera& c) {
+        return orthographic ? c.orthographic_height_mm : (c.eye_ct.mm - c.look_at_ct.mm).norm();
+      };
+      int turns = 0;
+      while (turns < kManyTurns && (size(camera) > size(start)) == (factor < 1)) {
+        camera = zoomed(camera, 1 / factor);
+        ++turns;
+      }
+      EXPECT_LT(turns, 150) << orthographic << ' ' << factor;
+    }
+  }
+}
+
+TEST(WindowCameraTest, NoDragLosesTheCamera) {
+  constexpr int kManyDrags = 1000;
+  for (const bool orthographic : {false, true}) {
+    Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+    camera.orthographic = orthographic;
+    for (int i = 0; i < kManyDrags; ++i) camera = zoomed(camera, 0.5);
+    for (int i = 0; i < kManyDrags; ++i) camera = panned(camera, 1, -1);
+    EXPECT_TRUE(is_seen_by(camera)) << orthographic;
+    for (int i = 0; i < kManyDrags; ++i) {
+      camera = orbited(camera, 0.7, -0.4);
+      camera = zoomed(camera, i % 2 == 0 ? 0.1 : 9.0);
+    }
+    EXPECT_TRUE(is_seen_by(camera)) << orthographic;
+    const Camera back = panned(camera, -1, 1);
+    EXPECT_TRUE(is_seen_by(back)) << orthographic;
+  }
+}
+
+TEST(WindowCameraTest, AViewFromBeyondTheLimitsGoesNoFurtherButComesBack) {
+  Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  constexpr double kFarMm = 1e6;
+  camera.eye_ct.mm = camera.look_at_ct.mm + Eigen::Vector3d(0, -kFarMm, 0);
+  const auto distance_mm = [](const Camera& c) { return (c.eye_ct.mm - c.look_at_ct.mm).norm(); };
+  EXPECT_NEAR(distance_mm(zoomed(camera, 0.5)), kFarMm, kFarMm * kRoundingMm);
+  EXPECT_NEAR(distance_mm(zoomed(camera, 2)), kFarMm / 2, kFarMm * kRoundingMm);
+}
+
 }  // namespace
 }  // namespace nav::render

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/projection_window.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "render/default_window.hpp"
+#include "render/engine.hpp"
+
+namespace nav::render {
+namespace {
+
+/// What the rays of a small picture find that meet the volume, in no order.
+Result<std::vector<double>> values_found(Scene scene) {
+  constexpr int kAcross = 96;
+  // Every value of 16 bits, to a hundredth.
+  const GreyWindow all{0, 66000};
+  scene.plane.reset();
+  scene.needle.reset();
+  scene.spheres.clear();
+  scene.lines.clear();
+  scene.cutaway.reset();
+  scene.grey = all;
+  scene.background_rgb = {1, 0, 0};  // No grey: a ray beside the volume.
+  scene.quality.pixel_error = 0;
+  scene.height = std::clamp(kAcross * scene.height / scene.width, 1, kAcross);
+  scene.width = kAcross;
+  const auto picture = make_cpu_engine()->render(scene);
+  if (!picture) return picture.error();
+  std::vector<double> values;
+  for (const RgbaF& p : picture->pixels.pixels()) {
+    if (p.r == p.g) values.push_back((p.r - 0.5) * all.width_hu + all.level_hu);
+  }
+  return values;
+}
+
+/// The value that this share of all lies below.
+double quantile(std::vector<double>& values, double share) {
+  const double last = static_cast<double>(values.size()) - 1;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::lround(share * last));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// To two digits of what it is measured by.
+double rounded(double value, double by) {
+  const int digits = 1 - static_cast<int>(std::floor(std::log10(by)));
+  const double scale = std::pow(10.0, std::abs(digits));
+  return digits > 0 ? std::round(value * scale) / scale : std::round(value / scale) * scale;
+}
+
+}  // namespace
+
+Result<ProjectionWindow> window_of_projection(Scene scene) {
+  NAV_CHECK(scene.projection != Projection::kComposite);
+  const bool hounsfield = scene.ct && is_hounsfield(*scene.ct);
+  const double air_below_hu =
+      scene.projection == Projection::kMaximum ? double{kLeastTissueHu} : double{kAirBelowHu};
+  auto values = values_found(std::move(scene));
+  if (!values) return values.error();
+  ProjectionWindow found;
+  if (hounsfield && !values->empty()) {
+    std::erase_if(*values, [&](double v) { return v < air_below_hu; });
+    found.only_air = values->empty();
+  }
+  if (found.only_air) {
+    found.window = {kLungWindow.level, kLungWindow.width};
+    return found;
+  }
+  if (values->empty()) {
+    found.one_value = true;
+    return found;
+  }
+  constexpr double kLeftOut = 0.02;  // A metal implant has its share of the picture.
+  constexpr double kSame = 0.05;     // What the values are good for.
+  double low = quantile(*values, kLeftOut);
+  double high = quantile(*values, 1 - kLeftOut);
+  const auto [least, greatest] = std::ranges::minmax(*values);
+  found.one_value = greatest - least < kSame;
+  if (high - low < kSame) {
+    low = least;
+    high = greatest;
+  }
+  const double width = found.one_value ? 1 : high - low;
+  found.window.width_hu = rounded(width, width);
+  found.window.level_hu = rounded(0.5 * (low + high), width);
+  return found;
+}
+
+}  // namespace nav::render
