@@ -450,5 +450,42 @@ TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
   EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
 }
 
+TEST_F(PresenterTest, AProjectionKeepsTheWindowThatItsFirstPictureWasGiven) {
+  SessionConfig::Look look;
+  look.projection = "maximum";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}},
+                                      marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  EXPECT_FALSE(projecting->grey());
+  const Epoch shown = epoch(SafetyState::kValid, "");
+  ASSERT_TRUE(test::has_value(projecting->choose_step(shown)));
+  ASSERT_TRUE(projecting->grey());
+  const render::GreyWindow chosen = *projecting->grey();
+  // Samples two voxels apart miss the middle of most marbles.
+  EXPECT_GT(chosen.level_hu + chosen.width_hu / 2, 400);
+  EXPECT_LT(chosen.level_hu + chosen.width_hu / 2, 750);
+  EXPECT_EQ(projecting->scene(shown).grey.level_hu, chosen.level_hu);
+  EXPECT_EQ(projecting->scene(shown).grey.width_hu, chosen.width_hu);
+  EXPECT_TRUE(projecting->note().empty());
+  const auto words = projecting->words(shown, projecting->scene(shown).camera, false);
+  const std::string stated = words_of_window(chosen.level_hu, chosen.width_hu);
+  EXPECT_TRUE(std::ranges::any_of(words, [&](const auto& w) { return w.words == stated; }));
+  projecting->set_focus({{10, 0, 0}});
+  ASSERT_TRUE(test::has_value(projecting->present(shown)));
+  EXPECT_EQ(projecting->grey()->level_hu, chosen.level_hu);
+}
+
+TEST_F(PresenterTest, AProjectionOfOneValueSaysSo) {
+  SessionConfig::Look look;
+  look.projection = "mean";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  ASSERT_TRUE(test::has_value(projecting->present(epoch(SafetyState::kValid, ""))));
+  EXPECT_NE(projecting->note().find("projection mean: every ray finds one value"),
+            std::string::npos)
+      << projecting->note();
+}
+
 }  // namespace
 }  // namespace nav::app
