@@ -11,9 +11,9 @@ namespace nav::render::derived {
 
 struct SolveOptions {
   /// Root mean square of the estimated error at which the solve stops, in units of x, (0, 0.01]:
-  /// ErrorEstimate, half to twice the true one; residuals themselves say little where edges differ
-  /// by factors of 10^5. Of more than 0.01 the first iterations know too little.
-  double error = 2e-3;
+  /// ErrorEstimate, within a factor of 3 of the true one; residuals themselves say little where
+  /// edges differ by factors of 10^5. Of more than 0.01 the first iterations know too little.
+  double error = 4e-3;
   int max_iterations = 200;  ///< Of the inner solver, all refinements together.
 };
 
