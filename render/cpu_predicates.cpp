@@ -129,6 +129,8 @@ PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
 
 }  // namespace
 
+static_assert(kMarchFullImportance == kFullImportance);
+
 std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
   constexpr double kMostError = 1e-3;
   // Whiter ones lie between entries of the extinction, where that has corners.

@@ -402,7 +402,8 @@ class PredicateMarcher {
     if constexpr (kBlend == PredicateBlend::kWeight) {
       count = V::add(V::log(V::max(importance, V::set(1e-37F))), V::set(in_.cutaway_greatest));
     }
-    const F share = V::max(V::set(0.0F), V::mul(count, V::set(in_.cutaway_scale)));
+    F share = V::max(V::set(0.0F), V::mul(count, V::set(in_.cutaway_scale)));
+    share = V::select(V::not_less(share, V::set(kMarchFullImportance)), V::set(1.0F), share);
     F sum = V::set(0.0F);
     for (int j = 0; j < kMarchFadeSteps; ++j) {
       const F w = V::set((static_cast<float>(j) + 0.5F) / kMarchFadeSteps);

@@ -12,6 +12,9 @@ namespace nav::render {
 /// Channels of a set, at most: the volume, and two for each leaf.
 inline constexpr int kMostChannels = 65;
 
+/// kFullImportance.
+inline constexpr float kMarchFullImportance = 1 - 1.0F / 4096;
+
 /// So many looks are picked from registers.
 inline constexpr int kFewLooks = 32;
 /// Leaves of which it is known when one of them does not matter.

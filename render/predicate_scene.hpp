@@ -62,7 +62,8 @@ struct PredicateScene {
   /// There is a needle, but nobody knows where, and the scene has none: no distance from it is
   /// within any range. Without this such a scene is refused.
   bool needle_lost = false;
-  /// [0, 1]. With 1 what is most important stays in front of whatever is cut free.
+  /// [0, 1]; from kFullImportance on 1. With 1 what is most important stays in front of whatever is
+  /// cut free.
   double cutaway_importance = 1;
   /// Most that leaving out what can hardly be seen may change a pixel, [0, 0.5]; 0: nothing is left
   /// out. quality.opaque_at plays no part.

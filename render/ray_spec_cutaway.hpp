@@ -101,6 +101,13 @@ S visibility(S importance, S omega) {
   return (importance - omega) / (importance - low);
 }
 
+/// An importance that is a quotient counts as 1 from kFullImportance on: what is most important
+/// must not be hidden by rounding.
+template <class S>
+S full_importance(S importance) {
+  return importance >= static_cast<S>(kFullImportance) ? S(1) : importance;
+}
+
 /// Extinction after the fade. The fade acts on the opacity of 1 mm, before the step: the other
 /// order would depend on the step.
 template <class S>

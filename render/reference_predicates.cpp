@@ -59,8 +59,8 @@ void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, Str
   const spec::PredicateClass c = set_.class_of(sampler_.mask(middle));
   if (!(c.importance > 0)) return;
   if (part.begin < ray.span.t2) {
-    const double importance =
-        scene_.predicates->cutaway_importance * c.importance / set_.greatest_impact();
+    const double importance = spec::full_importance(scene_.predicates->cutaway_importance *
+                                                    c.importance / set_.greatest_impact());
     double visible = 0;
     for (int j = 0; j < spec::kFadeSteps; ++j) {
       const double t = part.begin + (j + 0.5) / spec::kFadeSteps * (part.end - part.begin);

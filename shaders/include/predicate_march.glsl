@@ -204,6 +204,7 @@ float linear_importance(float importance) {
 
 float faded_extinction(float tau, float importance, float begin, float end) {
   float share = max(cutaway_scale * linear_importance(importance), 0.0);
+  if (share >= 1.0 - 1.0 / 4096.0) share = 1.0;  // As kFullImportance of the CPU.
   float sum = 0.0;
   for (int i = 0; i < kFadeSteps; ++i) {
     float t = t_of(mix(begin, end, (float(i) + 0.5) / float(kFadeSteps)));

@@ -198,6 +198,7 @@ TEST_P(PredicateSceneTest, CutawayFadesByImportance) {
   const float uncut = test::middle(test::draw(*engine_, scene)).r;
   scene.cutaway.emplace();
   scene.cutaway->overlay_mm = 0;
+  scene.predicates->cutaway_importance = 0.5;
   scene.cutaway->polygons.push_back({{{{-9, 15, -9}}, {{9, 15, -9}}, {{9, 15, 9}}, {{-9, 15, 9}}}});
   const float cut = test::middle(test::draw(*engine_, scene)).r;
   EXPECT_LT(cut, uncut);
