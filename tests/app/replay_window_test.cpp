@@ -38,7 +38,7 @@ class ReplayWindowTest : public ::testing::Test {
 TEST_F(ReplayWindowTest, ShowsTheRecordingAndWritesNothingButTheReport) {
   const auto report = folder_ / "report.json";
   // Ctrl-C closes the window: long after the recording's one second.
-  EXPECT_EQ(run("timeout --preserve-status -s INT 12",
+  EXPECT_EQ(run("timeout --preserve-status -s INT 20",
                 "replay " + recording() + " --ct " + ct() +
                     " --window --width 160 --height 120 --step 4 --json " + report.string()),
             0);
