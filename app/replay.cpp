@@ -201,10 +201,10 @@ class Replay {
   }
 
   /// Says, once, where nothing of the ultrasound volume is to be seen.
-  Result<void> check_ultrasound(const render::Scene& scene) {
-    if (ultrasound_checked_ || !(scene.ultrasound || scene.predicates)) return {};
+  Result<void> check_ultrasound(const Epoch& epoch) {
+    if (ultrasound_checked_ || config_.predicates.volume.empty()) return {};
     ultrasound_checked_ = true;
-    const auto shows = shows_ultrasound(scene);
+    const auto shows = shows_ultrasound(presenter_.scene(epoch));
     if (!shows) return shows.error();
     if (*shows) return {};
     console_.report(Severity::kWarning, config_.predicates.volume.string(),
@@ -216,7 +216,7 @@ class Replay {
   }
 
   Result<void> show(const Epoch& epoch) {
-    if (auto ok = check_ultrasound(presenter_.scene(epoch)); !ok) return ok;
+    if (auto ok = check_ultrasound(epoch); !ok) return ok;
     auto picture = presenter_.present(epoch);
     if (!picture) return picture.error();
     if (presenter_.note() != note_) {
@@ -246,7 +246,7 @@ class Replay {
     const auto show_next = [&](const Epoch& epoch) -> Result<void> {
       if (out_) return show(epoch);
       ++shown_;
-      if (auto ok = check_ultrasound(presenter_.scene(epoch)); !ok) return ok;
+      if (auto ok = check_ultrasound(epoch); !ok) return ok;
       return presenter_.choose_step(epoch);
     };
     bool last = false;  // Nothing more comes.
