@@ -6,7 +6,8 @@
 Includes point down only; siblings never see each other (sole exception: sim -> io). No
 third-party type of one folder's trade appears in a header that others include. A constant of a
 .cpp file's own has no name that a header it might see declares: where files are compiled several
-at a time, the file next to it would take one for the other.
+at a time, the file next to it would take one for the other. At the top lies nothing else than
+what belongs there.
 """
 import pathlib
 import re
@@ -46,6 +47,9 @@ TRADES = {
 # Private headers (of use to their own folder, tests and benchmarks alone) may show trade types.
 PRIVATE_HEADER = re.compile(
     r"^(render/(vtk_|gl_|cpu_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
+# Files at the top of the project.
+TOP = {"ARCHITECTURE.md", "CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json",
+       "CMakeUserPresets.json", "CONTRIBUTING.md", "LICENSE", "README.md"}
 # At the left margin: constants of a namespace, not those of a class or a function.
 CONSTANT = re.compile(r"^(?:inline |static )*constexpr [^=;{(]*?\b(k[A-Z]\w*)\s*[={\[]")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -108,9 +112,15 @@ def shadowed_in(root: pathlib.Path) -> list[str]:
     return found
 
 
+def strays_in(root: pathlib.Path) -> list[str]:
+    return [f"{path.name}: does not belong at the top of the project (output of a run?)"
+            for path in sorted(root.iterdir())
+            if path.is_file() and not path.name.startswith(".") and path.name not in TOP]
+
+
 def main() -> int:
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
-    found = problems_in(root) + shadowed_in(root)
+    found = problems_in(root) + shadowed_in(root) + strays_in(root)
     for problem in found:
         print(problem)
     print(f"layers: {len(found)} problem(s)")

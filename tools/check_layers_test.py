@@ -47,6 +47,13 @@ class CheckLayersTest(unittest.TestCase):
                     (root / name).write_text(text)
                 self.assertEqual(len(check_layers.shadowed_in(root)), count)
 
+    def test_output_at_the_top_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name in ("README.md", "report.html"):
+                (root / name).touch()
+            self.assertEqual(len(check_layers.strays_in(root)), 1)
+
 
 if __name__ == "__main__":
     unittest.main()
