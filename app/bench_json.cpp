@@ -71,11 +71,14 @@ Json skip_summary(const BenchRenderReport& report) {
 
 Json as_json(const bench::CutawayCost& cutaway) {
   return {{"fraction", json_number(cutaway.own_fraction())},
+          {"fraction_at_most", json_number(cutaway.own_fraction_at_most())},
           {"net_fraction", json_number(cutaway.net_fraction())},
           {"ct_ms", cutaway.ct_ms},
+          {"coarse_ct_ms", cutaway.coarse_ct_ms},
           {"plane_ms", cutaway.plane_ms},
           {"cutaway_ms", cutaway.cutaway_ms},
           {"samples_ct", cutaway.ct_samples},
+          {"samples_coarse_ct", cutaway.coarse_ct_samples},
           {"samples_without_cutaway", cutaway.plane_samples},
           {"samples_with_cutaway", cutaway.cutaway_samples}};
 }
@@ -301,10 +304,11 @@ std::string live_text(const BenchRenderReport& report) {
       << "; a volume that is nowhere empty takes " << 100 * report.full_volume_overhead
       << " % longer.\n"
       << "Plane and cutaway: " << 100 * report.cutaway->own_fraction()
-      << " % of a frame for their own work, " << 100 * report.cutaway->net_fraction()
-      << " % with the samples they save; samples " << report.cutaway->ct_samples << " (CT), "
-      << report.cutaway->plane_samples << " (and plane), " << report.cutaway->cutaway_samples
-      << " (and cutaway).\n"
+      << " % of a frame for their own work (at most "
+      << 100 * report.cutaway->own_fraction_at_most() << " %), "
+      << 100 * report.cutaway->net_fraction() << " % with the samples they save; samples "
+      << report.cutaway->ct_samples << " (CT), " << report.cutaway->plane_samples
+      << " (and plane), " << report.cutaway->cutaway_samples << " (and cutaway).\n"
       << "New ultrasound image, same pose: " << std::setprecision(2) << report.update->wall_ms
       << " ms wall, " << report.update->cpu_ms << " ms process, " << report.update->samples
       << " volume samples, " << (report.update->identical ? "identical" : "NOT identical")

@@ -284,11 +284,11 @@ void CommandLine::add_replay() {
   replay->add_flag("--follow", config_.placement.follow,
                    "from the registration on, the CT follows tissue that moves");
   replay
-      ->add_option("--needle-length-mm", config_.source.needle_length_mm,
+      ->add_option("--needle-length-mm", config_.source.needle_size.length_mm,
                    "hub to tip, as the needle is drawn")
       ->capture_default_str();
   replay
-      ->add_option("--needle-diameter-mm", config_.source.needle_diameter_mm,
+      ->add_option("--needle-diameter-mm", config_.source.needle_size.diameter_mm,
                    "of its shaft, as it is drawn and as distances from its surface count")
       ->capture_default_str();
   replay->add_option("--out", config_.output.folder, "folder to write to");

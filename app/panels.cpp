@@ -147,8 +147,8 @@ void draw_legend(Canvas& canvas, int width, int height, const std::vector<Legend
   };
   for (std::size_t i = 0; i < shown; ++i) {
     const LegendEntry& entry = legend[i];
-    const int number = canvas.text_width(kSize, " " + entry.importance);
-    line(shorten(canvas, kSize, entry.name, width / 2 - number) + " " + entry.importance);
+    const int number = canvas.text_width(kSize, " " + entry.importance_words());
+    line(shorten(canvas, kSize, entry.name, width / 2 - number) + " " + entry.importance_words());
     canvas.fill(kLeft, y - kSwatch, kSwatch, kSwatch, entry.colour);
     y += kLineHeight;
   }

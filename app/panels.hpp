@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/navigator.hpp"
+#include "app/needle_size.hpp"
 #include "app/predicate_legend.hpp"
 #include "render/canvas.hpp"
 #include "render/scene.hpp"
@@ -23,9 +24,9 @@ struct PanelContext {
   const std::string& banner;
   render::Camera camera;  ///< Of the 3D view, for its orientation letters.
   std::string note;  ///< What the engine says of the 3D view ("down-sampled …"); may be empty.
-  std::string warning = {};                     ///< Of the registration or placement; may be empty.
-  bool needle_expected = false;                 ///< Its state is shown, as that of a planned one.
-  double needle_length_mm = 150;                ///< Hub to tip.
+  std::string warning = {};      ///< Of the registration or placement; may be empty.
+  bool needle_expected = false;  ///< Its state is shown, as that of a planned one.
+  double needle_length_mm = NeedleSize{}.length_mm;
   std::vector<LegendEntry> legend = {};         ///< Of predicates in the 3D view.
   std::optional<render::GreyWindow> grey = {};  ///< Of a projection in the 3D view.
 };

@@ -15,13 +15,17 @@ Rgba8 bar_colour(const render::PredicateHistogram::Bar& bar) {
   return {byte(rgb.x()), byte(rgb.y()), byte(rgb.z()), 255};
 }
 
+std::string LegendEntry::importance_words() const {
+  char words[16];
+  std::snprintf(words, sizeof words, "%.3f", importance);
+  return words;
+}
+
 std::vector<LegendEntry> legend_of(const render::PredicateModel& model) {
   std::vector<LegendEntry> legend;
   for (std::size_t i = 0; i < model.entries.size(); ++i) {
     const auto& bar = model.histogram.bars()[i];
-    char importance[16];
-    std::snprintf(importance, sizeof importance, "%.3f", bar.importance);
-    legend.push_back({bar_colour(bar), model.entries[i].name, importance});
+    legend.push_back({bar_colour(bar), model.entries[i].name, bar.importance});
   }
   return legend;
 }

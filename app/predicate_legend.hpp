@@ -18,7 +18,8 @@ Rgba8 bar_colour(const render::PredicateHistogram::Bar& bar);
 struct LegendEntry {
   Rgba8 colour;
   std::string name;
-  std::string importance;  ///< Three decimals.
+  double importance = 0;
+  [[nodiscard]] std::string importance_words() const;  ///< Three decimals.
 };
 /// Of every entry of a model, in its order.
 std::vector<LegendEntry> legend_of(const render::PredicateModel& model);

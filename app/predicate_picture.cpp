@@ -67,11 +67,11 @@ std::vector<std::string> lines_of(const std::string& words, int width,
 std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
                                       const render::Canvas& canvas) {
   auto lines = lines_of(entry.name, width, canvas);
-  const std::string together = lines.back() + " " + entry.importance;
+  const std::string together = lines.back() + " " + entry.importance_words();
   if (canvas.text_width(kText, together) <= width) {
     lines.back() = together;
   } else {
-    lines.push_back(entry.importance);
+    lines.push_back(entry.importance_words());
   }
   return lines;
 }

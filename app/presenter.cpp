@@ -157,8 +157,8 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
     const auto& needle = *epoch.ct_from_needle;
     scene.needle =
         render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
-                            needle * Point<frames::Needle>{{0, 0, -options_.needle_length_mm}},
-                            options_.needle_diameter_mm / 2,
+                            needle * Point<frames::Needle>{{0, 0, -options_.needle.length_mm}},
+                            options_.needle.diameter_mm / 2,
                             {0.95, 0.95, 1.0},
                             epoch.needle};
   }
@@ -243,9 +243,16 @@ Result<void> Presenter::choose_step(const Epoch& epoch) {
   const render::Scene first = scene(epoch);
   // What the search would draw is not what these show.
   if (first.predicates || first.projection != render::Projection::kComposite) return {};
-  auto choice = render::step_for_error(*engine_, first, options_.rms_error);
+  if (!step_of_ct_) {
+    const auto found =
+        render::step_for_error(*engine_, render::ct_alone(first), options_.rms_error);
+    if (!found) return found.error();
+    step_of_ct_ = *found;
+  }
+  const auto choice = render::step_for_error(*engine_, first, options_.rms_error, *step_of_ct_);
   if (!choice) return choice.error();
   step_ = *choice;
+  empty_view_.reset();
   searched_for_ = now;
   // The step is what the CT needs; how much more the whole errs was not measured.
   if (first.ultrasound) step_->pixel_error = 0;
@@ -279,7 +286,7 @@ Result<Image2d<Rgba8>> Presenter::present(const Epoch& epoch) {
 
 PanelContext Presenter::context(const Epoch& epoch, const render::Camera& camera) const {
   return {epoch,   *ct_,           plan_,    options_.window,  banner_,
-          camera,  note_of(epoch), warning_, needle_expected_, options_.needle_length_mm,
+          camera,  note_of(epoch), warning_, needle_expected_, options_.needle.length_mm,
           legend_, grey_};
 }
 

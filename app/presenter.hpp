@@ -9,6 +9,7 @@
 
 #include "app/look.hpp"
 #include "app/navigator.hpp"
+#include "app/needle_size.hpp"
 #include "app/panels.hpp"
 #include "app/session_config.hpp"
 #include "render/canvas.hpp"
@@ -30,8 +31,7 @@ struct PresenterOptions {
   double pixel_error = 0;                            ///< Of render::Quality, at least.
   render::HuWindow window;                           ///< Of the CT slice.
   SessionConfig::Quality quality{};
-  double needle_length_mm = 150;    ///< Hub to tip.
-  double needle_diameter_mm = 1.8;  ///< Of its shaft.
+  NeedleSize needle{};
 };
 
 /// Of warnings that a registration was accepted with the one that there is room for: how far off
@@ -147,6 +147,7 @@ class Presenter {
   std::string grey_note_;  ///< Of a projection that shows nothing.
   std::optional<render::GreyWindow> grey_;
   std::optional<render::StepChoice> step_;
+  std::optional<render::StepChoice> step_of_ct_;  ///< Of the CT alone, which does not change.
   struct SearchedFor {
     bool plane;
     bool registered;

@@ -53,7 +53,7 @@ Json legend_json(const std::vector<LegendEntry>& legend) {
   if (legend.empty()) return nullptr;
   Json json = Json::array();
   for (const LegendEntry& entry : legend) {
-    json.push_back({{"name", entry.name}, {"importance", std::stod(entry.importance)}});
+    json.push_back({{"name", entry.name}, {"importance", entry.importance}});
   }
   return json;
 }
@@ -395,7 +395,7 @@ Result<void> Replay::write_folder(const Json& report) {
   if (!presenter_.legend().empty()) {
     html.tables.push_back({"Importance of predicates", {}});
     for (const LegendEntry& entry : presenter_.legend()) {
-      html.tables.back().second.emplace_back(entry.name, entry.importance);
+      html.tables.back().second.emplace_back(entry.name, entry.importance_words());
     }
   }
   if (follower_) html.tables.push_back({"Following the tissue", follower_->summary_rows()});
@@ -465,7 +465,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   auto presenter = Presenter::create(
       {config.look, config.view, config.output.width, config.output.height,
        config.output.step_voxels, config.output.rms_error, config.output.pixel_error, window,
-       config.quality, config.source.needle_length_mm, config.source.needle_diameter_mm},
+       config.quality, config.source.needle_size},
       shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;

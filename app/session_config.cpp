@@ -69,8 +69,8 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   source.text("tracker_frame", config.source.tracker_frame);
   source.text("reference_frame", config.source.reference_frame);
   source.text("needle_frame", config.source.needle_frame);
-  source.number("needle_length_mm", config.source.needle_length_mm);
-  source.number("needle_diameter_mm", config.source.needle_diameter_mm);
+  source.number("needle_length_mm", config.source.needle_size.length_mm);
+  source.number("needle_diameter_mm", config.source.needle_size.diameter_mm);
   source.number("temporal_offset_ms", config.source.temporal_offset_ms);
   source.flag("whole_picture", config.source.whole_picture);
   source.flag("skip_bad_frames", config.source.skip_bad_frames);
@@ -300,11 +300,11 @@ Result<void> validate(const SessionConfig& config) {
   if (const auto ok = validate(config.cutaway_objects); !ok) return ok;
   if (const auto ok = validate(config.look); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
-  if (!within(config.source.needle_length_mm, 1, 1000)) {
-    return refuse("source.needle_length_mm", "1 to 1000", config.source.needle_length_mm);
+  if (!within(config.source.needle_size.length_mm, 1, 1000)) {
+    return refuse("source.needle_length_mm", "1 to 1000", config.source.needle_size.length_mm);
   }
-  if (!within(config.source.needle_diameter_mm, 0.1, 20)) {
-    return refuse("source.needle_diameter_mm", "0.1 to 20", config.source.needle_diameter_mm);
+  if (!within(config.source.needle_size.diameter_mm, 0.1, 20)) {
+    return refuse("source.needle_diameter_mm", "0.1 to 20", config.source.needle_size.diameter_mm);
   }
   if (!within(config.source.temporal_offset_ms, -10000, 10000)) {
     return refuse("source.temporal_offset_ms", "-10000 to 10000", config.source.temporal_offset_ms);
@@ -333,8 +333,8 @@ Result<std::string> to_toml(const SessionConfig& config) {
   source.insert("tracker_frame", config.source.tracker_frame);
   source.insert("reference_frame", config.source.reference_frame);
   source.insert("needle_frame", config.source.needle_frame);
-  source.insert("needle_length_mm", config.source.needle_length_mm);
-  source.insert("needle_diameter_mm", config.source.needle_diameter_mm);
+  source.insert("needle_length_mm", config.source.needle_size.length_mm);
+  source.insert("needle_diameter_mm", config.source.needle_size.diameter_mm);
   source.insert("temporal_offset_ms", config.source.temporal_offset_ms);
   source.insert("whole_picture", config.source.whole_picture);
   source.insert("skip_bad_frames", config.source.skip_bad_frames);

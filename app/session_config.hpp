@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/cutaway_objects.hpp"
+#include "app/needle_size.hpp"
 #include "app/predicate_options.hpp"
 #include "nav/plan.hpp"
 #include "nav/result.hpp"
@@ -41,10 +42,8 @@ struct SessionConfig {
     /// Patient-fixed frame; the name of the tracker frame declares the tracker itself to be it.
     /// Empty: "Reference" where the recording has it, otherwise the tracker frame, and said so.
     std::string reference_frame;
-    std::string needle_frame;       ///< Its tip, +z from the hub to it; empty: no needle is drawn.
-    double needle_length_mm = 150;  ///< Hub to tip, as it is drawn, [1, 1000].
-    /// Of the shaft, as it is drawn and as distances from its surface count, [0.1, 20].
-    double needle_diameter_mm = 1.8;
+    std::string needle_frame;  ///< Its tip, +z from the hub to it; empty: no needle is drawn.
+    NeedleSize needle_size;
     double temporal_offset_ms = 0;  ///< Picture stamps minus pose stamps.
     /// Pictures are drawn whole: also what lies around the sector that they show.
     bool whole_picture = false;

@@ -15,22 +15,36 @@
 /// What a live session asks of the CPU engine: cutaway, new images, edits, interaction, skipping.
 namespace nav::bench {
 
-/// One picture three ways: CT alone; with the plane; with the plane and the cutaway about it.
+/// One picture three ways: CT alone; with the plane; with the plane and the cutaway about it. And
+/// the CT alone at a coarser step, which tells what a sample costs beside what rays do without.
 struct CutawayCost {
   double ct_ms = 0;  ///< Process time.
+  double coarse_ct_ms = 0;
   double plane_ms = 0;
   double cutaway_ms = 0;
   std::uint64_t ct_samples = 0;
+  std::uint64_t coarse_ct_samples = 0;
   std::uint64_t plane_samples = 0;
   std::uint64_t cutaway_samples = 0;
   /// (cutaway - ct) / cutaway: what both cost of a frame, all told; negative: they save.
   [[nodiscard]] double net_fraction() const { return 1 - ct_ms / cutaway_ms; }
-  /// The same if the samples that they save were still taken, at the price of a sample of the CT
-  /// alone: the price of their own work.
+  /// The same if the samples that they save were still taken, at what one more sample of the CT
+  /// alone costs: the price of their own work.
   [[nodiscard]] double own_fraction() const {
-    const double saved =
-        ct_ms * (1 - static_cast<double>(cutaway_samples) / static_cast<double>(ct_samples));
-    return (cutaway_ms + saved - ct_ms) / cutaway_ms;
+    return own_fraction((ct_ms - coarse_ct_ms) / samples_over(coarse_ct_samples));
+  }
+  /// An upper bound of it: at what a sample costs with its share of all else that a frame does, as
+  /// if rays and empty space went away with the samples.
+  [[nodiscard]] double own_fraction_at_most() const {
+    return own_fraction(ct_ms / samples_over(0));
+  }
+
+ private:
+  [[nodiscard]] double samples_over(std::uint64_t fewer) const {
+    return static_cast<double>(ct_samples) - static_cast<double>(fewer);
+  }
+  [[nodiscard]] double own_fraction(double sample_ms) const {
+    return (cutaway_ms + sample_ms * samples_over(cutaway_samples) - ct_ms) / cutaway_ms;
   }
 };
 /// Precondition of the scene: a plane and a cutaway.

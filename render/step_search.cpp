@@ -42,17 +42,6 @@ Scene ct_cut_open(const Scene& scene) {
   return cut;
 }
 
-/// The CT alone: what hides it moves.
-Scene ct_alone(const Scene& scene) {
-  Scene alone = ct_cut_open(scene);
-  alone.plane.reset();
-  alone.needle.reset();
-  alone.spheres.clear();
-  alone.lines.clear();
-  alone.cutaway.reset();
-  return alone;
-}
-
 bool is_cut(const Scene& scene) {
   return scene.cutaway &&
          !(scene.cutaway->meshes.empty() && spec::make_cutaway(scene, false).empty());
@@ -335,6 +324,16 @@ class StepSearch {
 
 }  // namespace
 
+Scene ct_alone(const Scene& scene) {
+  Scene alone = ct_cut_open(scene);
+  alone.plane.reset();
+  alone.needle.reset();
+  alone.spheres.clear();
+  alone.lines.clear();
+  alone.cutaway.reset();
+  return alone;
+}
+
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms) {
   if (!(rms > 0 && rms <= 1)) {
     return Error{ErrorCode::kUsage,
@@ -342,13 +341,20 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
   }
   const Scene alone = ct_alone(scene);
   const auto found = StepSearch(engine, alone, rms).run();
-  if (!found || !is_cut(scene)) return found;
+  if (!found) return found;
+  return step_for_error(engine, scene, rms, *found);
+}
+
+Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
+                                  const StepChoice& of_ct_alone) {
+  if (!is_cut(scene)) return of_ct_alone;
   // Edges of a cutaway are steeper than those of most tissues.
   const Scene cut_open = ct_cut_open(scene);
   const auto cut = StepSearch(engine, cut_open, rms).run();
   if (!cut) return cut;
-  return StepChoice{std::min(found->step_voxels, cut->step_voxels), std::max(found->rms, cut->rms),
-                    found->reached && cut->reached, std::min(found->pixel_error, cut->pixel_error)};
+  return StepChoice{std::min(of_ct_alone.step_voxels, cut->step_voxels),
+                    std::max(of_ct_alone.rms, cut->rms), of_ct_alone.reached && cut->reached,
+                    std::min(of_ct_alone.pixel_error, cut->pixel_error)};
 }
 
 }  // namespace nav::render

@@ -39,4 +39,13 @@ struct StepChoice {
 /// Refuses an rms that is not in (0, 1], and what the engine refuses.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 
+/// The same where what it finds for ct_alone(scene) and rms is known: of a CT, a camera and a look
+/// that stay, while the plane and what is cut free of it move.
+Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
+                                  const StepChoice& of_ct_alone);
+
+/// The CT of a scene without all that stands in it or hides it, at its quality but for the pixel
+/// error, which is 0.
+[[nodiscard]] Scene ct_alone(const Scene& scene);
+
 }  // namespace nav::render

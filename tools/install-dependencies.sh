@@ -3,10 +3,11 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Installs what Sonde needs from Debian 12 packages; the one place where they are listed.
-#   tools/install-dependencies.sh [build] [test] [lint]     default: build
+#   tools/install-dependencies.sh [build] [test] [lint] [tidy]     default: build
 # build  compile and run the program (headless, and a plain X window when there is a display)
 # test   also what the tests and benchmarks need
 # lint   also the formatter and the shader checker
+# tidy   also clang-tidy, which no build needs
 # Idempotent: installs only what is missing, without recommended packages; says what it does.
 set -euo pipefail
 
@@ -21,6 +22,7 @@ build=(
 )
 test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 git glslang-tools python3)
+tidy=(clang-tidy-14 git)
 
 wanted=()
 for group in "${@:-build}"; do
@@ -28,8 +30,9 @@ for group in "${@:-build}"; do
     build) wanted+=("${build[@]}") ;;
     test) wanted+=("${build[@]}" "${test[@]}") ;;
     lint) wanted+=("${lint[@]}") ;;
+    tidy) wanted+=("${build[@]}" "${test[@]}" "${tidy[@]}") ;;
     *)
-      echo "install-dependencies: expected build, test or lint, found '$group'" >&2
+      echo "install-dependencies: expected build, test, lint or tidy, found '$group'" >&2
       exit 2
       ;;
   esac

@@ -229,6 +229,7 @@ def live_section(kept: dict) -> str:
     rows = [["time that skipping adds where nothing is empty",
              f"{100 * skip['full_volume_overhead']:.1f} %"],
             ["plane and cutaway, their own work, share of a frame", f"{100 * cut['fraction']:.1f} %"],
+            ["an upper bound of it", f"{100 * cut['fraction_at_most']:.1f} %"],
             ["the same with the samples that they save", f"{100 * cut['net_fraction']:.1f} %"],
             ["samples: CT; and plane; and cutaway",
              f"{cut['samples_ct']}; {cut['samples_without_cutaway']}; "

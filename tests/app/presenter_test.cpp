@@ -164,8 +164,8 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
 
 TEST_F(PresenterTest, TheNeedleIsAsLongAndThickAsIsSaid) {
   PresenterOptions options;
-  options.needle_length_mm = 90;
-  options.needle_diameter_mm = 1.2;
+  options.needle.length_mm = 90;
+  options.needle.diameter_mm = 1.2;
   auto presenter = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(presenter));
   Epoch shown = epoch(SafetyState::kValid, "");
@@ -188,7 +188,7 @@ TEST_F(PresenterTest, ALegendSaysWhatThePredicatesAre) {
   presenter_.draw_by_predicates({cube(), predicates}, false);
   ASSERT_EQ(presenter_.legend().size(), 2u);
   EXPECT_EQ(presenter_.legend()[0].name, "vessel");
-  EXPECT_EQ(presenter_.legend()[0].importance, "0.750");
+  EXPECT_EQ(presenter_.legend()[0].importance_words(), "0.750");
   EXPECT_EQ(presenter_.legend()[0].colour, bar_colour({0.75, 0, 1}));
   const auto after = present(shown);
   int changed = 0;
@@ -317,6 +317,21 @@ TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
   for (int i = 0; i < 5; ++i) present(epoch(SafetyState::kLost, "the CT is not registered"));
   EXPECT_EQ(presenter_.views_cast(), 1);
   EXPECT_EQ(presenter_.views_reused(), 4);
+}
+
+TEST_F(PresenterTest, AnEmptyViewIsCastAnewWithAnotherStep) {
+  PresenterOptions options;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
+  auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(made));
+  const Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(test::has_value(made->present(lost)));
+  EXPECT_EQ(made->views_cast(), 1);
+  ASSERT_TRUE(test::has_value(made->present(epoch(SafetyState::kValid, ""))));
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(test::has_value(made->present(lost)));
+  EXPECT_EQ(made->views_cast(), 3) << "without the plane, before and after it was searched for";
+  EXPECT_EQ(made->views_reused(), 2);
 }
 
 TEST(PatientDirectionTest, NamesTheWayInLps) {

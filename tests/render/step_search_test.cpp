@@ -297,6 +297,12 @@ TEST(StepSearchTest, ACutawayErrsNoMoreThanIsSaid) {
           at_quality(*engine, scene, cut->step_voxels, cut->pixel_error).pixels, truth.pixels);
       EXPECT_LT(found, kMost * cut->rms) << preset << ", " << overlay_mm;
       EXPECT_LE(cut->step_voxels, bare->step_voxels);
+      if (!finer) {
+        const auto known = step_for_error(*engine, scene, kDefaultRms, *bare);
+        ASSERT_TRUE(test::has_value(known));
+        EXPECT_EQ(known->step_voxels, cut->step_voxels);
+        EXPECT_EQ(known->rms, cut->rms);
+      }
       finer = finer || cut->step_voxels < 0.9 * bare->step_voxels || cut->rms > 1.05 * bare->rms;
     }
   }
