@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <random>
 
-#include "app/ct_window.hpp"
 #include "app/engines.hpp"
 #include "app/pose_log.hpp"
-#include "app/presenter.hpp"
-#include "app/registration_picture.hpp"
+#include "app/register/registration_picture.hpp"
 #include "app/report.hpp"
-#include "app/simulated_events.hpp"
+#include "app/simulate/simulated_events.hpp"
+#include "app/view/ct_window.hpp"
+#include "app/view/presenter.hpp"
 #include "io/picture.hpp"
 #include "sim/ct_scanner.hpp"
 
@@ -364,6 +364,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   if (!presenter) return presenter.error();
   if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
   warn_of_lost_components(presenter->look().transfer, console);
+  warn_of_units(options.look, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "app/session_config.hpp"
+#include "app/session/session_config.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {

@@ -10,10 +10,10 @@
 #include <sstream>
 
 #include "app/engines.hpp"
-#include "app/feature_maker.hpp"
-#include "app/predicate_scan_lines.hpp"
-#include "app/predicate_volume.hpp"
-#include "app/predicate_white.hpp"
+#include "app/predicates/feature_maker.hpp"
+#include "app/predicates/predicate_scan_lines.hpp"
+#include "app/predicates/predicate_volume.hpp"
+#include "app/predicates/predicate_white.hpp"
 #include "io/picture.hpp"
 #include "nav/places.hpp"
 #include "render/derived/service.hpp"
@@ -43,7 +43,9 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
     out.gradient.least_per_mm *= white;
     return out;
   };
-  return {{"snr", options.snr, "1"},
+  SnrOptions snr = options.snr;
+  snr.black = options.black;
+  return {{"snr", snr, "1"},
           {"vesselness", vessels, "1"},
           {"confidence", options.confidence, "1"},
           {"gradient-magnitude", gradient(GradientPart::kMagnitude), "white/mm", per_white},
@@ -79,7 +81,8 @@ Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Ve
 }
 
 /// None where no option says where they run.
-Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Volume& volume) {
+Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Volume& volume,
+                                          Console& console) {
   const VoxelGrid& grid = volume.grid();
   const auto vector = [](const std::vector<double>& v) {
     return Eigen::Vector3d(v[0], v[1], v[2]);
@@ -89,7 +92,8 @@ Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Vo
     return std::optional(*std::move(lines));
   };
   if (!options.scan_lines.empty()) {
-    return known(read_scan_lines(options.scan_lines, grid, usable_threads(options.threads)));
+    return known(
+        read_scan_lines(options.scan_lines, grid, usable_threads(options.threads), console));
   }
   if (!options.apex_mm.empty()) {
     const auto apex = given_place("--apex", vector(options.apex_mm));
@@ -186,7 +190,10 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   if (options.out.empty()) {
     return Error{ErrorCode::kUsage, "--out: expected a folder, found nothing"};
   }
-  if (!(options.black < options.white)) {
+  const bool shares_of_white = std::ranges::any_of(*features, [](const Feature& f) {
+    return std::holds_alternative<GradientPartOptions>(f.options);
+  });
+  if (shares_of_white && !(options.black < options.white)) {
     std::ostringstream text;
     text << "--white: expected more than --black, " << options.black << ", found " << options.white;
     return Error{ErrorCode::kUsage, text.str()};
@@ -201,7 +208,7 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   if (!read) return read.error();
   const auto stored = std::make_shared<const Volume>(std::move(*read));
   const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
-  const auto lines = lines_of(options, *stored);
+  const auto lines = lines_of(options, *stored, console);
   if (!lines) return lines.error();
   if (!*lines) {
     const auto ok = leave_out_without_lines(options, *features, console);

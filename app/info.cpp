@@ -10,7 +10,7 @@
 #include "io/ct.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
-#include "render/transfer_presets.hpp"
+#include "render/transfer/transfer_presets.hpp"
 
 namespace nav::app {
 namespace {

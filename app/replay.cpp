@@ -4,21 +4,25 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <utility>
 
-#include "app/ct_window.hpp"
 #include "app/engines.hpp"
 #include "app/interrupt.hpp"
-#include "app/outside_ct.hpp"
-#include "app/placement.hpp"
-#include "app/predicate_volume.hpp"
-#include "app/presenter.hpp"
-#include "app/recorded_session.hpp"
+#include "app/predicates/predicate_volume.hpp"
 #include "app/report.hpp"
+#include "app/session/outside_ct.hpp"
+#include "app/session/placement.hpp"
+#include "app/session/recorded_session.hpp"
 #include "app/tissue_follower.hpp"
+#include "app/view/ct_window.hpp"
+#include "app/view/presenter.hpp"
 #include "io/picture.hpp"
-#include "render/window.hpp"
+#include "render/predicates/predicate_sampler.hpp"
+#include "render/two_volumes.hpp"
+#include "render/window/window.hpp"
 
 namespace nav::app {
 namespace {
@@ -200,11 +204,14 @@ class Replay {
     return states(epoch) != before;
   }
 
-  /// Says, once, where nothing of the ultrasound volume is to be seen.
+  /// Says, once, where nothing of the ultrasound volume is to be seen, and where a cutaway takes
+  /// away some of what is most important in it.
   Result<void> check_ultrasound(const Epoch& epoch) {
     if (ultrasound_checked_ || config_.predicates.volume.empty()) return {};
     ultrasound_checked_ = true;
-    const auto shows = shows_ultrasound(presenter_.scene(epoch));
+    const render::Scene scene = presenter_.scene(epoch);
+    if (auto ok = check_importance(scene); !ok) return ok;
+    const auto shows = shows_ultrasound(scene);
     if (!shows) return shows.error();
     if (*shows) return {};
     console_.report(Severity::kWarning, config_.predicates.volume.string(),
@@ -212,6 +219,27 @@ class Replay {
                     "predicate of importance above 0, the CT is more important "
                     "(--ct-importance), or the cutaway takes it away (--no-cutaway, "
                     "cutaway_importance of the set-up)");
+    return {};
+  }
+
+  Result<void> check_importance(const render::Scene& scene) {
+    if (!scene.cutaway) return {};
+    const render::Scene alone = scene.ultrasound ? render::ultrasound_scene(scene) : scene;
+    const auto set =
+        render::PredicateSet::create(*alone.predicates, alone.ct, render::place_of(alone));
+    if (!set) return set.error();
+    const auto shared = render::shared_importance(*set);
+    constexpr double kWorthSaying = 0.02;
+    if (shared.share < kWorthSaying) return {};
+    std::ostringstream text;
+    text.precision(2);
+    text << "'" << alone.predicates->model.entries[shared.entry].name
+         << "', its most important predicate, is true together with others in "
+         << std::lround(100 * shared.share)
+         << " % of the voxels where it is true: there it counts for " << shared.importance
+         << " of what it counts alone, and a cutaway takes it away; 'not' this entry in the others "
+            "keeps it";
+    console_.report(Severity::kWarning, config_.predicates.volume.string(), text.str());
     return {};
   }
 
@@ -264,6 +292,7 @@ class Replay {
       if (last) {
         // Once more, as no longer live, with the words that say why.
         seen = ended(*std::move(seen), failure ? failure->message : kEnded);
+        if (!failure) console_.say(std::string(kEnded) + ": close the window, or press Ctrl-C");
       } else if (*epoch) {
         seen = *std::move(*epoch);
       } else if (!seen || !has_aged(*seen, clock.now())) {
@@ -470,6 +499,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
   warn_of_lost_components(presenter->look().transfer, console);
+  if (!config.predicates.alone || config.predicates.volume.empty()) {
+    warn_of_units(config.look, *shared_ct, console);
+  }
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;

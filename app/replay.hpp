@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "app/register_motion.hpp"
-#include "app/register_shape.hpp"
-#include "app/session_config.hpp"
+#include "app/register/register_motion.hpp"
+#include "app/register/register_shape.hpp"
+#include "app/session/session_config.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {

@@ -14,8 +14,8 @@
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
 #include "render/engine.hpp"
-#include "render/slice.hpp"
-#include "render/step_search.hpp"
+#include "render/quality/step_search.hpp"
+#include "render/slices/slice.hpp"
 
 namespace nav::app {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <sstream>
 
-#include "app/plane_view.hpp"
+#include "app/view/plane_view.hpp"
 #include "nav/places.hpp"
 
 namespace nav::app {

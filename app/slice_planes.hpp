@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "app/placed_picture.hpp"
+#include "app/session/placed_picture.hpp"
 #include "app/slices.hpp"
 #include "nav/plan.hpp"
-#include "render/slice.hpp"
+#include "render/slices/slice.hpp"
 
 namespace nav::app {
 

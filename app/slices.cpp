@@ -8,15 +8,15 @@
 #include <set>
 #include <sstream>
 
-#include "app/ct_window.hpp"
 #include "app/output_folder.hpp"
-#include "app/outside_ct.hpp"
-#include "app/placed_picture.hpp"
-#include "app/placement.hpp"
+#include "app/session/outside_ct.hpp"
+#include "app/session/placed_picture.hpp"
+#include "app/session/placement.hpp"
 #include "app/slice_planes.hpp"
+#include "app/view/ct_window.hpp"
 #include "io/ct.hpp"
 #include "render/canvas.hpp"
-#include "render/slice.hpp"
+#include "render/slices/slice.hpp"
 
 namespace nav::app {
 namespace {

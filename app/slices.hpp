@@ -9,7 +9,7 @@
 #include <string>
 
 #include "app/console.hpp"
-#include "app/session_config.hpp"
+#include "app/session/session_config.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {

@@ -10,9 +10,9 @@
 
 #include "app/json.hpp"
 #include "app/navigator.hpp"
-#include "app/recorded_session.hpp"
+#include "app/session/recorded_session.hpp"
 #include "nav/volume.hpp"
-#include "registration/live_registration.hpp"
+#include "registration/motion/live_registration.hpp"
 
 namespace nav::app {
 

@@ -207,8 +207,8 @@ Result<void> vesselness_curve(DerivedBenchReport& report) {
   return {};
 }
 
-Result<void> confidence_curve(DerivedBenchReport& report) {
-  const ScalarVolume volume = derived_phantom(28);
+Result<void> confidence_curve(int side, DerivedBenchReport& report) {
+  const ScalarVolume volume = derived_phantom(side);
   ConfidenceOptions options;
   const auto truth = definition::confidence(volume, down(volume), options);
   if (!truth) return truth.error();
@@ -274,9 +274,10 @@ Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) 
   return {};
 }
 
-Result<void> curve_of(const std::string& feature, DerivedBenchReport& report) {
+Result<void> curve_of(const std::string& feature, const DerivedBenchOptions& options,
+                      DerivedBenchReport& report) {
   if (feature == "vesselness") return vesselness_curve(report);
-  if (feature == "confidence") return confidence_curve(report);
+  if (feature == "confidence") return confidence_curve(options.confidence_side, report);
   if (feature.starts_with("smooth_gradient")) return smooth_gradient_curve(feature, report);
   return size_curve(feature, report);
 }
@@ -333,7 +334,7 @@ Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,
     progress(++done / steps);
   }
   for (const std::string& feature : curves) {
-    if (auto ok = curve_of(feature, report); !ok) return ok.error();
+    if (auto ok = curve_of(feature, options, report); !ok) return ok.error();
     progress(++done / steps);
   }
   return report;

@@ -15,6 +15,9 @@ struct DerivedBenchOptions {
   int side = 256;  ///< Of the timed volume, voxels, [32, 512].
   Repeats repeats{3, 30};
   int threads = 0;  ///< 0: all cores.
+  /// Of the volume that confidence is held against its definition on, whose time grows with the
+  /// sixth power, voxels, [16, 32].
+  int confidence_side = 28;
   /// Those of DerivedTiming and depth; empty: all.
   std::vector<std::string> features{};
 };

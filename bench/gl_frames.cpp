@@ -5,8 +5,8 @@
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkRenderer.h>
 
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_offscreen.hpp"
+#include "render/gl/gl_volume_prop.hpp"
+#include "render/vtk/vtk_offscreen.hpp"
 
 namespace nav::bench {
 namespace {

@@ -53,7 +53,12 @@ Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Re
     }
   }
   std::vector<Taken> taken;
-  for (std::size_t i = 0; i < tasks.size(); ++i) taken.push_back({median(cpu[i]), median(wall[i])});
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const double middle = median(cpu[i]);
+    std::vector<double> off;
+    for (const double one : cpu[i]) off.push_back(std::abs(one - middle));
+    taken.push_back({middle, median(wall[i]), median(std::move(off))});
+  }
   return taken;
 }
 

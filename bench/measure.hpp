@@ -32,10 +32,11 @@ Image2d<T> middles(const Image2d<T>& picture, int factor) {
   return {picture.width() / factor, picture.height() / factor, std::move(pixels)};
 }
 
-/// What one run took.
+/// What one run takes, medians of several.
 struct Taken {
   double cpu_s = 0;
   double wall_s = 0;
+  double cpu_scatter_s = 0;  ///< How far runs lie from cpu_s, median.
 };
 
 /// Something whose time is measured; a failure ends the measurement.

@@ -16,7 +16,7 @@
 #include "bench/predicate_phantom.hpp"
 #include "bench/scene_set.hpp"
 #include "render/engine.hpp"
-#include "render/predicate_spec.hpp"
+#include "render/spec/predicate_spec.hpp"
 
 namespace nav::bench {
 namespace {
@@ -119,7 +119,7 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
   return row;
 }
 
-/// The theorem of render/predicate_spec.hpp on random and on adversarial rays.
+/// The theorem of render/spec/predicate_spec.hpp on random and on adversarial rays.
 void check_theorem(PredicateBenchReport& report) {
   constexpr int kRays = 100'000;
   constexpr double kRounding = 1e-12;

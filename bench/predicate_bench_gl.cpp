@@ -12,8 +12,8 @@
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_frames.hpp"
 #include "nav/stopwatch.hpp"
-#include "render/gl_device.hpp"
-#include "render/gl_raycaster.hpp"
+#include "render/gl/gl_device.hpp"
+#include "render/gl/gl_raycaster.hpp"
 
 namespace nav::bench {
 namespace {

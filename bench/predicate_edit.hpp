@@ -4,7 +4,7 @@
 
 #include "bench/predicate_frames.hpp"
 #include "bench/until_whole.hpp"
-#include "render/gl_raycaster.hpp"
+#include "render/gl/gl_raycaster.hpp"
 
 namespace nav::bench {
 

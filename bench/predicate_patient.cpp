@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "render/derived_features.hpp"
+#include "render/derived/derived_features.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ultrasound_volume.hpp"
 

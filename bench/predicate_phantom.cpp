@@ -8,7 +8,7 @@
 
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
-#include "render/derived_features.hpp"
+#include "render/derived/derived_features.hpp"
 
 namespace nav::bench {
 namespace {
@@ -91,24 +91,39 @@ Result<void> add_gradients(PredicateVolume& volume) {
   return {};
 }
 
-/// Vesselness and labels of the neck, exactly.
-Result<void> add_truth(const VoxelGrid& grid, PredicateVolume& volume) {
-  std::vector<float> vesselness(grid.voxel_count());
-  std::vector<std::uint32_t> labels(grid.voxel_count());
-  std::size_t at = 0;
+/// Of every voxel, i fastest: of(its place in mm).
+template <class T, class Of>
+std::vector<T> of_places(const VoxelGrid& grid, const Of& of) {
+  std::vector<T> values;
+  values.reserve(grid.voxel_count());
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i, ++at) {
-        const Eigen::Vector3d p = grid.at({double(i), double(j), double(k)}).mm;
-        const double off = off_vessel(p);
-        vesselness[at] = static_cast<float>(off < 0 ? 1 : std::exp(-0.5 * off * off));
-        labels[at] = p.y() < 3 ? 1 : off < 0.8 ? 4 : 2;
+      for (int i = 0; i < grid.size[0]; ++i) {
+        values.push_back(of(grid.at({double(i), double(j), double(k)}).mm));
       }
     }
   }
+  return values;
+}
+
+/// Vesselness of the neck, exactly.
+Result<void> add_vesselness(PredicateVolume& volume) {
+  const VoxelGrid& grid = volume.ultrasound->grid();
+  const auto vesselness = of_places<float>(grid, [](const Eigen::Vector3d& p) {
+    const double off = off_vessel(p);
+    return static_cast<float>(off < 0 ? 1 : std::exp(-0.5 * off * off));
+  });
   auto feature = render::FeatureVolume::create(grid, vesselness, render::feature::kVesselness);
   if (!feature) return feature.error();
   volume.predicates.features.volumes.emplace(render::feature::kVesselness, *std::move(feature));
+  return {};
+}
+
+/// Labels of the neck, exactly.
+Result<void> add_labels(const VoxelGrid& grid, PredicateVolume& volume) {
+  auto labels = of_places<std::uint32_t>(grid, [](const Eigen::Vector3d& p) {
+    return p.y() < 3 ? 1U : off_vessel(p) < 0.8 ? 4U : 2U;
+  });
   auto layers = render::LabelVolume::create(grid, std::move(labels), "layers");
   if (!layers) return layers.error();
   volume.predicates.features.labels = *std::move(layers);
@@ -117,7 +132,7 @@ Result<void> add_truth(const VoxelGrid& grid, PredicateVolume& volume) {
 
 }  // namespace
 
-Result<PredicateVolume> neck_phantom(int n) {
+Result<PredicateVolume> neck_volume(int n) {
   VoxelGrid grid;
   grid.size = {n, n, n};
   grid.spacing_mm.setConstant(kSideMm / n);
@@ -147,8 +162,15 @@ Result<PredicateVolume> neck_phantom(int n) {
                             {"muscle", E::kind("label", {2})},
                             {"vessel", E::kind("label", {4})}},
                            {{0.05, 20, 0.3}, {0.25, 5, 0.5}, {0.7, 50, 0.7}}));
-  if (auto ok = add_truth(grid, out); !ok) return ok.error();
-  if (auto ok = add_gradients(out); !ok) return ok.error();
+  if (auto ok = add_labels(grid, out); !ok) return ok.error();
+  return out;
+}
+
+Result<PredicateVolume> neck_phantom(int n) {
+  auto out = neck_volume(n);
+  if (!out) return out;
+  if (auto ok = add_vesselness(*out); !ok) return ok.error();
+  if (auto ok = add_gradients(*out); !ok) return ok.error();
   return out;
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "nav/diagnostics.hpp"
-#include "render/predicate_scene.hpp"
+#include "render/predicates/predicate_scene.hpp"
 #include "render/scene.hpp"
 
 namespace nav::bench {
@@ -28,6 +28,9 @@ struct PredicateVolume {
 /// speckle and attenuation, scanned by parallel lines along +y; gradients, the exact distance to
 /// the vessel's axis as vesselness, and layers as labels. Stored values 0 to 255.
 Result<PredicateVolume> neck_phantom(int n);
+
+/// The same without gradients and vesselness.
+Result<PredicateVolume> neck_volume(int n);
 
 /// The prostate phantom of the public data; kNotFound where it is missing.
 Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics);

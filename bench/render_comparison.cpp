@@ -12,7 +12,7 @@
 #include "bench/gl_frames.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
-#include "render/gl_device.hpp"
+#include "render/gl/gl_device.hpp"
 
 namespace nav::bench {
 namespace {

@@ -11,7 +11,7 @@
 #include "bench/scene_set.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
-#include "render/step_search.hpp"
+#include "render/quality/step_search.hpp"
 
 namespace nav::bench {
 

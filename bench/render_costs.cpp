@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/render_costs.hpp"
 
+#include <cmath>
 #include <functional>
 #include <iomanip>
 #include <optional>
@@ -128,7 +129,14 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   if (!taken) return taken.error();
   const auto of = [&](std::size_t i) { return drawn[i].statistics(); };
   ElementCost cost{element.name};
-  cost.ms = 1e3 * ((*taken)[1].cpu_s - (*taken)[0].cpu_s);
+  const auto difference_ms = [&](std::size_t i) {
+    return 1e3 * ((*taken)[i].cpu_s - (*taken)[0].cpu_s);
+  };
+  const auto scatter_ms = [&](std::size_t i) {
+    return 1e3 * std::hypot((*taken)[i].cpu_scatter_s, (*taken)[0].cpu_scatter_s);
+  };
+  cost.ms = difference_ms(1);
+  cost.scatter_ms = scatter_ms(1);
   // Counts of the same frame: some may have drawn more frames than others.
   for (MovingCamera& one : drawn) {
     if (auto last = one.draw(0); !last) return last.error();
@@ -137,7 +145,8 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   cost.gradients = less(of(1).gradient_samples, of(0).gradient_samples);
   if (!element.idle) return cost;
   cost.has_idle = true;
-  cost.idle_ms = 1e3 * ((*taken)[2].cpu_s - (*taken)[0].cpu_s);
+  cost.idle_ms = difference_ms(2);
+  cost.idle_scatter_ms = scatter_ms(2);
   cost.idle_samples = less(of(2).volume_samples, of(0).volume_samples);
   cost.idle_gradients = less(of(2).gradient_samples, of(0).gradient_samples);
   return cost;
@@ -147,7 +156,14 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
 struct SceneChange {
   std::string name;
   std::function<void(render::Scene&, int frame)> apply;
+  Change of = kNothing;  ///< What of the scene is drawn before it and after it.
 };
+
+void move_plane(render::Scene& scene, int frame) {
+  const auto& pose = scene.plane->ct_from_image;
+  const Eigen::Vector3d along = pose.rotation() * Eigen::Vector3d::UnitZ();
+  scene.plane->ct_from_image = {pose.rotation(), pose.translation_mm() + frame * along};
+}
 
 UltrasoundFrame brighter(const UltrasoundFrame& frame, int by) {
   std::vector<std::uint8_t> pixels(frame.pixels.pixels().begin(), frame.pixels.pixels().end());
@@ -162,12 +178,8 @@ std::vector<SceneChange> scene_changes() {
   return {{"nothing", [](render::Scene&, int) {}},
           {"new ultrasound image, same pose",
            [](render::Scene& s, int frame) { s.plane->frame = brighter(s.plane->frame, frame); }},
-          {"plane moved 1 mm",
-           [](render::Scene& s, int frame) {
-             const auto& pose = s.plane->ct_from_image;
-             const Eigen::Vector3d along = pose.rotation() * Eigen::Vector3d::UnitZ();
-             s.plane->ct_from_image = {pose.rotation(), pose.translation_mm() + frame * along};
-           }},
+          {"plane moved 1 mm", move_plane},
+          {"plane moved 1 mm, no cutaway", move_plane, [](render::Scene& s) { s.cutaway.reset(); }},
           {"needle advanced 1 mm",
            [](render::Scene& s, int frame) {
              const Eigen::Vector3d along = (s.needle->tip_ct.mm - s.needle->hub_ct.mm).normalized();
@@ -198,6 +210,7 @@ Result<ChangeCost> measure(const SceneChange& change, const render::Scene& scene
   const auto engine = render::make_cpu_engine();
   for (int frame = 0; frame <= repeats.times; ++frame) {
     render::Scene changed = scene;
+    change.of(changed);
     if (frame > 0) change.apply(changed, frame);
     render::RenderStatistics statistics;
     const auto taken = time_in_turn({[&]() -> Result<void> {
@@ -258,17 +271,20 @@ std::string to_text(const CostTable& table) {
   std::ostringstream out;
   out << std::fixed << std::setprecision(2)
       << "Cost of every element, CPU engine, process ms (all threads): the picture with it less "
-         "the\npicture without it. idle: in the scene, but with nothing to do there. Whole scene: "
+         "the\npicture without it, and how far apart such differences lie. idle: in the scene, but "
+         "with nothing\nto do there. Whole scene: "
       << table.frame_ms << " ms, " << table.frame_samples << " samples.\n\n"
       << std::left << std::setw(50) << "element" << std::right << std::setw(9) << "ms"
-      << std::setw(12) << "samples" << std::setw(12) << "gradients" << std::setw(10) << "idle ms"
-      << std::setw(12) << "samples" << std::setw(12) << "gradients" << '\n';
+      << std::setw(8) << "+-" << std::setw(12) << "samples" << std::setw(12) << "gradients"
+      << std::setw(10) << "idle ms" << std::setw(8) << "+-" << std::setw(12) << "samples"
+      << std::setw(12) << "gradients" << '\n';
   for (const ElementCost& cost : table.elements) {
     out << std::left << std::setw(50) << cost.element << std::right << std::setw(9) << cost.ms
-        << std::setw(12) << cost.samples << std::setw(12) << cost.gradients;
+        << std::setw(8) << cost.scatter_ms << std::setw(12) << cost.samples << std::setw(12)
+        << cost.gradients;
     if (cost.has_idle) {
-      out << std::setw(10) << cost.idle_ms << std::setw(12) << cost.idle_samples << std::setw(12)
-          << cost.idle_gradients;
+      out << std::setw(10) << cost.idle_ms << std::setw(8) << cost.idle_scatter_ms << std::setw(12)
+          << cost.idle_samples << std::setw(12) << cost.idle_gradients;
     }
     out << '\n';
   }

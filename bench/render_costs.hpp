@@ -17,12 +17,14 @@ namespace nav::bench {
 struct ElementCost {
   std::string element;
   double ms = 0;
+  double scatter_ms = 0;  ///< How far apart such differences lie in this run.
   std::int64_t samples = 0;
   std::int64_t gradients = 0;
   /// The same where the element is in the scene but has nothing to do there: a lost plane, a
   /// cutaway about nothing, shading of what has no importance. Counts are exact.
   bool has_idle = false;
   double idle_ms = 0;
+  double idle_scatter_ms = 0;
   std::int64_t idle_samples = 0;
   std::int64_t idle_gradients = 0;
 };

@@ -12,7 +12,7 @@
 #include "bench/until_whole.hpp"
 #include "nav/time.hpp"
 #include "render/engine.hpp"
-#include "render/visible_cells.hpp"
+#include "render/skipping/visible_cells.hpp"
 
 namespace nav::bench {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <unistd.h>
 
 #include "io/ct.hpp"
@@ -206,15 +207,19 @@ render::Scene nudged(render::Scene scene, int frame) {
   return scene;
 }
 
-Result<std::shared_ptr<const Volume>> cubic_patient(int n) {
+Result<std::shared_ptr<const Volume>> cubic_patient(int n, double scanned_mm) {
   constexpr double kSideMm = 300;
-  sim::CtOptions options;
-  options.spacing_mm.setConstant(1.2);
-  options.noise_hu = 0;
-  options.region = {Eigen::Vector3d::Constant(-0.5 * kSideMm),
-                    Eigen::Vector3d::Constant(0.5 * kSideMm)};
-  static const Result<Volume> base =
-      sim::scan_ct(sim::AbdomenPhantom(sim::PhantomOptions{}), options);
+  // Of volumes of several sizes, which are the same patient.
+  static std::map<double, Result<Volume>> bases;
+  if (!bases.contains(scanned_mm)) {
+    sim::CtOptions options;
+    options.spacing_mm.setConstant(scanned_mm);
+    options.noise_hu = 0;
+    options.region = {Eigen::Vector3d::Constant(-0.5 * kSideMm),
+                      Eigen::Vector3d::Constant(0.5 * kSideMm)};
+    bases.emplace(scanned_mm, sim::scan_ct(sim::AbdomenPhantom(sim::PhantomOptions{}), options));
+  }
+  const Result<Volume>& base = bases.at(scanned_mm);
   if (!base) return base.error();
   VoxelGrid grid;
   grid.size = {n, n, n};

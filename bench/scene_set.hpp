@@ -56,7 +56,7 @@ render::Scene nudged(render::Scene scene, int frame);
 render::Scene bare(const render::Scene& scene);
 
 /// The simulated patient, 300 mm to a side in n voxels, n in [16, 768]: interpolated from one scan
-/// of 1.2 mm, with noise of 12 HU of its own in every voxel.
-Result<std::shared_ptr<const Volume>> cubic_patient(int n);
+/// of scanned_mm, with noise of 12 HU of its own in every voxel.
+Result<std::shared_ptr<const Volume>> cubic_patient(int n, double scanned_mm = 1.2);
 
 }  // namespace nav::bench

@@ -9,10 +9,10 @@
 
 #include "nav/check.hpp"
 #include "nav/index.hpp"
-#include "render/brick_fold.hpp"
 #include "render/parallel.hpp"
-#include "render/ray_spec_volume.hpp"
-#include "render/transfer_table.hpp"
+#include "render/skipping/brick_fold.hpp"
+#include "render/spec/ray_spec_volume.hpp"
+#include "render/transfer/transfer_table.hpp"
 
 namespace nav::bench {
 namespace {

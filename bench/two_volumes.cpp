@@ -9,7 +9,7 @@
 
 #include "bench/predicate_frames.hpp"
 #include "bench/predicate_patient.hpp"
-#include "render/gl_device.hpp"
+#include "render/gl/gl_device.hpp"
 #include "render/two_volumes.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ct_scanner.hpp"

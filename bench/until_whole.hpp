@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "nav/time.hpp"
-#include "render/progressive.hpp"
+#include "render/quality/progressive.hpp"
 
 namespace nav::bench {
 

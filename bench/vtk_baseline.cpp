@@ -17,8 +17,8 @@
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 
-#include "render/vtk_convert.hpp"
-#include "render/vtk_offscreen.hpp"
+#include "render/vtk/vtk_convert.hpp"
+#include "render/vtk/vtk_offscreen.hpp"
 
 namespace nav::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "nav/check.hpp"
-#include "registration/misfit.hpp"
+#include "registration/uncertainty/misfit.hpp"
 
 namespace nav::registration {
 namespace {

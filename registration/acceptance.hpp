@@ -9,7 +9,7 @@
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/landmarks.hpp"
+#include "registration/landmarks/landmarks.hpp"
 
 namespace nav::registration {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "registration/starts.hpp"
+#include "registration/search/starts.hpp"
 
 namespace nav::registration {
 

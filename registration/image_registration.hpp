@@ -15,11 +15,11 @@
 #include "nav/sweep.hpp"
 #include "nav/transform.hpp"
 #include "nav/volume.hpp"
-#include "registration/frame_bootstrap.hpp"
-#include "registration/misfit.hpp"
-#include "registration/patch_loss.hpp"
-#include "registration/pose_uncertainty.hpp"
-#include "registration/shadow_mask.hpp"
+#include "registration/lc2/patch_loss.hpp"
+#include "registration/lc2/shadow_mask.hpp"
+#include "registration/uncertainty/frame_bootstrap.hpp"
+#include "registration/uncertainty/misfit.hpp"
+#include "registration/uncertainty/pose_uncertainty.hpp"
 
 namespace nav::registration {
 

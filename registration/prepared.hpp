@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "nav/diagnostics.hpp"
-#include "registration/ct_channels.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/patches.hpp"
-#include "registration/picture_motion.hpp"
-#include "registration/sweep_points.hpp"
+#include "registration/lc2/ct_channels.hpp"
+#include "registration/lc2/patches.hpp"
+#include "registration/lc2/sweep_points.hpp"
+#include "registration/motion/picture_motion.hpp"
 
 namespace nav::registration {
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "registration/costs_around.hpp"
 #include "registration/image_registration.hpp"
+#include "registration/search/costs_around.hpp"
 
 namespace nav::registration {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "render/vtk_text.hpp"
+#include "render/vtk/vtk_text.hpp"
 
 namespace nav::render {
 

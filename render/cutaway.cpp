@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 
 namespace nav::render::spec {
 namespace {

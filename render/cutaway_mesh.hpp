@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 
 namespace nav::render {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/transfer_presets.hpp"
+#include "render/transfer/transfer_presets.hpp"
 
 namespace nav::render {
 namespace {

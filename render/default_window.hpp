@@ -5,7 +5,7 @@
 #include <span>
 
 #include "nav/volume.hpp"
-#include "render/slice.hpp"
+#include "render/slices/slice.hpp"
 
 namespace nav::render {
 

@@ -15,6 +15,7 @@ namespace {
 /// What the rays of a small picture find that meet the volume, in no order.
 Result<std::vector<double>> values_found(Scene scene) {
   constexpr int kAcross = 96;
+  constexpr double kStepVoxels = 0.25;
   // Every value of 16 bits, to a hundredth.
   const GreyWindow all{0, 66000};
   scene.plane.reset();
@@ -24,7 +25,9 @@ Result<std::vector<double>> values_found(Scene scene) {
   scene.cutaway.reset();
   scene.grey = all;
   scene.background_rgb = {1, 0, 0};  // No grey: a ray beside the volume.
-  scene.quality.pixel_error = 0;
+  // A window is no matter of quality: it is that of any step.
+  scene.quality = Quality{};
+  scene.quality.step_voxels = kStepVoxels;
   scene.height = std::clamp(kAcross * scene.height / scene.width, 1, kAcross);
   scene.width = kAcross;
   const auto picture = make_cpu_engine()->render(scene);
@@ -56,8 +59,10 @@ double rounded(double value, double by) {
 Result<ProjectionWindow> window_of_projection(Scene scene) {
   NAV_CHECK(scene.projection != Projection::kComposite);
   const bool hounsfield = scene.ct && is_hounsfield(*scene.ct);
-  const double air_below_hu =
-      scene.projection == Projection::kMaximum ? double{kLeastTissueHu} : double{kAirBelowHu};
+  const bool maximum = scene.projection == Projection::kMaximum;
+  const double air_below_hu = maximum ? double{kLeastTissueHu} : double{kAirBelowHu};
+  // Beside cortical bone and metal, blood with contrast medium would be nearly black.
+  constexpr double kWhiteBoneHu = 1000;
   auto values = values_found(std::move(scene));
   if (!values) return values.error();
   ProjectionWindow found;
@@ -77,6 +82,7 @@ Result<ProjectionWindow> window_of_projection(Scene scene) {
   constexpr double kSame = 0.05;     // What the values are good for.
   double low = quantile(*values, kLeftOut);
   double high = quantile(*values, 1 - kLeftOut);
+  if (hounsfield && maximum && low < kWhiteBoneHu) high = std::min(high, kWhiteBoneHu);
   const auto [least, greatest] = std::ranges::minmax(*values);
   found.one_value = greatest - least < kSame;
   if (high - low < kSame) {

@@ -17,8 +17,9 @@ struct ProjectionWindow {
 /// The window from the darkest to the brightest of what the rays of a scene find that meet its
 /// volume, two of a hundred left out at each end, to two digits. In Hounsfield units air does not
 /// count: what is below -950 HU, of a maximum below -200 HU, where a ray meets but the rim of a
-/// body. Asked of a small picture without plane, needle and the like.
-/// Precondition: a projection other than kComposite. Refuses as validate().
+/// body; and a maximum is white from 1000 HU on at the latest. The same at any quality. Asked of a
+/// small picture without plane, needle and the like. Precondition: a projection other than
+/// kComposite. Refuses as validate().
 Result<ProjectionWindow> window_of_projection(Scene scene);
 
 }  // namespace nav::render

@@ -12,8 +12,8 @@
 #include "nav/safety.hpp"
 #include "nav/ultrasound_frame.hpp"
 #include "nav/volume.hpp"
-#include "render/predicate_scene.hpp"
-#include "render/transfer_function.hpp"
+#include "render/predicates/predicate_scene.hpp"
+#include "render/transfer/transfer_function.hpp"
 
 namespace nav::render {
 

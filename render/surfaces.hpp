@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "render/ray_spec.hpp"
+#include "render/spec/ray_spec.hpp"
 
 namespace nav::render {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "render/ray_spec_volume.hpp"
+#include "render/spec/ray_spec_volume.hpp"
 
 namespace nav::render {
 

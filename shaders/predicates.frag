@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through an ultrasound volume classified by predicates, the ultrasound
-// plane and the solid shapes. The equations are those of render/predicate_scene.hpp and
-// render/predicate_spec.hpp, the lattice of cells that of render/ray_spec.hpp. Which predicates
+// plane and the solid shapes. The equations are those of render/predicates/predicate_scene.hpp and
+// render/spec/predicate_spec.hpp, the lattice of cells that of render/spec/ray_spec.hpp. Which predicates
 // there are comes before this text, see render/predicates/shader.hpp, or with GENERIC is read from
 // a table.
 // Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; what it

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through the CT, the ultrasound plane and the solid shapes. The equations
-// and the global lattice of cells are those of render/ray_spec.hpp, which the reference engine runs
+// and the global lattice of cells are those of render/spec/ray_spec.hpp, which the reference engine runs
 // in double. Features that a scene does not use are not compiled: see GlFeatures.
 // Results: premultiplied colour and alpha in [0, 1], up to the ultrasound picture where the ray
 // meets it; what it cost; and with PLANE what lies behind the picture and

@@ -1,7 +1,7 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Fewer rays than pixels, by the rule of render/sparse_rays.hpp: takes over what the pass before has
+// Fewer rays than pixels, by the rule of render/quality/sparse_rays.hpp: takes over what the pass before has
 // drawn and means of it, and leaves the other fragments to raycast.frag by their depth. Results as
 // those of raycast.frag.
 

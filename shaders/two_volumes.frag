@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through a CT as raycast.frag and an ultrasound volume as predicates.frag,
-// composited by importance: render/ray_spec.hpp, "Two volumes". Results as predicates.frag.
+// composited by importance: render/spec/ray_spec.hpp, "Two volumes". Results as predicates.frag.
 
 #include "include/camera.glsl"
 #include "include/targets.glsl"

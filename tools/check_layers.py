@@ -46,7 +46,7 @@ TRADES = {
 }
 # Private headers (of use to their own folder, tests and benchmarks alone) may show trade types.
 PRIVATE_HEADER = re.compile(
-    r"^(render/(vtk_|gl_|cpu_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
+    r"^(render/(vtk/|gl/|cpu/|window/vtk_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
 # Files at the top of the project.
 TOP = {"ARCHITECTURE.md", "CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json",
        "CMakeUserPresets.json", "CONTRIBUTING.md", "LICENSE", "README.md"}

@@ -279,15 +279,20 @@ double-precision reference at the same step:
 
 
 def cost_tables(costs: dict) -> str:
-    elements = [[c["element"].strip(), f"{c['ms']:.2f}", str(c["samples"]), str(c["gradients"]),
-                 number(c.get("idle_ms"), 2), str(c.get("idle_samples", "–")),
+    def spread(cost: dict, key: str) -> str:
+        if cost.get(f"{key}ms") is None:
+            return "–"
+        return f"{cost[f'{key}ms']:.1f} ± {cost[f'{key}scatter_ms']:.1f}"
+
+    elements = [[c["element"].strip(), spread(c, ""), str(c["samples"]), str(c["gradients"]),
+                 spread(c, "idle_"), str(c.get("idle_samples", "–")),
                  str(c.get("idle_gradients", "–"))] for c in costs["elements"]]
     changes = [[c["change"], f"{c['ms']:.2f}", f"{c['wall_ms']:.2f}", f"{c['prepare_ms']:.2f}",
                 str(c["samples"]), str(c["gradients"])] for c in costs["changes"]]
     return f"""
 What every element costs in this scene (`sonde bench render --costs`): the picture with it less the
-picture without it, process ms. Idle: it is in the scene but has nothing to do there. Differences of
-a few tenths of a millisecond are noise of the machine; counts are exact. Whole picture:
+picture without it, process ms. Idle: it is in the scene but has nothing to do there. ±: how far such
+differences lie apart in this run; counts are exact. `--part costs` has such a table for every scene of the set. Whole picture:
 {costs['frame_ms']:.1f} ms, {costs['frame_samples']} samples.
 
 {table(["element", "ms", "samples", "gradients", "idle ms", "samples", "gradients"], elements)}

@@ -12,9 +12,9 @@
 #include "bench/registration/trials.hpp"
 #include "nav/check.hpp"
 #include "nav/index.hpp"
-#include "registration/ct_structure.hpp"
+#include "registration/lc2/ct_structure.hpp"
 #include "registration/pose_solver.hpp"
-#include "registration/sandwich.hpp"
+#include "registration/uncertainty/sandwich.hpp"
 
 namespace nav::bench {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "bench/registration/case_store.hpp"
 #include "bench/registration/session_case.hpp"
-#include "registration/misfit.hpp"
+#include "registration/uncertainty/misfit.hpp"
 
 namespace nav::bench {
 

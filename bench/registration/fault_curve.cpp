@@ -11,8 +11,8 @@
 
 #include "bench/measure.hpp"
 #include "bench/registration/thread_time.hpp"
-#include "registration/ct_structure.hpp"
-#include "registration/sandwich.hpp"
+#include "registration/lc2/ct_structure.hpp"
+#include "registration/uncertainty/sandwich.hpp"
 
 namespace nav::bench {
 namespace {

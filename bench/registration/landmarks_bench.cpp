@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "registration/landmarks.hpp"
+#include "registration/landmarks/landmarks.hpp"
 
 namespace nav::registration {
 namespace {

@@ -12,8 +12,8 @@
 #include "bench/registration/session_case.hpp"
 #include "bench/registration/summary.hpp"
 #include "bench/registration/thread_time.hpp"
-#include "registration/live_registration.hpp"
-#include "registration/picture_outline.hpp"
+#include "registration/lc2/picture_outline.hpp"
+#include "registration/motion/live_registration.hpp"
 #include "registration/prepared.hpp"
 
 namespace nav::bench {

@@ -11,7 +11,7 @@
 #include "bench/measure.hpp"
 #include "bench/registration/session_case.hpp"
 #include "nav/stopwatch.hpp"
-#include "registration/moving_registration.hpp"
+#include "registration/motion/moving_registration.hpp"
 
 namespace nav::bench {
 namespace {

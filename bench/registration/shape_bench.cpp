@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "io/surface_file.hpp"
-#include "registration/shape_registration.hpp"
+#include "registration/shape/shape_registration.hpp"
 #include "registration/twist.hpp"
 
 /// Run time against error of points on the pelvis phantom (UCL MPHY0026, CC BY), by number of

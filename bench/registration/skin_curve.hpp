@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nav/result.hpp"
-#include "registration/skin_search.hpp"
+#include "registration/search/skin_search.hpp"
 #include "sim/motion/hand_path.hpp"
 #include "sim/probe_model.hpp"
 

@@ -5,9 +5,9 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/support/synthetic_ct.hpp"
-#include "render/brick_grid.hpp"
 #include "render/engine.hpp"
-#include "render/transfer_table.hpp"
+#include "render/skipping/brick_grid.hpp"
+#include "render/transfer/transfer_table.hpp"
 
 namespace {
 

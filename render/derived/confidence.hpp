@@ -8,6 +8,9 @@
 
 namespace nav::render::derived {
 
+/// With less gamma no error is stated (SolveReport::estimated_error is NaN).
+inline constexpr double kKnownErrorGamma = 1e-3;
+
 /// Confidence by random walks (Karamalis et al. 2012): the probability that a walk from a voxel
 /// reaches the transducer before the far end of the scan lines.
 ///
@@ -28,7 +31,7 @@ namespace nav::render::derived {
 struct ConfidenceOptions {
   double alpha = 2;     ///< Attenuation, [0, 20].
   double beta = 90;     ///< Steepness, [0, 1000].
-  double gamma = 0.05;  ///< Penalty across scan lines, [0, 1].
+  double gamma = 0.05;  ///< Penalty across scan lines, [0, 1]; see kKnownErrorGamma.
   SolveOptions solve;
 };
 Result<void> validate(const ConfidenceOptions& options);

@@ -91,7 +91,7 @@ double signal_to_noise(const ScalarVolume& volume, const SnrOptions& options, in
       [&](double value, double weight) { spread += weight * (value - mean) * (value - mean); });
   const double floor = volume.quantum() / std::sqrt(12.0);
   if (std::isnan(volume.at(i, j, k))) return std::nan("");
-  return mean / std::max(std::sqrt(spread / total), floor);
+  return (mean - options.black) / std::max(std::sqrt(spread / total), floor);
 }
 
 std::vector<Eigen::Vector3d> gradients(const ScalarVolume& volume, double smoothing_mm) {

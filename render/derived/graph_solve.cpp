@@ -55,6 +55,10 @@ class Inner {
       ++iteration;
       if (left <= kReduction * start) break;
     }
+    // Solved before the estimate knows enough, as where nothing but a direction or two is wrong.
+    if (!std::isfinite(estimate_) && iteration > 0 && !run_.stop.stop_requested()) {
+      estimate_ = known_.error_of_few(system_.apply(r_, z_).rz);
+    }
     return iteration;
   }
 

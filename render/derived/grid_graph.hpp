@@ -71,7 +71,7 @@ struct SolveReport {
   int iterations = 0;
   int refinements = 0;           ///< Residuals taken anew in double.
   double relative_residual = 0;  ///< |b - A x| / |b| in double before the last refinement.
-  double estimated_error = 0;    ///< Root mean square, as SolveOptions::error.
+  double estimated_error = 0;    ///< Root mean square, as SolveOptions::error; NaN: unknown.
   bool converged = false;
 };
 

@@ -163,6 +163,8 @@ Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOption
   const int axis = surfaces_.front().axis();
   const auto [a, b] = across(axis);
   std::vector<std::uint32_t> masks(grid.voxel_count());
+  // A surface through centres of voxels lies below all of them or none, however it is rounded.
+  constexpr double kSameVoxels = 1e-6;
   Steps steps(run, as_size(grid.size[b]));
   for_each_index(grid.size[b], run.threads, [&, a = a, b = b](int v) {
     if (!steps.next()) return;
@@ -176,7 +178,7 @@ Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOption
       at[a] = u;
       at[b] = v;
       for (int h = 0; h < grid.size[as_size(axis)]; ++h) {
-        while (layer < heights.size() && heights[layer] <= h) ++layer;
+        while (layer < heights.size() && heights[layer] <= h + kSameVoxels) ++layer;
         at[as_size(axis)] = h;
         masks[offset_of(grid, at[0], at[1], at[2])] = std::uint32_t{1} << layer;
       }

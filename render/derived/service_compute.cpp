@@ -23,26 +23,28 @@ void add(const DerivedOptions& options, Digest& digest) {
   const auto add_all = [&digest](std::initializer_list<double> numbers) {
     for (const double number : numbers) digest.add(number);
   };
-  std::visit(Overloaded{
-                 [&](const SnrOptions& o) {
-                   add_all({static_cast<double>(o.window_voxels), static_cast<double>(o.weights)});
-                 },
-                 [&](const VesselnessOptions& o) {
-                   add_all({static_cast<double>(o.polarity), o.smallest_radius_mm,
-                            o.largest_radius_mm, static_cast<double>(o.scales), o.alpha, o.beta,
-                            o.contrast, o.truncate, o.negligible_response});
-                 },
-                 [&](const ConfidenceOptions& o) {
-                   add_all({o.alpha, o.beta, o.gamma, o.solve.error,
-                            static_cast<double>(o.solve.max_iterations)});
-                 },
-                 [&](const GradientPartOptions& o) {
-                   add_all({static_cast<double>(o.part), o.gradient.smoothing_mm,
-                            o.gradient.truncate, o.gradient.least_per_mm});
-                 },
-                 [&](const ScanDepthOptions&) {},
-             },
-             options);
+  std::visit(
+      Overloaded{
+          [&](const SnrOptions& o) {
+            add_all(
+                {static_cast<double>(o.window_voxels), static_cast<double>(o.weights), o.black});
+          },
+          [&](const VesselnessOptions& o) {
+            add_all({static_cast<double>(o.polarity), o.smallest_radius_mm, o.largest_radius_mm,
+                     static_cast<double>(o.scales), o.alpha, o.beta, o.contrast, o.truncate,
+                     o.negligible_response});
+          },
+          [&](const ConfidenceOptions& o) {
+            add_all({o.alpha, o.beta, o.gamma, o.solve.error,
+                     static_cast<double>(o.solve.max_iterations)});
+          },
+          [&](const GradientPartOptions& o) {
+            add_all({static_cast<double>(o.part), o.gradient.smoothing_mm, o.gradient.truncate});
+            if (o.part == GradientPart::kAngle) digest.add(o.gradient.least_per_mm);
+          },
+          [&](const ScanDepthOptions&) {},
+      },
+      options);
 }
 
 /// Without what a result merely carries along.
@@ -102,9 +104,13 @@ Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& r
           [&](const ConfidenceOptions& o) {
             return taken(confidence(volume, *request.lines, o, run), [](const Confidence& c) {
               std::ostringstream note;
-              note << c.report.iterations << " iterations, estimated error "
-                   << c.report.estimated_error << " rms, relative residual "
-                   << c.report.relative_residual;
+              note << c.report.iterations << " iterations, ";
+              if (std::isnan(c.report.estimated_error)) {
+                note << "error not known with so little gamma";
+              } else {
+                note << "estimated error " << c.report.estimated_error << " rms";
+              }
+              note << ", relative residual " << c.report.relative_residual;
               return DerivedVolume{c.volume, note.str()};
             });
           },

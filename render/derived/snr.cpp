@@ -48,6 +48,7 @@ class SnrPlane {
         radius_(options.window_voxels / 2),
         stride_(padded(size_[0])),
         weights_(window_weights(options)),
+        black_(options.black),
         floor_(volume.quantum() / std::sqrt(12.0)) {}
 
   void run(int k, float* out, MomentBuffers& s) const {
@@ -112,7 +113,7 @@ class SnrPlane {
   void write(const MomentBuffers& s, float* out) const {
     for (std::size_t i = 0; i < as_size(size_[0]); ++i) {
       const double sigma = std::sqrt(s.windows.spread[i] / s.windows.weight[i]);
-      const double snr = s.windows.mean[i] / std::max(sigma, floor_);
+      const double snr = (s.windows.mean[i] - black_) / std::max(sigma, floor_);
       out[i] = s.row[i] == s.row[i] ? static_cast<float>(snr) : kUnknown;
     }
   }
@@ -122,6 +123,7 @@ class SnrPlane {
   int radius_;
   int stride_;
   std::vector<double> weights_;
+  double black_;
   double floor_;
 };
 
@@ -129,6 +131,10 @@ class SnrPlane {
 
 Result<void> validate(const SnrOptions& options) {
   const int side = options.window_voxels;
+  if (!std::isfinite(options.black)) {
+    return Error{ErrorCode::kUsage, "signal-to-noise ratio: expected a finite black, found " +
+                                        std::to_string(options.black)};
+  }
   if (side >= 3 && side <= 31 && side % 2 == 1) return {};
   return Error{ErrorCode::kUsage,
                "signal-to-noise ratio: expected window_voxels odd in [3, 31], "

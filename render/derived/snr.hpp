@@ -16,13 +16,15 @@ enum class WindowWeights {
 };
 
 /// Signal-to-noise ratio of a neighbourhood: with weights w summing over the known voxels of the
-/// window, m = sum w f / sum w, v = sum w (f - m)^2 / sum w, SNR = m / max(sqrt(v), floor).
-/// Voxels beyond the border and unknown ones carry no weight. The floor is the noise of rounding to
-/// whole numbers, quantum / sqrt(12); without it (float volumes) a constant window gives
+/// window, m = sum w f / sum w, v = sum w (f - m)^2 / sum w, SNR = (m - black) / max(sqrt(v),
+/// floor). Voxels beyond the border and unknown ones carry no weight. The floor is the noise of
+/// rounding to whole numbers, quantum / sqrt(12); without it (float volumes) a constant window
+/// gives
 /// +-infinity, and NaN where it is 0.
 struct SnrOptions {
   int window_voxels = 7;  ///< Side, odd, [3, 31].
   WindowWeights weights = WindowWeights::kUniform;
+  double black = 0;  ///< Value of no echo, finite.
 };
 Result<void> validate(const SnrOptions& options);
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "render/predicate_scene.hpp"
 #include "render/predicates/kind.hpp"
+#include "render/predicates/predicate_scene.hpp"
 #include "render/predicates/program.hpp"
 
 namespace nav::render {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Several cells taken as one, by the rule of render/adaptive_step.hpp.
+// Several cells taken as one, by the rule of render/quality/adaptive_step.hpp.
 
 uniform usampler3D brick_cells;  // How many cells a segment in each brick may have.
 

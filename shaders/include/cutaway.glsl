@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The contextual cutaway of render/ray_spec_cutaway.hpp, both angles at once (vec2: theta1,
+// The contextual cutaway of render/spec/ray_spec_cutaway.hpp, both angles at once (vec2: theta1,
 // theta2). Objects are rows of a texture: texel 0 normal and number of vertices, 0 for a ball;
 // texels 1 and 2 the axes of the plane; texel 3 a ball around the object, or the ball itself; then
 // the vertices. Space: local mm; t is counted like the ray's, from close to the volume.

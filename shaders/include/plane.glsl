@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The ultrasound plane, z = 0 of the image frame, mm. Border: the safety state's colour, as wide as
-// render/ray_spec_surfaces.hpp has it.
+// render/spec/ray_spec_surfaces.hpp has it.
 
 uniform vec2 us_size;                // Pixels; the picture itself is put in by resolve.frag.
 uniform mat3 image_from_local;       // Rotation.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Compositing by importance, front to back: render/predicate_spec.hpp. Importance as its logarithm
+// Compositing by importance, front to back: render/spec/predicate_spec.hpp. Importance as its logarithm
 // with LOG_IMPORTANCE, else as a weight exp(I - greatest), which needs neither exp nor log. With all
 // importances equal both begin at the greatest one, and are plain over.
 

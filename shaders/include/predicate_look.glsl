@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// How samples look by which predicates are true of them: render/predicate_spec.hpp, Eqs. 6 to 8.
+// How samples look by which predicates are true of them: render/spec/predicate_spec.hpp, Eqs. 6 to 8.
 
 struct Look {
   vec3 tint;         // Times the chroma, added to the grey of the intensity.

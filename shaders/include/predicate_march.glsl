@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Composites the cells of a stretch by predicates: render/predicate_scene.hpp. Cells are looked up
+// Composites the cells of a stretch by predicates: render/predicates/predicate_scene.hpp. Cells are looked up
 // in runs no longer than a brick, whose bounds are the same for all rays and pictures; what is known
 // at the first cell of a run holds for all bricks that it can touch. What is composited, and when a
 // ray ends, depends on runs and on the light alone, not on how runs without effect are passed:

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The slabs in which two volumes are composited: render/ray_spec.hpp, "Two volumes". What follows
+// The slabs in which two volumes are composited: render/spec/ray_spec.hpp, "Two volumes". What follows
 // each other of one volume with nothing of the other in between is taken as one stretch, since
 // samples of one importance may be composited before the rest: so the CT runs between the odd
 // multiples of a slab and the ultrasound between the even ones, in turn. Stretch n ends at n slabs:

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fewer rays than pixels. Either a pass draws every pixel_step-th column and row of the picture, the
 // upper left pixel in the first fragment; the last pass, of 1, draws the picture itself, bottom row
-// first. Or fragments have pixels from a list: render/gl_packed_rays.hpp.
+// first. Or fragments have pixels from a list: render/gl/gl_packed_rays.hpp.
 
 #ifdef PACKED_RAYS
 uniform isamplerBuffer ray_list;  // Column | row << 16 of pixels, blocks of 4 x 4 fragments.

@@ -18,29 +18,36 @@ class ReplayWindowTest : public ::testing::Test {
  protected:
   void SetUp() override {
     if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no X display (run under xvfb-run)";
-    ASSERT_EQ(run("", "simulate --out " + recording() + " --ct " + ct() +
-                          " --ct-spacing-mm 5 --duration-s 1 --frame-rate-hz 10 --columns 64 "
-                          "--rows 64"),
+    ASSERT_EQ(run("simulate --out " + recording() + " --ct " + ct() +
+                  " --ct-spacing-mm 5 --duration-s 1 --frame-rate-hz 10 --columns 64 --rows 64"),
               0);
   }
   [[nodiscard]] std::string recording() const { return (folder_ / "sweep.mha").string(); }
   [[nodiscard]] std::string ct() const { return (folder_ / "ct.mha").string(); }
-  /// before: what runs the program.
-  [[nodiscard]] int run(const std::string& before, const std::string& arguments) const {
-    const std::string command = before + " " + SONDE_PROGRAM + " " + arguments + " >" +
-                                (folder_ / "log").string() + " 2>&1";
+  [[nodiscard]] int run(const std::string& arguments) const { return shell(program(arguments)); }
+  /// Presses Ctrl-C once the program has said words; after two minutes whatever it has said.
+  [[nodiscard]] int run_until(const std::string& words, const std::string& arguments) const {
+    return shell(program(arguments) + " & sonde=$!; for i in $(seq 1200); do grep -q '" + words +
+                 "' " + log() + " && break; sleep 0.1; done; kill -INT $sonde; wait $sonde");
+  }
+  test::TemporaryFolder folder_;
+
+ private:
+  [[nodiscard]] std::string log() const { return (folder_ / "log").string(); }
+  [[nodiscard]] std::string program(const std::string& arguments) const {
+    return SONDE_PROGRAM " " + arguments + " >" + log() + " 2>&1";
+  }
+  [[nodiscard]] static int shell(const std::string& command) {
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
-  test::TemporaryFolder folder_;
 };
 
 TEST_F(ReplayWindowTest, ShowsTheRecordingAndWritesNothingButTheReport) {
   const auto report = folder_ / "report.json";
-  // Ctrl-C closes the window: long after the recording's one second.
-  EXPECT_EQ(run("timeout --preserve-status -s INT 20",
-                "replay " + recording() + " --ct " + ct() +
-                    " --window --width 160 --height 120 --step 4 --json " + report.string()),
+  EXPECT_EQ(run_until("the recording has ended",
+                      "replay " + recording() + " --ct " + ct() +
+                          " --window --width 160 --height 120 --step 4 --json " + report.string()),
             0);
   std::ifstream file(report);
   ASSERT_TRUE(file.good());

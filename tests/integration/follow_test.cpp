@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
-#include "app/registration_file.hpp"
 #include "app/replay.hpp"
-#include "app/simulate.hpp"
+#include "app/session/registration_file.hpp"
+#include "app/simulate/simulate.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "tests/integration/truth_file.hpp"

@@ -12,8 +12,8 @@
 #include <vtkStaticCellLocator.h>
 
 #include "io/surface_file.hpp"
-#include "registration/landmarks.hpp"
-#include "registration/shape_registration.hpp"
+#include "registration/landmarks/landmarks.hpp"
+#include "registration/shape/shape_registration.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"

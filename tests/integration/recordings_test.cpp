@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <ostream>
 
-#include "app/recorded_session.hpp"
 #include "app/replay.hpp"
 #include "app/report.hpp"
+#include "app/session/recorded_session.hpp"
 #include "io/ct.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"

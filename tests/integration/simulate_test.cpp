@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/simulate.hpp"
+#include "app/simulate/simulate.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -8,11 +8,11 @@
 #include <map>
 #include <sstream>
 
-#include "app/command_line.hpp"
+#include "app/command_line/command_line.hpp"
 #include "app/json_member.hpp"
-#include "app/placement.hpp"
-#include "app/recorded_session.hpp"
 #include "app/replay.hpp"
+#include "app/session/placement.hpp"
+#include "app/session/recorded_session.hpp"
 #include "io/ct.hpp"
 #include "sim/anatomy/ct_patient.hpp"
 #include "sim/fault_plan.hpp"

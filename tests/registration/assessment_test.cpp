@@ -6,11 +6,11 @@
 #include <numeric>
 
 #include "registration/acceptance.hpp"
-#include "registration/basin.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/regions.hpp"
-#include "registration/sandwich.hpp"
+#include "registration/search/basin.hpp"
+#include "registration/uncertainty/sandwich.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "nav/index.hpp"
 #include "registration/acceptance.hpp"
-#include "registration/coarse_pictures.hpp"
+#include "registration/lc2/coarse_pictures.hpp"
 #include "registration/prepared.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"

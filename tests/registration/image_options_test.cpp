@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "registration/acceptance.hpp"
-#include "registration/mutual_information.hpp"
+#include "registration/lc2/mutual_information.hpp"
+#include "registration/motion/volume_sweep.hpp"
 #include "registration/prepared.hpp"
 #include "registration/stretch.hpp"
-#include "registration/volume_sweep.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 

@@ -11,6 +11,7 @@
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
 #include "bench/scene_set.hpp"
+#include "bench/whole_scene.hpp"
 #include "render/derived/confidence.hpp"
 #include "tests/render/scene_support.hpp"
 
@@ -146,6 +147,20 @@ TEST(RenderCostsTest, NeitherNothingNewNorANewImageTakesASample) {
     ASSERT_NE(found, table->changes.end()) << change;
     EXPECT_EQ(found->samples, 0U) << change;
     EXPECT_EQ(found->gradients, 0U) << change;
+  }
+}
+
+TEST(RenderCostsTest, EverySceneOfTheSetHasThemWithEverythingInIt) {
+  const BenchVolume volume{"v", everything().ct, {vessels_only(), test::fog(0.1)}};
+  for (const NamedScene& named : bench_scenes({volume}, "", 32, 24)) {
+    const render::Scene whole = with_everything(named.scene);
+    ASSERT_TRUE(test::has_value(render::validate(whole))) << named.name;
+    const auto table = measure_costs(whole, {1, 0});
+    ASSERT_TRUE(test::has_value(table)) << named.name;
+    // The picture lies in the CT, in view.
+    const Eigen::Vector3d middle =
+        (whole.plane->ct_from_image * Point<frames::Image>{{0, 10, 0}}).mm;
+    EXPECT_TRUE(whole.ct->sample({middle}).has_value()) << named.name;
   }
 }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "render/ray_spec.hpp"
+#include "render/spec/ray_spec.hpp"
 #include "tests/render/verification_engines.hpp"
 
 namespace nav::render {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 #include "tests/render/cutaway_support.hpp"
 #include "tests/render/scene_support.hpp"
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 
 /// Truth for the closed forms of the cutaway: a search over the points of an object.
 namespace nav::test {

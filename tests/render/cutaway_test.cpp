@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 
 namespace nav::render::spec {
 namespace {

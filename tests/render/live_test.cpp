@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "render/ray_spec_cutaway.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The live plane, the needle and targets: depth, orientation, masks and states.
-#include "render/ray_spec.hpp"
+#include "render/spec/ray_spec.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "render/transfer_table.hpp"
+#include "render/transfer/transfer_table.hpp"
 #include "tests/render/verification_engines.hpp"
 
 namespace nav::render {

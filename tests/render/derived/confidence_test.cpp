@@ -351,8 +351,22 @@ TEST(ConfidenceTest, SaturatedConstantAndSingleVoxelVolumesAreSolved) {
       ASSERT_TRUE(test::has_value(found));
       for (const float v : *found->volume.values) EXPECT_TRUE(v >= 0 && v <= 1) << v;
       EXPECT_EQ(found->volume.at(0, 0, 0), 1);
+      EXPECT_LE(found->report.estimated_error, SolveOptions{}.error) << value;
     }
   }
+}
+
+TEST(ConfidenceTest, AnErrorThatIsNotKnownIsNotStated) {
+  // One bright layer, whose voxels are tied together 10^5 times as much as to any other.
+  const auto layer = test::make_scalar(test::centred_grid({12, 24, 8}, {0.5, 0.5, 0.5}),
+                                       [](int, int j, int) { return j == 12 ? 255.0 : 20.0; });
+  ConfidenceOptions options;
+  const auto usual = confidence(layer, down(), options);
+  options.gamma = 0;
+  const auto tied = confidence(layer, down(), options);
+  ASSERT_TRUE(test::has_value(usual) && test::has_value(tied));
+  EXPECT_LE(usual->report.estimated_error, options.solve.error);
+  EXPECT_TRUE(std::isnan(tied->report.estimated_error));
 }
 
 TEST(ConfidenceTest, RefusesByNameAndStops) {

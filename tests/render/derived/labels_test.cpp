@@ -101,6 +101,25 @@ TEST(LayerModelTest, AVoxelOnASurfaceIsBehindItAndFlatOnesErrByHalfAVoxel) {
   EXPECT_EQ(labels->at(3, 2, 0), 2U);
 }
 
+TEST(LayerModelTest, AFlatSurfaceThroughVoxelsHasThemAllOnOneSide) {
+  const std::array<int, 3> size{40, 30, 36};
+  for (const double height : {13.0, 7.0, 26.0}) {  // Voxels; sums of splines are rounded.
+    const auto flat =
+        LayerSurface::create(1, size, {9, 7}, std::vector<double>(63, 0.5 * height / 0.5));
+    const auto model = LayerModel::create({*flat});
+    ASSERT_TRUE(test::has_value(model));
+    const auto labels = model->rasterise(test::centred_grid(size, {0.5, 0.5, 0.5}));
+    ASSERT_TRUE(test::has_value(labels));
+    int on = 0;
+    for (int k = 0; k < size[2]; ++k) {
+      for (int i = 0; i < size[0]; ++i) {
+        on += labels->at(i, static_cast<int>(height), k) == 2U ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(on, size[0] * size[2]) << height;
+  }
+}
+
 TEST(LayerModelTest, RefusesByName) {
   const std::array<int, 3> size{8, 8, 8};
   EXPECT_FALSE(LayerSurface::create(3, size, {4, 4}, std::vector<double>(16)));

@@ -55,6 +55,26 @@ TEST(SnrTest, LeavesUnknownVoxelsOutOfTheWindow) {
   expect_definition(volume, {}, kFloatRounding);
 }
 
+TEST(SnrTest, SignalCountsFromBlack) {
+  const auto grid = test::centred_grid({14, 10, 9}, {1, 1, 1});
+  const auto at = [&](double shift) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise;
+    return test::make_scalar(
+        grid, [&](int, int, int) { return shift + std::round(60 + 9 * noise(random)); });
+  };
+  const auto plain = signal_to_noise(at(0));
+  const auto shifted = signal_to_noise(at(-1000), {.black = -1000});
+  ASSERT_TRUE(test::has_value(plain) && test::has_value(shifted));
+  constexpr double kRounding = 1e-5;
+  for (std::size_t n = 0; n < plain->values->size(); ++n) {
+    EXPECT_NEAR((*plain->values)[n], (*shifted->values)[n], kRounding);
+  }
+  expect_definition(at(600), {.black = 600}, kFloatRounding);
+  EXPECT_TRUE(test::refuses(signal_to_noise(at(0), {.black = std::nan("")}), ErrorCode::kUsage,
+                            {"black", "nan"}));
+}
+
 TEST(SnrTest, LosesNothingToALargeOffset) {
   const auto grid = test::centred_grid({12, 12, 12}, {1, 1, 1});
   std::mt19937 random(3);

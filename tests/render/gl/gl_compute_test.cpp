@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-#include "render/gl_device.hpp"
-#include "render/gl_speed_probe.hpp"
+#include "render/gl/gl_device.hpp"
+#include "render/gl/gl_speed_probe.hpp"
 #include "render/two_volumes.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "render/engine.hpp"
-#include "render/window.hpp"
+#include "render/window/window.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/support/matchers.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "render/gl_device.hpp"
+#include "render/gl/gl_device.hpp"
 #include "render/two_volumes.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of a new set of predicates while what it reads is being sent.
 
-#include "render/coarse_volumes.hpp"
+#include "render/skipping/coarse_volumes.hpp"
 #include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 

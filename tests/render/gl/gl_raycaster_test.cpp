@@ -8,10 +8,10 @@
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
 
-#include "render/gl_device.hpp"
-#include "render/gl_packed_rays.hpp"
-#include "render/gl_volume_fit.hpp"
-#include "render/vtk_convert.hpp"
+#include "render/gl/gl_device.hpp"
+#include "render/gl/gl_packed_rays.hpp"
+#include "render/gl/gl_volume_fit.hpp"
+#include "render/vtk/vtk_convert.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_scenes.hpp"

@@ -7,8 +7,8 @@
 #include <vtk_glew.h>
 
 #include "render/engine.hpp"
-#include "render/gl_program.hpp"
-#include "render/vtk_offscreen.hpp"
+#include "render/gl/gl_program.hpp"
+#include "render/vtk/vtk_offscreen.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/support/matchers.hpp"
 

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "render/gl_program.hpp"
+#include "render/gl/gl_program.hpp"
 #include "shaders/shaders.hpp"
 #include "tests/support/test_data.hpp"
 

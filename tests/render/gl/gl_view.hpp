@@ -9,8 +9,8 @@
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkRenderer.h>
 
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_offscreen.hpp"
+#include "render/gl/gl_volume_prop.hpp"
+#include "render/vtk/vtk_offscreen.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::test {

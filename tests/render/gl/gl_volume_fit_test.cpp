@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/gl_volume_fit.hpp"
+#include "render/gl/gl_volume_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/window.hpp"
+#include "render/window/window.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,8 +11,8 @@
 #include <vtkRenderer.h>
 
 #include "render/engine.hpp"
-#include "render/gl_volume_prop.hpp"
-#include "render/vtk_convert.hpp"
+#include "render/gl/gl_volume_prop.hpp"
+#include "render/vtk/vtk_convert.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"

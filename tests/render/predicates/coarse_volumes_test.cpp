@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/coarse_volumes.hpp"
+#include "render/skipping/coarse_volumes.hpp"
 
 #include <bit>
 #include <gtest/gtest.h>

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "render/coarse_volumes.hpp"
 #include "render/engine.hpp"
+#include "render/skipping/coarse_volumes.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 
 namespace nav::render {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/derived_features.hpp"
+#include "render/derived/derived_features.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>
@@ -70,6 +70,50 @@ TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
   };
   EXPECT_GT(at(16, 16), 0.5);
   EXPECT_LT(at(4, 16), 0.05);
+}
+
+TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackHasTheSameFeatures) {
+  const std::vector<std::string> kinds{"snr", "vesselness", "confidence", "gradient_magnitude",
+                                       "gradient_angle"};
+  const auto derived = [&](int black) {
+    const auto volume = tube();
+    std::vector<std::int16_t> voxels(volume->hu().begin(), volume->hu().end());
+    for (std::int16_t& v : voxels) v = static_cast<std::int16_t>(v + black);
+    PredicateScene scene = asking_for(kinds);
+    scene.intensity = {1.0 * black, 255.0 + black};
+    scene.scan = ParallelScan{{{0, -10, 0}}, {{0, 1, 0}}};
+    derived::DerivedVolumes service;
+    const auto shifted =
+        std::make_shared<const Volume>(*Volume::create(volume->grid(), std::move(voxels), "tube"));
+    EXPECT_TRUE(test::has_value(add_derived_features(shifted, {}, service, scene)));
+    return scene.features.volumes;
+  };
+  const auto plain = derived(0);
+  const auto shifted = derived(600);
+  ASSERT_EQ(plain.size(), 6U);
+  for (const auto& [name, feature] : plain) {
+    const FeatureVolume& other = shifted.at(name);
+    EXPECT_NEAR(other.scale(), feature.scale(), 1e-4 * feature.scale()) << name;
+    EXPECT_NEAR(other.offset(), feature.offset(), 2 * feature.scale()) << name;
+    int apart = 0;
+    for (std::size_t n = 0; n < feature.codes()->hu().size(); ++n) {
+      apart += std::abs(feature.codes()->hu()[n] - other.codes()->hu()[n]) > 8 ? 1 : 0;
+    }
+    EXPECT_EQ(apart, 0) << name;
+  }
+}
+
+TEST(DerivedFeaturesTest, WhatAChannelIsMadeFrom) {
+  EXPECT_FALSE(source_of_channel(feature::kIntensity).derived);
+  EXPECT_FALSE(source_of_channel(feature::kDepth).derived);
+  EXPECT_FALSE(source_of_channel("none of them").derived);
+  EXPECT_TRUE(source_of_channel(feature::kSnr).derived);
+  EXPECT_FALSE(source_of_channel(feature::kSnr).scan_lines);
+  EXPECT_TRUE(source_of_channel(feature::kConfidence).scan_lines);
+  EXPECT_TRUE(source_of_channel(feature::kGradientMagnitude).gradient);
+  EXPECT_FALSE(source_of_channel(feature::kGradientMagnitude).scan_lines);
+  EXPECT_TRUE(source_of_channel(feature::kGradientAcross).gradient);
+  EXPECT_TRUE(source_of_channel(feature::kGradientAcross).scan_lines);
 }
 
 /// Speckle of 16 bits beside a slab that is saturated.

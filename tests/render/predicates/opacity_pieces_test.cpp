@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <gtest/gtest.h>
 
-#include "render/cpu_predicates.hpp"
+#include "render/cpu/cpu_predicates.hpp"
 
 namespace nav::render {
 namespace {

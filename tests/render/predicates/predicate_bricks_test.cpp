@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/predicate_bricks.hpp"
+#include "render/skipping/predicate_bricks.hpp"
 
 #include <algorithm>
 #include <array>

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "render/derived_features.hpp"
-#include "render/predicate_sampler.hpp"
+#include "render/derived/derived_features.hpp"
+#include "render/predicates/predicate_sampler.hpp"
 #include "tests/render/scene_support.hpp"
 
 /// Scenes that are drawn by predicates.

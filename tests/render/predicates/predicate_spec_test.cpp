@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "render/predicate_early_ends.hpp"
+#include "render/cpu/predicate_early_ends.hpp"
 
 namespace nav::render::spec {
 namespace {

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicates/feature_maker.hpp"
+
+#include <chrono>
+
+#include "app/engines.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::derived::DerivedLimits;
+using render::derived::DerivedRequest;
+using render::derived::DerivedVolume;
+
+DerivedLimits limits_of(int threads) {
+  DerivedLimits limits;
+  limits.threads = usable_threads(threads);
+  limits.cache_bytes = 0;  // Whoever asks keeps what it needs.
+  return limits;
+}
+
+}  // namespace
+
+FeatureMaker::FeatureMaker(int threads, const std::filesystem::path& cache, Console& console)
+    : console_(console), service_(limits_of(threads)) {
+  if (!cache.empty()) cache_.emplace(cache);
+}
+
+Result<void> FeatureMaker::check_interrupt(const std::string& name) const {
+  if (interrupt_.asked()) return render::derived::cancelled(name);
+  return {};
+}
+
+Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedRequest& request) {
+  if (const auto ok = validate(request); !ok) return ok.error();
+  if (const auto ok = check_interrupt(name); !ok) return ok.error();
+  console_.begin(name);
+  if (cache_) {
+    if (auto found = cache_->find(request, console_)) {
+      console_.end((found->note.empty() ? "" : found->note + ", ") + "from the cache");
+      return *std::move(found);
+    }
+  }
+  auto ticket = service_.request(request);
+  if (!ticket) return ticket.error();
+  constexpr std::chrono::milliseconds kBetweenLooks(50);
+  while (!ticket->wait_for(kBetweenLooks)) {
+    console_.progress(ticket->progress());
+    if (interrupt_.asked()) ticket->cancel();
+  }
+  auto made = ticket->wait();
+  if (!made) {
+    console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "refused");
+    if (made.error().code == ErrorCode::kCancelled) return render::derived::cancelled(name);
+    return made;
+  }
+  if (cache_) cache_->keep(request, *made, console_);
+  console_.end(made->note.empty() ? "done" : made->note);
+  if (const auto ok = check_interrupt(name); !ok) return ok.error();  // Asked at the very end.
+  return made;
+}
+
+}  // namespace nav::app

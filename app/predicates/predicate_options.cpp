@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicates/predicate_options.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "nav/places.hpp"
+
+namespace nav::app {
+namespace {
+
+template <class Found>
+Error refusal(const std::string& key, const std::string& expected, const Found& found) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "predicates." << key << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kUsage, text.str()};
+}
+
+struct Range {
+  const char* key;
+  double value, low, high;
+};
+
+Result<void> check_ranges(const PredicateOptions& o) {
+  constexpr double kWhole = 1e6;
+  std::vector<Range> ranges{
+      {"phantom_side", static_cast<double>(o.phantom_side), 32, 512},
+      {"scribble_share", o.scribble_share, 1e-6, 1},
+      {"black", o.black, -kWhole, kWhole},
+      {"white", o.white, -kWhole, kWhole},
+      {"opacity_length_mm", o.opacity_length_mm.value_or(1), 1e-3, 1e4},
+      {"face_radius_mm", o.face_radius_mm, 0, 1e4},
+      {"smoothing_mm", o.smoothing_mm.value_or(0), 0, 20},
+      {"smallest_radius_mm", o.smallest_radius_mm.value_or(1), 1e-3, 100},
+      {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
+  };
+  for (const HistogramEdit& edit : o.histogram) {
+    if (edit.hue_deg && !std::isfinite(*edit.hue_deg)) {
+      return refusal("histogram.hue_deg", "a finite number", *edit.hue_deg);
+    }
+    ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
+    ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
+  }
+  ranges.push_back({"ct_importance", o.ct_importance, 0, 1024});
+  for (const Range& r : ranges) {
+    if (r.value >= r.low && r.value <= r.high) continue;
+    std::ostringstream expected;
+    expected.precision(12);
+    expected << r.low << " to " << r.high;
+    return refusal(r.key, expected.str(), r.value);
+  }
+  return {};
+}
+
+template <int Rows>
+bool finite(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
+  return !v || v->allFinite();
+}
+
+template <int Rows>
+bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
+  return !v || is_place(*v);
+}
+
+/// A name, '=', and some numbers between colons at the end: names may hold '=' themselves.
+Result<std::vector<double>> numbers_after_name(const std::string& option, const std::string& form,
+                                               const std::string& text, std::size_t count,
+                                               std::string& name) {
+  const Error refuse{ErrorCode::kUsage, option + ": expected " + form + ", found '" + text + "'"};
+  const auto equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0) return refuse;
+  name = text.substr(0, equals);
+  std::vector<double> numbers;
+  const char* at = text.data() + equals + 1;
+  const char* const end = text.data() + text.size();
+  while (true) {
+    double number = 0;
+    const auto read = std::from_chars(at, end, number);
+    if (read.ec != std::errc() || !std::isfinite(number)) return refuse;
+    numbers.push_back(number);
+    at = read.ptr;
+    if (at == end) break;
+    if (*at++ != ':') return refuse;
+  }
+  if (numbers.size() != count) return refuse;
+  return numbers;
+}
+
+}  // namespace
+
+Result<void> validate(const PredicateOptions& o) {
+  if (const auto ok = check_ranges(o); !ok) return ok;
+  if (!(o.black < o.white)) return refusal("white", "more than black", o.white);
+  if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
+    return refusal("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
+  }
+  if (!o.scan_lines.empty() && (o.into_ct || o.apex_ct)) {
+    return refusal("scan_lines", "it, into or apex_mm", "more than one");
+  }
+  if (!o.layers.empty() && !o.labels.empty()) return refusal("layers", "it or labels", "both");
+  if (o.face_ct && !o.into_ct) return refusal("face_mm", "into beside it", "none");
+  if (!near(o.face_ct)) {
+    return refusal("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
+  }
+  if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
+  if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
+    return refusal("into", "3 finite numbers, not all 0", o.into_ct->transpose());
+  }
+  if (!near(o.apex_ct)) {
+    return refusal("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
+  }
+  if (!o.from.allFinite() || o.from.isZero(0)) {
+    return refusal("from", "3 finite numbers, not all 0", o.from.transpose());
+  }
+  if (!near(o.target) || (o.target && !(o.target->w() > 0))) {
+    return refusal("target_mm", "x y z and a radius > 0, within 1e7 mm", o.target->transpose());
+  }
+  if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
+    return refusal("needle_mm", "a tip and a hub apart from it, within 1e7 mm",
+                   o.needle->transpose());
+  }
+  if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
+    return refusal("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
+  }
+  if (o.unknown && (*o.unknown < -32768 || *o.unknown > 32767)) {
+    return refusal("unknown", "a stored value of -32768 to 32767", *o.unknown);
+  }
+  return {};
+}
+
+Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::PredicateModel& model) {
+  for (const HistogramEdit& edit : edits) {
+    std::size_t at = 0;
+    std::string known;
+    while (at < model.entries.size() && model.entries[at].name != edit.entry) {
+      known += (known.empty() ? "" : ", ") + model.entries[at++].name;
+    }
+    if (at == model.entries.size()) {
+      return refusal("histogram", "one of " + known, "'" + edit.entry + "'");
+    }
+    if (edit.importance && model.entries.size() == 1 && *edit.importance != 1) {
+      return refusal("histogram.importance", "1 of the only predicate", *edit.importance);
+    }
+    if (edit.importance) model.histogram.drag(at, *edit.importance);
+    const auto& bar = model.histogram.bars()[at];
+    model.histogram.set_colour(at, edit.hue_deg.value_or(bar.hue_deg),
+                               edit.saturation.value_or(bar.saturation));
+  }
+  return {};
+}
+
+Result<HistogramEdit> parse_importance(const std::string& text) {
+  HistogramEdit edit;
+  const auto numbers = numbers_after_name("--importance", "NAME=IMPORTANCE", text, 1, edit.entry);
+  if (!numbers) return numbers.error();
+  edit.importance = numbers->front();
+  return edit;
+}
+
+Result<HistogramEdit> parse_colour(const std::string& text) {
+  HistogramEdit edit;
+  const auto numbers = numbers_after_name("--colour", "NAME=HUE:SATURATION", text, 2, edit.entry);
+  if (!numbers) return numbers.error();
+  edit.hue_deg = numbers->front();
+  edit.saturation = numbers->back();
+  return edit;
+}
+
+}  // namespace nav::app

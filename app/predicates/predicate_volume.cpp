@@ -1,0 +1,251 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicates/predicate_volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "app/engines.hpp"
+#include "app/predicates/feature_maker.hpp"
+#include "app/predicates/predicate_labels.hpp"
+#include "app/predicates/predicate_layers.hpp"
+#include "app/predicates/predicate_scan_lines.hpp"
+#include "app/predicates/predicate_scribbles.hpp"
+#include "app/predicates/predicate_white.hpp"
+#include "bench/predicate_patient.hpp"
+#include "io/ct.hpp"
+#include "render/derived/derived_features.hpp"
+#include "render/predicates/registry.hpp"
+
+namespace nav::app {
+namespace {
+
+/// One of the options, the other as the set-up says.
+Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels) {
+  std::ostringstream text;
+  if (options.smallest_radius_mm) {
+    text << "predicates.smallest_radius_mm: expected at most the largest radius, "
+         << vessels.largest_radius_mm << " mm, found " << vessels.smallest_radius_mm;
+  } else {
+    text << "predicates.largest_radius_mm: expected at least the smallest radius, "
+         << vessels.smallest_radius_mm << " mm, found " << vessels.largest_radius_mm;
+  }
+  return {ErrorCode::kUsage, text.str()};
+}
+
+/// Absent where nothing was said of them: no scan line is made up.
+std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
+  if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
+  if (!options.into_ct) return {};
+  // Directions may have any length, whose products need not be finite.
+  const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
+  if (options.face_ct) return render::ParallelScan{{*options.face_ct}, {into}};
+  return render::ParallelScan{nearest_voxel(volume, into, stored_value(options.unknown)), {into}};
+}
+
+Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
+  if (options.phantom != "neck") {
+    auto volume = bench::simulated_ultrasound(options.phantom, options.phantom_side);
+    if (!volume) return Error{volume.error().code, "predicates." + volume.error().message};
+    return volume;
+  }
+  // Its features are derived as in any other volume, not taken from the phantom's truth.
+  return bench::neck_volume(options.phantom_side);
+}
+
+Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
+                                         Console& console) {
+  auto out = [&]() -> Result<bench::PredicateVolume> {
+    if (options.volume.empty()) return phantom_of(options);
+    auto read = read_ultrasound(options.volume, console);
+    if (!read) return read.error();
+    return bench::PredicateVolume{
+        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}};
+  }();
+  if (!out) return out;
+  const VoxelGrid& grid = out->ultrasound->grid();
+  if (auto scan = scan_of(options, *out->ultrasound)) out->predicates.scan = *std::move(scan);
+  if (!options.scan_lines.empty()) {
+    if (auto ok = add_scan_lines(options.scan_lines, grid, usable_threads(threads), out->predicates,
+                                 console);
+        !ok) {
+      return ok.error();
+    }
+  }
+  out->predicates.intensity = {options.black, options.white};
+  if (options.labels.empty() && options.layers.empty()) return out;
+  auto labels = options.layers.empty() ? read_labels(options.labels, grid, console)
+                                       : read_layers(options.layers, grid);
+  if (!labels && options.volume.empty() && !options.labels.empty()) {
+    // An option of many values takes what stands behind it.
+    return Error{labels.error().code, labels.error().message +
+                                          "; no volume is given but the phantom " +
+                                          options.phantom + ": a volume stands before --labels"};
+  }
+  if (!labels) return labels.error();
+  out->predicates.features.labels = *std::move(labels);
+  return out;
+}
+
+/// Before anything is computed: what predicates ask for and only the user can give.
+Result<void> check_needs(const PredicateOptions& options, const bench::PredicateVolume& volume,
+                         const render::PredicateModel& model, DistancesFrom from) {
+  const render::PredicatePlace place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
+  for (const std::string& name : kinds_of(model)) {
+    const auto kind = render::find_predicate_kind(name);
+    if (!kind) return kind.error();
+    const render::PredicateNeeds needs = (*kind)->needs(place);
+    const auto refuse = [&](const std::string& expected) {
+      return Error{ErrorCode::kUsage,
+                   "predicate " + name + ": expected " + expected + ", found none"};
+    };
+    const bool scan =
+        needs.scan || std::ranges::any_of(needs.channels, [](const std::string& channel) {
+          return render::source_of_channel(channel).scan_lines;
+        });
+    if (scan && !volume.predicates.scan) {
+      return refuse(
+          "scan-line directions of the volume (--into x y z, --apex x y z or --scan-lines FILE)");
+    }
+    if (needs.labels && !volume.predicates.features.labels) {
+      return refuse("a label volume (--labels FILE or --layers FILE)");
+    }
+    const bool live = from != DistancesFrom::kOptions;
+    if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
+      return refuse(live ? "a needle of the recording (--needle-frame NAME)"
+                         : "a needle (--needle TIP HUB)");
+    }
+    if (needs.target && !options.target) {
+      return refuse(live ? "a target (predicates.target_mm or [plan] of the session file)"
+                         : "a target (--target x y z RADIUS)");
+    }
+  }
+  return {};
+}
+
+Result<void> add_features(const PredicateOptions& options, const PredicateFile& file, int threads,
+                          bench::PredicateVolume& volume, Console& console) {
+  FeatureMaker maker(threads, options.cache, console);
+  render::DerivedFeatureOptions derive;
+  derive.gradient.smoothing_mm = file.smoothing_mm;
+  derive.snr = file.snr;
+  derive.confidence = file.confidence;
+  derive.vesselness.smallest_radius_mm = file.vessels.smallest_radius_mm;
+  derive.vesselness.largest_radius_mm = file.vessels.largest_radius_mm;
+  derive.unknown = stored_value(options.unknown);
+  if (file.vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
+  return render::add_derived_features(
+      volume.ultrasound, derive,
+      [&maker](const std::string& name, const render::derived::DerivedRequest& request) {
+        return maker.make(name, request);
+      },
+      volume.predicates);
+}
+
+}  // namespace
+
+std::optional<std::int16_t> stored_value(const std::optional<int>& option) {
+  if (!option) return {};
+  return static_cast<std::int16_t>(*option);
+}
+
+Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
+  io::CtOptions reading;
+  reading.least_slices = 1;
+  reading.unit = "";
+  reading.least = std::numeric_limits<std::int16_t>::min();
+  return io::read_ct(path, diagnostics, reading);
+}
+
+Result<PredicateFile> set_up_of(const PredicateOptions& options) {
+  Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
+    // A preset keeps its name wherever one is: a file of that name is meant by ./NAME.
+    auto preset = preset_predicate_file(options.set_up);
+    if (preset) return preset;
+    std::error_code ignored;
+    if (std::filesystem::exists(options.set_up, ignored))
+      return read_predicate_file(options.set_up);
+    return Error{ErrorCode::kUsage,
+                 "predicates.set_up: expected a file, or a " + preset.error().message};
+  }();
+  if (!file) return file;
+  if (const auto ok = apply_edits(options.histogram, file->model); !ok) return ok.error();
+  file->vessels.smallest_radius_mm =
+      options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
+  file->vessels.largest_radius_mm =
+      options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->smoothing_mm = options.smoothing_mm.value_or(file->smoothing_mm);
+  file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
+  if (file->vessels.smallest_radius_mm > file->vessels.largest_radius_mm) {
+    return refuse_radii(options, file->vessels);
+  }
+  if (options.hue_mean) {
+    file->hue_mean = *options.hue_mean == "linear" ? render::spec::HueMean::kLinear
+                                                   : render::spec::HueMean::kCircular;
+  }
+  return file;
+}
+
+namespace {
+
+/// A volume whose unknown voxels are as dark as what returns nothing: nobody has seen tissue there.
+Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<const Volume>& volume,
+                                                      const PredicateOptions& options,
+                                                      Console& console) {
+  if (!options.unknown) return volume;
+  const std::int16_t unknown = *stored_value(options.unknown);
+  if (std::ranges::find(volume->hu(), unknown) == volume->hu().end()) {
+    console.report(
+        Severity::kWarning, volume->name(),
+        "predicates.unknown (--unknown): no voxel has the value " + std::to_string(unknown));
+    return volume;
+  }
+  if (unknown <= options.black) return volume;
+  using Stored = std::numeric_limits<std::int16_t>;
+  const auto dark = static_cast<std::int16_t>(
+      std::clamp<double>(std::floor(options.black), Stored::min(), Stored::max()));
+  std::vector<std::int16_t> voxels(volume->hu().begin(), volume->hu().end());
+  std::ranges::replace(voxels, unknown, dark);
+  auto shown = Volume::create(volume->grid(), std::move(voxels), volume->name());
+  if (!shown) return shown.error();
+  return std::make_shared<const Volume>(*std::move(shown));
+}
+
+}  // namespace
+
+render::SphereShape target_sphere(const Eigen::Vector4d& target) {
+  render::SphereShape sphere{{target.head<3>()}, target.w()};
+  sphere.opacity = 0.5;
+  return sphere;
+}
+
+Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
+                                              Console& console, DistancesFrom from,
+                                              const std::vector<render::derived::Stroke>& strokes) {
+  auto file = set_up_of(options);
+  if (!file) return file.error();
+  auto volume = volume_of(options, threads, console);
+  if (!volume) return volume.error();
+  if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
+  if (const auto ok = check_strokes(strokes, volume->ultrasound->grid()); !ok) return ok.error();
+  if (!options.volume.empty()) {
+    warn_of_white(options.volume.string(), volume->ultrasound->hu(), options.white, options.unknown,
+                  console);
+  }
+  render::PredicateScene& predicates = volume->predicates;
+  predicates.model = file->model;
+  predicates.hue_mean = file->hue_mean;
+  predicates.cutaway_importance = file->cutaway_importance;
+  predicates.opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);
+  if (const auto ok = add_features(options, *file, threads, *volume, console); !ok) {
+    return ok.error();
+  }
+  auto shown = without_unknown(volume->ultrasound, options, console);
+  if (!shown) return shown.error();
+  volume->ultrasound = *std::move(shown);
+  return PreparedPredicates{*std::move(file), *std::move(volume)};
+}
+
+}  // namespace nav::app

@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicates/predicates.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <tuple>
+
+#include "app/command_line/overwriting.hpp"
+#include "app/engines.hpp"
+#include "app/predicates/predicate_picture.hpp"
+#include "app/predicates/predicate_scribbles.hpp"
+#include "app/predicates/predicate_volume.hpp"
+#include "app/view/orthographic.hpp"
+#include "io/picture.hpp"
+#include "render/canvas.hpp"
+#include "render/engine.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::derived::Stroke;
+
+render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
+                       const bench::PredicateVolume& volume) {
+  const PredicateOptions& options = config.predicates;
+  render::Scene scene = bench::predicate_scene(volume, {file.name, file.model}, config.output.width,
+                                               config.output.height);
+  const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
+  const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
+  const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
+  const Eigen::Matrix3d& axes = volume.ultrasound->grid().directions;
+  const double largest = options.from.cwiseAbs().maxCoeff();
+  const Eigen::Vector3d from = (axes * (options.from / largest)).normalized();
+  scene.camera.eye_ct = {look_at + distance * from};
+  constexpr double kNearlyAlong = 0.95;
+  if (std::abs(scene.camera.up_ct.v.normalized().dot(from)) > kNearlyAlong) {
+    scene.camera.up_ct = {axes.col(2)};
+  }
+  if (config.view.orthographic) {
+    scene.camera = orthographic_of(scene.camera, volume.ultrasound->grid());
+  }
+  scene.quality.step_voxels = config.output.step_voxels.value_or(scene.quality.step_voxels);
+  if (options.target) scene.spheres = {target_sphere(*options.target)};
+  if (options.needle) {
+    render::NeedleShape needle{};
+    needle.tip_ct = {options.needle->head<3>()};
+    needle.hub_ct = {options.needle->tail<3>()};
+    needle.safety = {SafetyState::kValid, ""};
+    scene.needle = needle;
+  }
+  return scene;
+}
+
+Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, Console& console) {
+  const auto image = engine.render(scene);
+  if (!image) return image.error();
+  const std::string& note = image->statistics.note;
+  if (!note.empty()) console.report(Severity::kWarning, "picture", note);
+  return render::to_8bit(image->pixels);
+}
+
+/// A picture of nothing says why.
+void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Console& console) {
+  const auto pixels = picture.pixels();
+  const auto differs = [&](const Rgba8& p) {
+    return std::tie(p.r, p.g, p.b) != std::tie(pixels[0].r, pixels[0].g, pixels[0].b);
+  };
+  if (std::ranges::any_of(pixels, differs) || !scene.spheres.empty() || scene.needle) return;
+  console.report(Severity::kWarning, "picture",
+                 "expected samples that satisfy a predicate of importance above 0, found none: "
+                 "the picture by predicates is empty (units of the library: docs/predicates.md)");
+}
+
+Result<void> check_files(const SessionConfig& config) {
+  const PredicateOptions& options = config.predicates;
+  if (options.picture.empty()) {
+    return Error{ErrorCode::kUsage, "--out: expected a PNG to write, found none"};
+  }
+  std::string ending = options.picture.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::error_code failed;
+  if (ending != ".png" &&
+      !std::filesystem::is_other(std::filesystem::status(options.picture, failed))) {
+    return Error{ErrorCode::kUsage,
+                 "--out: expected a name that ends in .png, found " + options.picture.string()};
+  }
+  std::vector<NamedFile> inputs{{"volume", options.volume},
+                                {"--layers", options.layers},
+                                {"--scan-lines", options.scan_lines},
+                                {"--scribbles", options.scribbles},
+                                {"--session", config.file}};
+  for (const auto& labels : options.labels) inputs.push_back({"--labels", labels});
+  const auto ok =
+      refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
+  if (!ok) return ok;
+  // A set-up may be saved as the file that it came from.
+  if (const auto own =
+          refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
+      !own) {
+    return own;
+  }
+  return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
+}
+
+/// Names are free, the letters of the legend's font are not.
+void warn_of_letters(const render::PredicateModel& model, Console& console) {
+  constexpr std::size_t kMostNamed = 10;
+  std::string names;
+  for (const auto& entry : model.entries) names += entry.name;
+  const auto missing = render::letters_not_drawn(names);
+  if (missing.empty()) return;
+  std::string text;
+  for (std::size_t n = 0; n < std::min(missing.size(), kMostNamed); ++n) {
+    char code[16];
+    std::snprintf(code, sizeof code, " (U+%04X)",
+                  static_cast<unsigned>(missing[n].code.value_or(0)));
+    text += (n == 0 ? "" : ", ") + missing[n].bytes + code;
+  }
+  if (missing.size() > kMostNamed) {
+    text += " and " + std::to_string(missing.size() - kMostNamed) + " more";
+  }
+  console.report(Severity::kWarning, "legend",
+                 "expected names in Latin letters, found " + text + ": drawn as '?'");
+}
+
+/// Standard rendering beside the one by predicates.
+Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
+                                            Console& console) {
+  auto right = draw(engine, scene, console);  // Says what is wrong with the options.
+  if (!right) return right.error();
+  warn_if_empty(*right, scene, console);
+  auto left = draw(engine, bench::standard_scene(scene), console);
+  if (!left) return left.error();
+  return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},
+                                     {"predicates", *std::move(right), scene.predicates->model}};
+}
+
+void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& model,
+                 Console& console) {
+  std::string text = std::to_string(outcome.shown) + " voxels to show, " +
+                     std::to_string(outcome.hidden) + " to hide";
+  if (!outcome.decisive) {
+    console.report(Severity::kWarning, "scribbles",
+                   text + ": they tell no predicate from another, so no importance changes");
+    return;
+  }
+  for (std::size_t j = 0; j < model.entries.size(); ++j) {
+    char importance[32];
+    std::snprintf(importance, sizeof importance, " %.3f -> %.3f",
+                  model.histogram.bars()[j].importance, outcome.histogram.bars()[j].importance);
+    text += (j == 0 ? "; " : ", ") + model.entries[j].name + importance;
+  }
+  console.say(text);
+}
+
+/// Before and after; leaves the changed histogram in the scene.
+Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
+                                                      const std::vector<Stroke>& strokes,
+                                                      double share, render::Scene& scene,
+                                                      Console& console) {
+  const auto outcome = scribble(scene, strokes, share);
+  if (!outcome) return outcome.error();
+  auto before = draw(engine, scene, console);
+  if (!before) return before.error();
+  const render::PredicateModel model = scene.predicates->model;
+  say_outcome(*outcome, model, console);
+  scene.predicates->model.histogram = outcome->histogram;
+  auto after = draw(engine, scene, console);
+  if (!after) return after.error();
+  return std::vector<PredicatePanel>{
+      {"strokes: show green, hide red",
+       stroke_picture(*scene.ct, scene.predicates->intensity, strokes, scene.width, scene.height)},
+      {"before", *std::move(before), model},
+      {"after", *std::move(after), scene.predicates->model}};
+}
+
+Result<std::vector<Stroke>> strokes_of(const PredicateOptions& options) {
+  std::vector<Stroke> strokes;
+  if (!options.scribbles.empty()) {
+    auto read = read_scribble_file(options.scribbles);
+    if (!read) return read.error();
+    strokes = *std::move(read);
+  }
+  strokes.insert(strokes.end(), options.strokes.begin(), options.strokes.end());
+  return strokes;
+}
+
+}  // namespace
+
+Result<void> run_predicates(const SessionConfig& config, Console& console) {
+  const PredicateOptions& options = config.predicates;
+  if (const auto ok = check_files(config); !ok) return ok;
+  const auto strokes = strokes_of(options);
+  if (!strokes) return strokes.error();
+  auto engine = make_engine(config.output.engine, config.output.threads, console);
+  if (!engine) return engine.error();
+  auto made = prepare_predicates(options, config.output.threads, console, DistancesFrom::kOptions,
+                                 *strokes);
+  if (!made) return made.error();
+  auto& [file, volume] = *made;
+  render::Scene scene = scene_of(config, file, volume);
+  const auto panels = strokes->empty() ? compare(**engine, scene, console)
+                                       : compare_scribbles(**engine, *strokes,
+                                                           options.scribble_share, scene, console);
+  if (!panels) return panels.error();
+  warn_of_letters(scene.predicates->model, console);
+  if (const auto ok = io::write_png(predicate_picture(*panels), options.picture); !ok) return ok;
+  console.say(volume.name + " by " + file.name + " in " + options.picture.string());
+  if (options.save_set_up.empty()) return {};
+  file.model = scene.predicates->model;
+  file.opacity_length_mm = scene.predicates->opacity_length_mm;
+  return write_predicate_file(options.save_set_up, file);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "nav/result.hpp"
+#include "registration/landmarks/anisotropic_landmarks.hpp"
+#include "registration/landmarks/landmarks.hpp"
+
+namespace nav::app {
+
+/// What a landmark file holds.
+struct LandmarkList {
+  std::vector<registration::LandmarkPair> pairs;
+  std::vector<registration::AnisotropicLandmark> shaped;  ///< The same pairs; empty without axes.
+  bool sigmas_given = false;  ///< False: the sigma of every pair is the default of 1 mm.
+};
+
+/// Reads landmark pairs from a comma-separated file with the header line
+/// name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm and optionally
+/// ,sigma_mm (per axis, of the pair) or the standard deviations along the axes of both frames:
+/// ,reference_sigma_x_mm,…_y_mm,…_z_mm,ct_sigma_x_mm,…_y_mm,…_z_mm.
+/// CT points are LPS. Errors name file, line, column, expected and found.
+Result<LandmarkList> read_landmarks(const std::filesystem::path& path);
+
+}  // namespace nav::app

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/motion/picture_motion.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "nav/check.hpp"
+
+namespace nav::registration {
+namespace {
+
+// Long enough that a tracker's noise is small against the way, short enough that a hand hardly
+// changes its pace.
+constexpr double kAboutS = 0.15;
+
+Point<frames::Image> middle_of(const UltrasoundFrame& frame) {
+  return frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1));
+}
+
+/// The motion of a picture between two others, that hold it between them.
+void set_motion(const TrackedFrame& from, const TrackedFrame& to,
+                const Point<frames::Image>& middle, PictureMotion& motion) {
+  const double seconds = to_seconds(to.frame.acquired - from.frame.acquired);
+  if (!(seconds > 0)) return;
+  const Eigen::AngleAxisd turn(to.reference_from_image.rotation() *
+                               from.reference_from_image.rotation().conjugate());
+  motion.turn_rad_s = turn.angle() / seconds * turn.axis();
+  motion.velocity_mm_s =
+      ((to.reference_from_image * middle) - (from.reference_from_image * middle)).v / seconds;
+}
+
+}  // namespace
+
+std::vector<PictureMotion> picture_motions(const Sweep& pictures, const Sweep& recorded) {
+  const auto& all = recorded.frames();
+  const Timestamp first = all.front().frame.acquired;
+  const auto before = [](const TrackedFrame& tracked, Timestamp time) {
+    return tracked.frame.acquired < time;
+  };
+  std::vector<PictureMotion> motions;
+  for (const TrackedFrame& picture : pictures.frames()) {
+    const Timestamp time = picture.frame.acquired;
+    auto from = std::lower_bound(all.begin(), all.end(), time, before);
+    NAV_CHECK(from != all.end() && from->frame.acquired == time, to_seconds(time - first));
+    auto to = from;
+    while (from != all.begin() && to_seconds(time - std::prev(from)->frame.acquired) <= kAboutS) {
+      --from;
+    }
+    while (std::next(to) != all.end() &&
+           to_seconds(std::next(to)->frame.acquired - time) <= kAboutS) {
+      ++to;
+    }
+    const Point<frames::Image> middle = middle_of(picture.frame);
+    PictureMotion motion{to_seconds(time - first), (picture.reference_from_image * middle).mm,
+                         picture.reference_from_image.rotation().toRotationMatrix(),
+                         Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    set_motion(*from, *to, middle, motion);
+    motions.push_back(motion);
+  }
+  return motions;
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "nav/volume.hpp"
+#include "registration/shape/shape.hpp"
+
+namespace nav::registration {
+
+struct ShapeFieldOptions {
+  double spacing_mm = 4.0;  ///< Of the grid's nodes, 0.25 to 20.
+  double margin_mm = 40;    ///< Of the grid around the shape, 0 to 200.
+};
+
+/// What the field says at a point of the CT.
+struct ShapeSample {
+  Eigen::Vector3d offset_mm;  ///< From the shape, without what the shape leaves free.
+  Eigen::Matrix3d by_point;   ///< Its derivative by the point.
+  double distance_mm;         ///< From the nearest piece itself, its extent included, >= 0.
+};
+
+/// The nearest piece of a shape for every node of a grid, found once: a look-up replaces the
+/// search for correspondences of every iteration of ICP (as the distance map of Fitzgibbon 2003).
+/// Between the nodes the offsets to the eight planes (or lines) are blended, so that a plane is
+/// exact at any spacing and the field has no kink where the distance is zero. Outside the grid the
+/// nearest node's piece counts. Copies share the data; thread-safe to read.
+class ShapeField {
+ public:
+  /// Refuses options out of range, a shape without pieces, and grids of more than 2^28 nodes.
+  static Result<ShapeField> create(const Shape& shape, const ShapeFieldOptions& options = {});
+
+  [[nodiscard]] ShapeSample at(const Eigen::Vector3d& p_ct_mm) const;
+  /// Only the distance of at().
+  [[nodiscard]] double distance_mm(const Eigen::Vector3d& p_ct_mm) const;
+  [[nodiscard]] ShapeKind kind() const { return data_->shape.kind; }
+  [[nodiscard]] const std::string& name() const { return data_->shape.name; }
+  [[nodiscard]] std::size_t node_count() const { return data_->nearest.size(); }
+
+ private:
+  struct Data {
+    Shape shape;
+    VoxelGrid grid;
+    std::vector<std::int32_t> nearest;  ///< Piece of each node; i fastest.
+  };
+  explicit ShapeField(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+  [[nodiscard]] double distance_from(const ShapeElement& e, const Eigen::Vector3d& p) const;
+
+  std::shared_ptr<const Data> data_;
+};
+
+}  // namespace nav::registration

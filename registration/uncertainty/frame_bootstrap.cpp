@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/uncertainty/frame_bootstrap.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "nav/check.hpp"
+#include "nav/index.hpp"
+#include "nav/matrices.hpp"
+#include "registration/counter_random.hpp"
+#include "registration/of_values.hpp"
+#include "registration/uncertainty/sandwich.hpp"
+
+namespace nav::registration {
+namespace {
+
+// Below this a direction of a replicate rests on noise.
+constexpr double kLeastRcond = 1e-4;
+constexpr double kMostUnsolved = 0.1;
+// Counters of a replicate lie this far from those of the next.
+constexpr std::uint64_t kCounters = 1U << 16;
+
+/// Terms of a picture that can be drawn, or of several.
+struct Drawable {
+  Vector6d gradient;
+  Matrix6d hessian;
+  void operator+=(const Drawable& other) {
+    gradient += other.gradient;
+    hessian += other.hessian;
+  }
+};
+
+/// Sums of so many pictures in a row, from each on.
+std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block) {
+  std::vector<Drawable> sums;
+  for (std::size_t first = 0; first < pictures.size(); ++first) {
+    Drawable sum{Vector6d::Zero(), Matrix6d::Zero()};
+    for (int i = 0; i < block; ++i) {
+      sum += pictures[(first + as_size(i)) % pictures.size()];
+    }
+    sums.push_back(sum);
+  }
+  return sums;
+}
+
+/// The least symmetric matrix that is nowhere less than a and b in a's own measure; their sum,
+/// which is not less either, where a is not positive.
+Matrix6d larger_of(const Matrix6d& a, const Matrix6d& b) {
+  const Matrix6d whiten = of_values(a, inverse_square_root);
+  const Matrix6d colour = of_values(a, square_root);
+  const Matrix6d white = of_values(whiten * b * whiten, [](double v) { return std::max(v, 1.0); });
+  const Matrix6d larger = colour * white * colour;
+  return larger.allFinite() ? larger : a + b;
+}
+
+/// The pictures of a shape that have weight.
+struct Drawables {
+  std::vector<Drawable> pictures;
+  std::vector<double> way_mm;  ///< From each to the next.
+  std::string fault;           ///< Why they determine no pose; empty where they do.
+};
+
+Drawables drawables_of(const LocalShape& shape) {
+  Drawables out;
+  double way_mm = 0;
+  Drawable all{Vector6d::Zero(), Matrix6d::Zero()};
+  for (const PictureShape& picture : shape.pictures) {
+    way_mm += picture.way_mm;
+    if (!(picture.weight > 0)) continue;
+    if (!out.pictures.empty()) out.way_mm.push_back(way_mm);
+    out.pictures.push_back({picture.gradient, picture.hessian});
+    all += out.pictures.back();
+    way_mm = 0;
+  }
+  out.fault = curvature_fault(shape.hessian);
+  if (out.fault.empty()) out.fault = curvature_fault(all.hessian);
+  if (!out.fault.empty()) return out;
+  // Gauss–Newton's are too stiff, as each patch also fits its noise.
+  const Matrix6d softer = turning_into(shape.hessian, all.hessian);
+  for (Drawable& one : out.pictures) one.hessian = softer * one.hessian * softer.transpose();
+  return out;
+}
+
+std::string too_few(const char* what, int least, int found) {
+  return "expected at least " + std::to_string(least) + ' ' + what + ", found " +
+         std::to_string(found);
+}
+
+/// −H⁻¹ g as a twist, where H determines it.
+std::optional<Vector6d> newton_step(const Drawable& sum) {
+  const Eigen::LLT<Matrix6d> llt(sum.hessian);
+  if (llt.info() != Eigen::Success || !(llt.rcond() > kLeastRcond)) return {};
+  const Vector6d step = -(twist_from_scaled() * llt.solve(sum.gradient));
+  if (!step.allFinite()) return {};
+  return step;
+}
+
+double error_mm(const Vector6d& twist, const Eigen::Vector3d& from_centre) {
+  const Eigen::Vector3d turn = twist.head<3>();
+  return (turn.cross(from_centre) + twist.tail<3>()).norm();
+}
+
+}  // namespace
+
+Result<void> validate(const BootstrapOptions& options) {
+  const auto refuse = [](const char* what) {
+    return Error{ErrorCode::kUsage, std::string("bootstrap: expected ") + what};
+  };
+  if (options.replicates != 0 && (options.replicates < 20 || options.replicates > 100000)) {
+    return refuse("replicates of 20 to 100000, or 0");
+  }
+  if (!(options.block_mm >= 0 && options.block_mm <= 1000)) return refuse("block_mm in [0, 1000]");
+  return {};
+}
+
+PictureDraws::PictureDraws(const std::vector<double>& way_mm, const BootstrapOptions& options)
+    : pictures_(static_cast<int>(way_mm.size()) + 1), block_(1), seed_(options.seed) {
+  double way = 0;
+  for (const double one : way_mm) way += one;
+  const double mean = way_mm.empty() ? 0 : way / static_cast<double>(way_mm.size());
+  // Pictures of one plane share all their speckle.
+  const double wanted = mean > 0 ? options.block_mm / mean : pictures_;
+  block_ = static_cast<int>(std::lround(std::clamp(wanted, 1.0, static_cast<double>(pictures_))));
+  blocks_ = std::max(1, static_cast<int>(std::lround(static_cast<double>(pictures_) / block_)));
+}
+
+std::vector<int> PictureDraws::starts(int replicate) const {
+  std::vector<int> out;
+  std::uint64_t counter = (seed_ << 40U) + kCounters * static_cast<std::uint64_t>(replicate);
+  for (int i = 0; i < blocks_; ++i) {
+    out.push_back(static_cast<int>(fraction(counter++) * pictures_));
+  }
+  return out;
+}
+
+std::vector<int> PictureDraws::counts(int replicate) const {
+  std::vector<int> out(as_size(pictures_), 0);
+  for (const int start : starts(replicate)) {
+    for (int i = 0; i < block_; ++i) ++out[as_size((start + i) % pictures_)];
+  }
+  return out;
+}
+
+PoseUncertainty FrameBootstrap::uncertainty() const {
+  PoseUncertainty out{centre_ct, Matrix6d::Zero()};
+  for (const Vector6d& twist : twists) {
+    out.covariance += twist * twist.transpose() / static_cast<double>(twists.size());
+  }
+  return out;
+}
+
+double FrameBootstrap::tre_rms_mm(const Point<frames::Ct>& target) const {
+  return valid ? uncertainty().tre_rms_mm(target) : std::numeric_limits<double>::infinity();
+}
+
+double FrameBootstrap::tre_quantile_mm(const Point<frames::Ct>& target, double share) const {
+  NAV_CHECK(share >= 0 && share <= 1, share);
+  if (!valid) return std::numeric_limits<double>::infinity();
+  std::vector<double> errors;
+  for (const Vector6d& twist : twists) {
+    errors.push_back(error_mm(twist, target.mm - centre_ct.mm));
+  }
+  const auto at = errors.begin() + std::lround(share * static_cast<double>(errors.size() - 1));
+  std::nth_element(errors.begin(), at, errors.end());
+  return *at;
+}
+
+FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& options) {
+  NAV_CHECK(validate(options).has_value(), options.replicates, options.block_mm);
+  FrameBootstrap out;
+  out.centre_ct = shape.centre_ct;
+  if (options.replicates == 0) return out;
+  const Drawables all = drawables_of(shape);
+  out.pictures = static_cast<int>(all.pictures.size());
+  const PictureDraws draws(all.way_mm, options);
+  out.block = draws.block();
+  out.places = draws.blocks();
+  if (out.pictures < kLeastPictures) {
+    out.fault = too_few("pictures with patches", kLeastPictures, out.pictures);
+  } else if (out.places < kLeastPlaces) {
+    out.fault = too_few("places that pictures were taken at", kLeastPlaces, out.places);
+  } else {
+    out.fault = all.fault;
+  }
+  if (!out.fault.empty()) return out;
+  const std::vector<Drawable> blocks = blocks_of(all.pictures, draws.block());
+  // Of blocks that do not add up to all pictures.
+  const double scale = std::sqrt(static_cast<double>(draws.blocks() * draws.block()) /
+                                 static_cast<double>(all.pictures.size()));
+  for (int replicate = 0; replicate < options.replicates; ++replicate) {
+    Drawable sum{Vector6d::Zero(), Matrix6d::Zero()};
+    for (const int start : draws.starts(replicate)) sum += blocks[as_size(start)];
+    if (const auto step = newton_step(sum)) {
+      out.twists.push_back(scale * *step);
+    } else {
+      ++out.unsolved;
+    }
+  }
+  if (out.unsolved > kMostUnsolved * options.replicates) {
+    out.fault = "expected pictures drawn anew to determine the pose, found " +
+                std::to_string(out.unsolved) + " of " + std::to_string(options.replicates) +
+                " draws that do not";
+    out.twists.clear();
+  }
+  out.valid = out.fault.empty();
+  return out;
+}
+
+PoseUncertainty with_bootstrap(const SandwichCovariance& clusters, const FrameBootstrap& bootstrap,
+                               double bias_floor_mm) {
+  PoseUncertainty out = clusters.uncertainty;
+  if (!clusters.valid || !bootstrap.valid) return out;
+  const Matrix6d scale = twist_from_scaled();
+  const Matrix6d scaled = symmetric_inverse(scale);
+  const Matrix6d drawn = scaled * bootstrap.uncertainty().covariance * scaled +
+                         bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
+  const Matrix6d larger = larger_of(scaled * out.covariance * scaled, drawn);
+  out.covariance = scale * (0.5 * (larger + larger.transpose())) * scale;
+  return out;
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,433 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/uncertainty/misfit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iomanip>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "nav/check.hpp"
+#include "nav/index.hpp"
+#include "registration/of_values.hpp"
+#include "registration/uncertainty/misfit_causes.hpp"
+#include "registration/uncertainty/sandwich.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kCubeMm = 20;
+constexpr std::size_t kLeastClusters = 12;
+constexpr double kNoiseShare = 3;
+// Curvature by a millimetre that a cause moves the patches, over that by a shift of the pose: less
+// rests on noise.
+constexpr double kLeastCurvature = 0.02;
+// Of what a cause moves: less is what a pose takes up.
+constexpr double kLeastNet = 1e-6;
+// Motion is followed by shifts at moments so far apart, between which it is linear.
+constexpr double kMomentsS = 1;
+constexpr int kMostMoments = 17;
+constexpr int kPicturesPerMoment = 2;
+constexpr int kCubesPerMoment = 6;
+constexpr double kPolynomialMm = 60;
+
+/// The inverse of a symmetric matrix in the directions whose values are at least so large, and how
+/// many these are.
+std::pair<Eigen::MatrixXd, Index> inverse_above(const Eigen::MatrixXd& m, double least) {
+  const auto pairs = eigenpairs<Eigen::Dynamic>(m);
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(m.rows());
+  Index kept = 0;
+  for (Index i = 0; i < m.rows(); ++i) {
+    if (!(pairs.values[i] >= least)) continue;
+    inverse[i] = 1 / pairs.values[i];
+    ++kept;
+  }
+  return {pairs.vectors * inverse.asDiagonal() * pairs.vectors.transpose(), kept};
+}
+
+/// A cause by numbers that each move the patches by 1 mm RMS, the pose found anew for each.
+struct Reduced {
+  Eigen::VectorXd scale;     ///< Numbers for a millimetre; 0 where a pose takes it all up.
+  Eigen::MatrixXd given_up;  ///< Scaled parameters of the pose for one number.
+  Eigen::MatrixXd curvature, moves;
+  Eigen::VectorXd score;
+};
+
+Reduced reduced(const CauseSystem& system, const Witnesses& witnesses) {
+  const double share = 1 / static_cast<double>(witnesses.all.size());
+  const Eigen::LLT<Matrix6d> pose(witnesses.hessian);
+  Reduced out;
+  out.given_up = pose.solve(system.cross);
+  const Eigen::MatrixXd crossed = system.moves_pose * out.given_up;
+  out.moves = share * (system.moves - crossed - crossed.transpose() +
+                       out.given_up.transpose() * witnesses.pose_moves * out.given_up);
+  const Index count = system.gradient.size();
+  out.scale.resize(count);
+  for (Index i = 0; i < count; ++i) {
+    const bool net = out.moves(i, i) > kLeastNet * share * system.moves(i, i);
+    out.scale[i] = net ? 1 / std::sqrt(out.moves(i, i)) : 0;
+  }
+  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return out.scale.asDiagonal() * m * out.scale.asDiagonal();
+  };
+  out.moves = scaled(out.moves);
+  out.curvature = scaled(system.hessian - system.cross.transpose() * out.given_up);
+  out.score =
+      out.scale.cwiseProduct(system.gradient - out.given_up.transpose() * witnesses.gradient);
+  return out;
+}
+
+/// Sums of what a step leaves of the gradients, squared over cubes; how many these are.
+template <class Cause>
+std::pair<Eigen::MatrixXd, std::size_t> scatter_after(const Cause& cause,
+                                                      const Eigen::VectorXd& numbers,
+                                                      const Reduced& by,
+                                                      const Witnesses& witnesses) {
+  struct Cluster {
+    Eigen::VectorXd numbers;
+    Vector6d pose = Vector6d::Zero();
+  };
+  std::map<std::array<int, 3>, Cluster> clusters;
+  const Eigen::VectorXd raw = cause.raw(numbers);
+  const Vector6d pose_step = by.given_up * numbers;
+  for (const Witness& witness : witnesses.all) {
+    const auto [at, fresh] = clusters.try_emplace(witness.cube);
+    Cluster& cluster = at->second;
+    if (fresh) cluster.numbers.setZero(cause.raw_count());
+    const Vector6d left =
+        witness.gradient + witness.hessian * (cause.moved(witness, raw) - pose_step);
+    cause.add(witness, left, cluster.numbers);
+    cluster.pose += left;
+  }
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(cause.count(), cause.count());
+  for (const auto& [cube, cluster] : clusters) {
+    const Eigen::VectorXd left = by.scale.cwiseProduct(cause.folded(cluster.numbers) -
+                                                       by.given_up.transpose() * cluster.pose);
+    scatter += left * left.transpose();
+  }
+  return {std::move(scatter), clusters.size()};
+}
+
+/// Which numbers of a cause are its size: so many from the first on; none where it has no size.
+struct Sized {
+  Index first = 0, count = 0;
+};
+
+double telling_mm(const Misfit& misfit) {
+  return kTellingMm[static_cast<std::size_t>(misfit.cause)];
+}
+
+/// What a cause must be found to move the patches by for a warning, mm.
+double least_noticed_mm(const Misfit& misfit) {
+  return std::hypot(telling_mm(misfit), std::sqrt(kNoiseShare) * misfit.noise_mm);
+}
+
+/// Misfit::unnoticed and unnoticed_along: of the direction of a cause's sized numbers that least of
+/// is found of.
+void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Sized& sized,
+                    Misfit& out) {
+  const Eigen::MatrixXd step = inverse * by.curvature;  // What is found of numbers that are there.
+  const Eigen::MatrixXd squares = step.transpose() * by.moves * step;
+  const Eigen::VectorXd to_scaled =
+      by.scale.unaryExpr([](double mm) { return mm > 0 ? 1 / mm : 0; });
+  const auto block = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return (to_scaled.asDiagonal() * m * to_scaled.asDiagonal())
+        .block(sized.first, sized.first, sized.count, sized.count);
+  };
+  const auto found = eigenpairs<Eigen::Dynamic>(block(squares));
+  const Eigen::VectorXd along = found.vectors.col(0);
+  out.unnoticed_along.assign(along.begin(), along.end());
+  const bool some = found.values[0] > kLeastNet * std::max(found.values[sized.count - 1], 1.0);
+  if (some) out.unnoticed = least_noticed_mm(out) / std::sqrt(found.values[0]);
+}
+
+/// Joint step and its noise.
+template <class Cause>
+Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
+           const Sized& sized = {}) {
+  Misfit out{kind};
+  out.unnoticed = std::numeric_limits<double>::infinity();
+  const Reduced by = reduced(cause.system(witnesses), witnesses);
+  const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
+  const auto [inverse, kept] = inverse_above(by.curvature, kLeastCurvature * by_shift);
+  if (kept == 0) return out;
+  const Eigen::VectorXd step = -(inverse * by.score);
+  const Eigen::VectorXd numbers = by.scale.cwiseProduct(step);
+  auto [scatter, clusters] = scatter_after(cause, numbers, by, witnesses);
+  if (clusters < kLeastClusters) return out;
+  const auto n = static_cast<double>(clusters);
+  scatter *= n / (n - std::min(static_cast<double>(kept) + 6, n / 2));
+  out.found_mm = square_root(step.dot(by.moves * step));
+  out.noise_mm = square_root((by.moves * inverse * scatter * inverse).trace());
+  out.gain = -by.score.dot(step);
+  if (sized.count == 0) {
+    out.unnoticed = least_noticed_mm(out);
+    return out;
+  }
+  out.values.assign(numbers.begin(), numbers.end());
+  find_unnoticed(by, inverse, sized, out);
+  return out;
+}
+
+Misfit fit_delay(const Witnesses& witnesses) {
+  const PictureCause<1> cause(witnesses, [](const PictureMotion& motion) {
+    Vector6d twist;
+    twist << motion.turn_rad_s, motion.velocity_mm_s;
+    return twist;
+  });
+  return fit(MisfitCause::kDelay, cause, witnesses, {0, 1});
+}
+
+/// Turns and shifts of the pictures along their own axes.
+PictureCause<6> calibration_of(const Witnesses& witnesses) {
+  return {witnesses, [](const PictureMotion& motion) {
+            Matrix6d twists = Matrix6d::Zero();
+            twists.topLeftCorner<3, 3>() = motion.axes;
+            twists.bottomRightCorner<3, 3>() = motion.axes;
+            return twists;
+          }};
+}
+
+Misfit fit_calibration(const Witnesses& witnesses) {
+  constexpr Sized kShifts{3, 3};  // After the turns.
+  return fit(MisfitCause::kCalibration, calibration_of(witnesses), witnesses, kShifts);
+}
+
+/// Shifts at moments evenly over the sweep, linear between them.
+Misfit fit_motion(const Witnesses& witnesses, double first_s, double last_s, int moments) {
+  const auto basis_of = [&](const Witness& witness) {
+    const double at = (witness.motion->time_s - first_s) / (last_s - first_s) * (moments - 1);
+    const int before = std::clamp(static_cast<int>(at), 0, moments - 2);
+    return std::pair{Eigen::Vector2d(1 - (at - before), at - before), Index{before}};
+  };
+  return fit(MisfitCause::kMotion, ShiftCause(moments, basis_of), witnesses);
+}
+
+/// Six strains, and a shift for each of six products of coordinates.
+Misfit fit_bend(const Witnesses& witnesses) {
+  using Basis = Eigen::Matrix<double, 9, 1>;
+  const auto basis_of = [](const Witness& witness) {
+    const Eigen::Vector3d r = witness.from_centre / kPolynomialMm;
+    Basis basis;
+    basis << r, r.cwiseProduct(r), r.x() * r.y(), r.y() * r.z(), r.z() * r.x();
+    return std::pair{basis, Index{0}};
+  };
+  constexpr Index kStrains = 6;
+  constexpr Index kProducts = 18;
+  Eigen::MatrixXd fold = Eigen::MatrixXd::Zero(9 + kProducts, kStrains + kProducts);
+  // Shift along one axis by the coordinate along another, as much as the other way round.
+  const auto raw = [](Index coordinate, Index axis) { return 3 * coordinate + axis; };
+  for (Index i = 0; i < 3; ++i) {
+    const Index next = (i + 1) % 3;
+    fold(raw(i, i), i) = 1;
+    fold(raw(i, next), 3 + i) = 1;
+    fold(raw(next, i), 3 + i) = 1;
+  }
+  fold.bottomRightCorner<kProducts, kProducts>().setIdentity();
+  return fit(MisfitCause::kBend, ShiftCause(9, basis_of, fold), witnesses);
+}
+
+/// Moments that the pictures with patches tell apart; 0 where those are too few.
+int moments_of(const Witnesses& witnesses, double seconds) {
+  std::set<double> times;
+  std::set<std::array<int, 3>> cubes;
+  for (const Witness& witness : witnesses.all) {
+    times.insert(witness.motion->time_s);
+    cubes.insert(witness.cube);
+  }
+  const int by_time = 1 + static_cast<int>(std::lround(std::min(seconds / kMomentsS, 1e3)));
+  const int by_pictures = static_cast<int>(times.size()) / kPicturesPerMoment;
+  const int by_cubes = static_cast<int>(cubes.size()) / kCubesPerMoment;
+  const int moments = std::min({std::max(by_time, 4), by_pictures, by_cubes, kMostMoments});
+  return moments >= 3 ? moments : 0;
+}
+
+Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                       std::span<const PictureMotion> motions) {
+  Witnesses out{
+      pose.rotation().toRotationMatrix(), (pose.inverse() * shape.centre_ct).mm, {}, shape.hessian};
+  const Matrix6d scale = twist_from_scaled();
+  Matrix6d sum = Matrix6d::Zero();
+  for (const Matrix6d& hessian : shape.patch_hessians) sum += hessian;
+  const Matrix6d softer = turning_into(shape.hessian, scale * sum * scale) * scale;
+  for (std::size_t i = 0; i < shape.patch_hessians.size(); ++i) {
+    const Patch& patch = patches.patches[i];
+    NAV_CHECK(as_size(patch.frame) < motions.size(), patch.frame);
+    const Eigen::Vector3d r =
+        (pose * Point<frames::Reference>{patch.centre_mm} - shape.centre_ct).v;
+    const Eigen::Array3d cell = (r / kCubeMm).array().floor();
+    out.all.push_back(
+        {&patch,
+         &motions[as_size(patch.frame)],
+         r,
+         {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
+         shape.patch_gradients[i],
+         softer * shape.patch_hessians[i] * softer.transpose()});
+    out.gradient += shape.patch_gradients[i];
+    const ByPose by_pose = displacement_by_pose(r);
+    out.pose_moves += by_pose.transpose() * by_pose;
+  }
+  return out;
+}
+
+/// Of a direction in the axes of a picture; empty: it is not known, so that it may be any.
+std::string picture_direction(const std::vector<double>& along) {
+  if (along.empty()) return "in any direction";
+  constexpr double kMostly = 0.9;
+  constexpr const char* kNames[] = {"across the pictures", "in depth",
+                                    "out of the pictures' plane"};
+  for (std::size_t axis = 0; axis < along.size(); ++axis) {
+    if (std::abs(along[axis]) > kMostly) return kNames[axis];
+  }
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << "along (";
+  for (std::size_t axis = 0; axis < along.size(); ++axis) {
+    text << (axis == 0 ? "" : ", ") << along[axis];
+  }
+  text << ") of the pictures' axes";
+  return text.str();
+}
+
+/// A fault that is just not noticed.
+std::string fault_in_words(const Misfit& misfit) {
+  const bool any = std::isinf(misfit.unnoticed);
+  const auto size = [&](double factor) {
+    std::ostringstream text;
+    text << std::setprecision(2) << factor * misfit.unnoticed;
+    return text.str();
+  };
+  switch (misfit.cause) {
+    case MisfitCause::kDelay:
+      return any ? "any delay between pictures and poses"
+                 : "a delay between pictures and poses below " + size(1000) + " ms";
+    case MisfitCause::kPixelSize:
+      return any ? "pixels of any wrong size" : "pixels less than " + size(100) + " % off";
+    case MisfitCause::kCalibration:
+      return "a calibration of the probe off by " +
+             (any ? "any amount" : "less than " + size(1) + " mm") + ' ' +
+             picture_direction(misfit.unnoticed_along) +
+             " (which a needle that is tracked by itself would be off by)";
+    case MisfitCause::kMotion:
+      return any ? "a patient who moves"
+                 : "a patient who moves by less than " + size(1) + " mm RMS";
+    case MisfitCause::kBend:
+      break;
+  }
+  return any ? "tissue that lies otherwise than in the CT"
+             : "tissue that lies otherwise than in the CT by less than " + size(1) + " mm RMS";
+}
+
+}  // namespace
+
+const char* to_string(MisfitCause cause) {
+  switch (cause) {
+    case MisfitCause::kDelay:
+      return "delay";
+    case MisfitCause::kPixelSize:
+      return "pixel_size";
+    case MisfitCause::kCalibration:
+      return "calibration";
+    case MisfitCause::kMotion:
+      return "motion";
+    case MisfitCause::kBend:
+      return "bend";
+  }
+  return "bend";
+}
+
+double Misfit::excess_mm() const {
+  return square_root(found_mm * found_mm - kNoiseShare * noise_mm * noise_mm);
+}
+
+std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                                 std::span<const PictureMotion> motions) {
+  if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) return {};
+  const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
+  std::vector<Misfit> out{fit_delay(witnesses),
+                          fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, {0, 1}),
+                          fit_calibration(witnesses)};
+  const double first_s = motions.front().time_s;
+  const double last_s = motions.back().time_s;
+  if (const int moments = moments_of(witnesses, last_s - first_s); moments > 0) {
+    out.push_back(fit_motion(witnesses, first_s, last_s, moments));
+  }
+  out.push_back(fit_bend(witnesses));
+  return out;
+}
+
+Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                                std::span<const PictureMotion> motions, double sigma_mm) {
+  if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) {
+    return Matrix6d::Zero();
+  }
+  const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
+  const Matrix6d given_up =
+      reduced(calibration_of(witnesses).system(witnesses), witnesses).given_up;
+  Vector6d sigma = Vector6d::Constant(sigma_mm);
+  sigma.head<3>() /= kRotationScaleMm;
+  const Matrix6d root = twist_from_scaled() * given_up * sigma.asDiagonal();
+  return root * root.transpose();
+}
+
+std::string in_words(const Misfit& misfit) {
+  const std::vector<double>& values = misfit.values;
+  std::ostringstream text;
+  text.precision(2);
+  switch (misfit.cause) {
+    case MisfitCause::kDelay:
+      text << "pictures and poses of different moments";
+      if (values.size() == 1) {
+        text << " (pictures about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
+             << (values[0] > 0 ? "later than their poses: lower"
+                               : "earlier than their poses: raise")
+             << " --temporal-offset-ms)";
+      }
+      break;
+    case MisfitCause::kPixelSize:
+      text << "pixels of another size, or another speed of sound";
+      if (values.size() == 2) {
+        text << std::showpos << " (" << 100 * values[0] << " % deep, " << 100 * values[1]
+             << " % wide; calibrate the probe)";
+      }
+      break;
+    case MisfitCause::kCalibration:
+      text << "pictures that lie elsewhere on the probe (calibrate it)";
+      break;
+    case MisfitCause::kMotion:
+      text << "a patient who moved while the sweep was taken (sweep while the breath is held, or "
+              "give --breath-period)";
+      break;
+    case MisfitCause::kBend:
+      text << "tissue that lies otherwise than in the CT (try --deformable)";
+      break;
+  }
+  return text.str();
+}
+
+double telling_excess_mm(const std::vector<Misfit>& misfits) {
+  double largest = 0;
+  for (const Misfit& misfit : misfits) {
+    const double excess_mm = misfit.excess_mm();
+    if (std::isnan(excess_mm)) return excess_mm;
+    const double share = excess_mm / telling_mm(misfit);
+    largest = std::max(largest, excess_mm * std::clamp(2 * share - 1, 0.0, 1.0));
+  }
+  return largest;
+}
+
+std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
+  std::ostringstream text;
+  for (const Misfit& misfit : misfits) {
+    text << (text.tellp() == 0 ? "this sweep would not show " : ", ") << fault_in_words(misfit);
+  }
+  return text.str();
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "registration/lc2/patches.hpp"
+#include "registration/motion/picture_motion.hpp"
+#include "registration/pose_solver.hpp"
+#include "registration/twist.hpp"
+
+/// How causes of a misfit move patches, each in the cheapest way: numbers of a cause, what of the
+/// patches' gradients and curvatures belongs to them, and back.
+namespace nav::registration {
+
+/// A patch as every cause sees it, in scaled parameters about the shape's centre.
+struct Witness {
+  const Patch* patch;
+  const PictureMotion* motion;
+  Eigen::Vector3d from_centre;  ///< Ct, mm.
+  std::array<int, 3> cube;
+  Vector6d gradient;
+  Matrix6d hessian;  ///< True on the whole.
+};
+
+struct Witnesses {
+  Eigen::Matrix3d rotation;  ///< Ct from Reference.
+  Eigen::Vector3d centre_reference_mm;
+  std::vector<Witness> all;
+  Matrix6d hessian;                        ///< Of all.
+  Vector6d gradient = Vector6d::Zero();    ///< The same.
+  Matrix6d pose_moves = Matrix6d::Zero();  ///< DᵀD of displacements by the pose, of all.
+};
+
+using ByPose = Eigen::Matrix<double, 3, 6>;
+/// Displacement of a point by scaled parameters of the pose.
+inline ByPose displacement_by_pose(const Eigen::Vector3d& from_centre) {
+  ByPose out;
+  out.leftCols<3>() = -cross_matrix(from_centre) / kRotationScaleMm;
+  out.rightCols<3>().setIdentity();
+  return out;
+}
+
+/// The linear system of a cause of n numbers, of sums over the patches.
+struct CauseSystem {
+  explicit CauseSystem(Eigen::Index n)
+      : hessian(Eigen::MatrixXd::Zero(n, n)),
+        cross(Eigen::MatrixXd::Zero(6, n)),
+        gradient(Eigen::VectorXd::Zero(n)),
+        moves(Eigen::MatrixXd::Zero(n, n)),
+        moves_pose(Eigen::MatrixXd::Zero(n, 6)) {}
+  Eigen::MatrixXd hessian, cross;  ///< n × n; 6 × n with the pose.
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd moves, moves_pose;  ///< DᵀD of displacements, n × n; and with the pose's.
+};
+
+/// Numbers of a cause that are worked with as they are.
+template <int L>
+struct PlainNumbers {
+  [[nodiscard]] static Eigen::Index count() { return L; }
+  [[nodiscard]] static Eigen::Index raw_count() { return L; }
+  [[nodiscard]] static const Eigen::VectorXd& raw(const Eigen::VectorXd& numbers) {
+    return numbers;
+  }
+  [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
+};
+
+/// Causes that move every picture as a whole: L twists of it, scaled, about the shape's centre.
+template <int L>
+class PictureCause : public PlainNumbers<L> {
+ public:
+  using Twists = Eigen::Matrix<double, 6, L>;
+  /// twists_of: of a picture, columns [rad | mm] about its middle, Reference.
+  template <class TwistsOf>
+  PictureCause(const Witnesses& witnesses, const TwistsOf& twists_of) {
+    for (const Witness& witness : witnesses.all) {
+      const auto [at, fresh] = twists_.try_emplace(witness.motion);
+      if (!fresh) continue;
+      const Twists twists = twists_of(*witness.motion);
+      const Eigen::Vector3d r =
+          witnesses.rotation * (witness.motion->middle_mm - witnesses.centre_reference_mm);
+      const Eigen::Matrix<double, 3, L> turns = witnesses.rotation * twists.template topRows<3>();
+      at->second.template topRows<3>() = kRotationScaleMm * turns;
+      at->second.template bottomRows<3>() =
+          witnesses.rotation * twists.template bottomRows<3>() + cross_matrix(r) * turns;
+    }
+  }
+  [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
+    struct Sums {
+      Vector6d gradient = Vector6d::Zero();
+      Matrix6d hessian = Matrix6d::Zero(), moves = Matrix6d::Zero();
+    };
+    std::map<const PictureMotion*, Sums> pictures;
+    for (const Witness& witness : witnesses.all) {
+      Sums& sums = pictures[witness.motion];
+      sums.gradient += witness.gradient;
+      sums.hessian += witness.hessian;
+      const ByPose d = displacement_by_pose(witness.from_centre);
+      sums.moves += d.transpose() * d;
+    }
+    CauseSystem out(L);
+    for (const auto& [picture, sums] : pictures) {
+      const Twists& c = twists_.at(picture);
+      const Twists hc = sums.hessian * c;
+      const Twists mc = sums.moves * c;
+      out.hessian += c.transpose().lazyProduct(hc);
+      out.cross += hc;
+      out.gradient += c.transpose().lazyProduct(sums.gradient);
+      out.moves += c.transpose().lazyProduct(mc);
+      out.moves_pose += mc.transpose();
+    }
+    return out;
+  }
+  /// Scaled twist of a patch by numbers.
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& numbers) const {
+    return twists_.at(witness.motion) * numbers;
+  }
+  /// What a scaled gradient is by the numbers, added to a sum.
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    sum += twists_.at(witness.motion).transpose().lazyProduct(gradient);
+  }
+
+ private:
+  std::map<const PictureMotion*, Twists> twists_;
+};
+
+/// Causes that shift patches by Σ bᵢ(patch) nᵢ with raw numbers n in threes, along the axes of Ct.
+/// Of raw numbers only those count that are fold · m for fewer numbers m, where there is a fold.
+template <class BasisOf>
+class ShiftCause {
+ public:
+  /// basis_of: of a patch, those bᵢ that are not 0, in a row, and the i of the first.
+  ShiftCause(Eigen::Index functions, BasisOf basis_of, Eigen::MatrixXd fold = {})
+      : functions_(functions), basis_of_(std::move(basis_of)), fold_(std::move(fold)) {}
+  [[nodiscard]] Eigen::Index count() const { return fold_.size() > 0 ? fold_.cols() : raw_count(); }
+  [[nodiscard]] Eigen::Index raw_count() const { return 3 * functions_; }
+  [[nodiscard]] Eigen::VectorXd raw(const Eigen::VectorXd& numbers) const {
+    return fold_.size() > 0 ? Eigen::VectorXd(fold_ * numbers) : numbers;
+  }
+  [[nodiscard]] Eigen::VectorXd folded(const Eigen::VectorXd& sum) const {
+    return fold_.size() > 0 ? Eigen::VectorXd(fold_.transpose() * sum) : sum;
+  }
+  [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
+    CauseSystem out(raw_count());
+    for (const Witness& witness : witnesses.all) add_to(witness, out);
+    // So far the lower halves, and the moves of one axis.
+    for (Eigen::Index i = 0; i < functions_; ++i) {
+      for (Eigen::Index k = 0; k <= i; ++k) {
+        const double moves = out.moves(3 * i, 3 * k);
+        for (Eigen::Index axis = 0; axis < 3; ++axis) out.moves(3 * i + axis, 3 * k + axis) = moves;
+      }
+    }
+    out.hessian = Eigen::MatrixXd(out.hessian.selfadjointView<Eigen::Lower>());
+    out.moves = Eigen::MatrixXd(out.moves.selfadjointView<Eigen::Lower>());
+    if (fold_.size() == 0) return out;
+    CauseSystem fewer(fold_.cols());
+    fewer.hessian = fold_.transpose() * out.hessian * fold_;
+    fewer.cross = out.cross * fold_;
+    fewer.gradient = fold_.transpose() * out.gradient;
+    fewer.moves = fold_.transpose() * out.moves * fold_;
+    fewer.moves_pose = fold_.transpose() * out.moves_pose;
+    return fewer;
+  }
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& raw) const {
+    const auto [basis, first] = basis_of_(witness);
+    Vector6d out = Vector6d::Zero();
+    for (Eigen::Index i = 0; i < basis.size(); ++i) {
+      out.tail<3>() += basis[i] * raw.segment<3>(3 * (first + i));
+    }
+    return out;
+  }
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    const auto [basis, first] = basis_of_(witness);
+    for (Eigen::Index i = 0; i < basis.size(); ++i) {
+      sum.segment<3>(3 * (first + i)) += basis[i] * gradient.tail<3>();
+    }
+  }
+
+ private:
+  void add_to(const Witness& witness, CauseSystem& out) const {
+    const auto [basis, first] = basis_of_(witness);
+    const Eigen::Matrix3d shifts = witness.hessian.template bottomRightCorner<3, 3>();
+    const Eigen::Matrix<double, 6, 3> with_pose = witness.hessian.template rightCols<3>();
+    const ByPose by_pose = displacement_by_pose(witness.from_centre);
+    for (Eigen::Index i = 0; i < basis.size(); ++i) {
+      const Eigen::Index row = 3 * (first + i);
+      out.cross.middleCols<3>(row) += basis[i] * with_pose;
+      out.gradient.segment<3>(row) += basis[i] * witness.gradient.template tail<3>();
+      out.moves_pose.middleRows<3>(row) += basis[i] * by_pose;
+      for (Eigen::Index k = 0; k <= i; ++k) {
+        const Eigen::Index column = 3 * (first + k);
+        out.hessian.block<3, 3>(row, column) += basis[i] * basis[k] * shifts;
+        out.moves(row, column) += basis[i] * basis[k];
+      }
+    }
+  }
+  Eigen::Index functions_;
+  BasisOf basis_of_;
+  Eigen::MatrixXd fold_;
+};
+
+/// Two factors of pixels: shifts along the beam and across, by how far a patch lies from where
+/// either begins.
+class PixelCause : public PlainNumbers<2> {
+ public:
+  explicit PixelCause(const Witnesses& witnesses) : rotation_(witnesses.rotation) {}
+  [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
+    CauseSystem out(2);
+    for (const Witness& witness : witnesses.all) {
+      const Shifts c = shifts_of(witness);
+      const Eigen::Matrix<double, 6, 2> hc = witness.hessian.rightCols<3>() * c;
+      out.hessian += c.transpose() * hc.bottomRows<3>();
+      out.cross += hc;
+      out.gradient += c.transpose() * witness.gradient.tail<3>();
+      out.moves += c.transpose() * c;
+      out.moves_pose += c.transpose() * displacement_by_pose(witness.from_centre);
+    }
+    return out;
+  }
+  [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& numbers) const {
+    Vector6d out = Vector6d::Zero();
+    out.tail<3>() = shifts_of(witness) * numbers;
+    return out;
+  }
+  void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
+    sum += shifts_of(witness).transpose() * gradient.tail<3>();
+  }
+
+ private:
+  using Shifts = Eigen::Matrix<double, 3, 2>;
+  [[nodiscard]] Shifts shifts_of(const Witness& witness) const {
+    const Patch& patch = *witness.patch;
+    const Eigen::Vector3d across = witness.motion->axes.col(0);
+    Shifts out;
+    out.col(0) = rotation_ * (patch.depth_mm * patch.beam);
+    out.col(1) = rotation_ * (across.dot(patch.centre_mm - witness.motion->middle_mm) * across);
+    return out;
+  }
+  Eigen::Matrix3d rotation_;
+};
+
+}  // namespace nav::registration

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu/cpu_lattice.hpp"
+
+#include <Eigen/Core>
+#include <bit>
+
+namespace nav::render {
+namespace {
+
+/// What rays are compared by: the colour around the ultrasound picture, and its weight.
+Eigen::Array4f colour_of(const PixelRecord& record) {
+  static_assert(offsetof(PixelRecord, weight) == 3 * sizeof(float));
+  return Eigen::Map<const Eigen::Array4f>(record.base);
+}
+
+/// Where in the ultrasound picture a record looks.
+Eigen::Array2f place_of(const PixelRecord& record) { return {record.column, record.row}; }
+
+/// Of what get() gives of each corner. Pairs first, so that a mean does not depend on a direction.
+template <std::size_t kCorners, class Get>
+auto mean_of(const std::array<const PixelRecord*, kCorners>& corners, const Get& get) {
+  decltype(get(*corners[0])) sum = get(*corners[0]) + get(*corners[1]);
+  if constexpr (kCorners == 4) {
+    const decltype(sum) more = get(*corners[2]) + get(*corners[3]);
+    sum += more;
+  }
+  sum *= 1.0F / kCorners;
+  return sum;
+}
+
+template <std::size_t kCorners>
+PixelRecord mean_record(const std::array<const PixelRecord*, kCorners>& corners) {
+  PixelRecord mean;
+  Eigen::Map<Eigen::Array4f>(mean.base) = mean_of(corners, colour_of);
+  const bool seen = mean.weight > 0;
+  const Eigen::Array2f place =
+      seen ? Eigen::Array2f(mean_of(corners, place_of)) : Eigen::Array2f::Zero();
+  mean.column = place.x();
+  mean.row = place.y();
+  mean.signature = 0;  // No ray's, so that one is cast where one is wanted.
+  return mean;
+}
+
+}  // namespace
+
+bool LatticeSquares::find_one(int x, int y) const {
+  const int right = x + side();
+  const int below = y + side();
+  if (x < 0 || y < 0 || lattice_.beyond(right, below)) return false;
+  const Eigen::Array4f a = colour_of(picture_.at(x, y));
+  const Eigen::Array4f b = colour_of(picture_.at(right, y));
+  const Eigen::Array4f c = colour_of(picture_.at(x, below));
+  const Eigen::Array4f d = colour_of(picture_.at(right, below));
+  const Eigen::Array4f low = a.min(b).min(c.min(d));
+  const Eigen::Array4f high = a.max(b).max(c.max(d));
+  return ((high - low) <= error_).all() && (low.w() > 0) == (high.w() > 0);
+}
+
+void LatticeSquares::find(int x0, int y0, int side) {
+  shift_ = std::countr_zero(static_cast<unsigned>(side));
+  x0_ = x0 - side;
+  y0_ = y0 - side;
+  const int count = kTile / side + 1;
+  for (int row = 0; row < count; ++row) {
+    for (int column = 0; column < count; ++column) {
+      even_[static_cast<std::size_t>(row * kMost + column)] =
+          find_one(x0_ + column * side, y0_ + row * side);
+    }
+  }
+}
+
+bool LatticeSquares::even_around(int x, int y) const {
+  const int column0 = x0_ >> shift_;
+  const int row0 = y0_ >> shift_;
+  return lattice_.even_around(
+      x, y, shift_, [&](int column, int row) { return at(column - column0, row - row0); });
+}
+
+void LatticeSquares::fill(int x, int y) const {
+  const int across = beyond_edge(x);
+  const int down = beyond_edge(y);
+  PixelRecord& pixel = picture_.at(x, y);
+  if (across == 0 || down == 0) {
+    pixel =
+        mean_record<2>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down)});
+  } else {
+    pixel =
+        mean_record<4>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down),
+                        &picture_.at(x - across, y + down), &picture_.at(x + across, y - down)});
+  }
+}
+
+}  // namespace nav::render

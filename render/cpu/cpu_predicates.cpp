@@ -1,0 +1,444 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/cpu/cpu_predicates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "nav/index.hpp"
+#include "render/cpu/cpu_inputs.hpp"
+#include "render/cpu/predicate_early_ends.hpp"
+#include "render/predicates/set.hpp"
+#include "render/spec/ray_spec.hpp"
+#include "render/surfaces.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// To single precision without leaving it.
+float single(double x) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(x, -kMost, kMost));
+}
+
+void set_range(const PredicateForm& form, const PredicateSet::Channel& channel,
+               PredicateAtom& atom) {
+  const double slack = 0.5 * channel.quantum;
+  atom.kind = PredicateAtom::kRange;
+  atom.low = single((form.low - slack - channel.offset) / channel.scale);
+  atom.high = single((form.high + slack - channel.offset) / channel.scale);
+}
+
+void set_segment(const PredicateForm& form, PredicateAtom& atom) {
+  const Eigen::Vector3d axis = form.b - form.a;
+  const double square = axis.squaredNorm();
+  atom.kind = PredicateAtom::kSegment;
+  atom.low = single(form.low * form.low);
+  atom.high = single(form.high * form.high);
+  for (int i = 0; i < 3; ++i) {
+    atom.a[i] = static_cast<float>(form.a[i]);
+    atom.axis[i] = static_cast<float>(axis[i]);
+    atom.foot[i] = square > 0 ? static_cast<float>(axis[i] / square) : 0.0F;
+  }
+}
+
+void set_wedge(const PredicateForm& form, const PredicateSet& set, const PredicateSet::Leaf& leaf,
+               PredicateAtom& atom) {
+  atom.kind = PredicateAtom::kWedge;
+  atom.low = single(form.low * form.low);
+  double quantum[2] = {};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const PredicateSet::Channel& channel = set.channels()[as_size(leaf.channels[i])];
+    atom.offset[i] = static_cast<float>(channel.offset);
+    atom.scale[i] = static_cast<float>(channel.scale);
+    quantum[i] = channel.quantum;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
+    atom.slack[i] = static_cast<float>(wedge_slack(form.wedge[i], quantum));
+  }
+}
+
+bool same_look(const PredicateLook& a, const PredicateLook& b) {
+  if (!(a.importance > 0) && !(b.importance > 0)) return true;
+  return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
+}
+
+/// Bits b that are set with leaf j either way.
+std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
+  constexpr std::uint64_t kFalse[] = {0x5555555555555555U, 0x3333333333333333U,
+                                      0x0f0f0f0f0f0f0f0fU, 0x00ff00ff00ff00ffU,
+                                      0x0000ffff0000ffffU, 0x00000000ffffffffU};
+  const std::uint64_t shift = std::uint64_t{1} << j;
+  return bits | (bits >> shift & kFalse[j]) | (bits & kFalse[j]) << shift;
+}
+
+/// What a test costs, in ranks: values of the volume are there, places are computed, features read.
+int cost_of(const PredicateAtom& atom) {
+  switch (atom.kind) {
+    case PredicateAtom::kRange:
+      return atom.channel[0] == 0 ? 0 : 3;
+    case PredicateAtom::kSlab:
+    case PredicateAtom::kSegment:
+    case PredicateAtom::kNever:
+      return 1;
+    case PredicateAtom::kBits:
+      return 2;
+    default:
+      return 4;
+  }
+}
+
+PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
+  const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
+  PredicateAtom atom{};
+  atom.kind = PredicateAtom::kNever;
+  for (std::size_t i = 0; i < leaf.channels.size(); ++i) atom.channel[i] = leaf.channels[i];
+  switch (form.kind) {
+    case PredicateForm::Kind::kRange:
+      set_range(form, set.channels()[as_size(leaf.channels[0])], atom);
+      break;
+    case PredicateForm::Kind::kWedge:
+      set_wedge(form, set, leaf, atom);
+      break;
+    case PredicateForm::Kind::kBits:
+      atom.kind = PredicateAtom::kBits;
+      atom.mask = static_cast<std::int32_t>(form.mask);
+      break;
+    case PredicateForm::Kind::kSegment:
+      set_segment(form, atom);
+      break;
+    case PredicateForm::Kind::kSlab:
+      atom.kind = PredicateAtom::kSlab;
+      atom.low = single(form.low);
+      atom.high = single(form.high);
+      for (int i = 0; i < 3; ++i) atom.a[i] = static_cast<float>(form.a[i]);
+      break;
+    case PredicateForm::Kind::kNever:
+      break;
+  }
+  return atom;
+}
+
+}  // namespace
+
+static_assert(kMarchFullImportance == kFullImportance);
+
+std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
+  constexpr double kMostError = 1e-3;
+  // Whiter ones lie between entries of the extinction, where that has corners.
+  constexpr double kLeastBlack = 1.0 / 255;
+  OpacityPieces out{};
+  for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
+    const double octave = std::ldexp(1.0, piece / 4 - 8);
+    const auto opacity = [&](double beyond) {
+      const double z = octave * (1 + 0.25 * (piece % 4) + beyond);
+      const double x = (OpacityPieces::kMost - z) / OpacityPieces::kScale;
+      return -std::expm1(-extinction.tau(x) * step_mm);
+    };
+    // Newton's differences at thirds.
+    constexpr double kThird = 0.25 / 3;
+    const double at[4] = {opacity(0), opacity(kThird), opacity(2 * kThird), opacity(3 * kThird)};
+    const double first = (at[1] - at[0]) / kThird;
+    const double second = (at[2] - 2 * at[1] + at[0]) / (2 * kThird * kThird);
+    const double third = (at[3] - 3 * at[2] + 3 * at[1] - at[0]) / (6 * kThird * kThird * kThird);
+    const double of[4] = {at[0], first - kThird * (second - 2 * kThird * third),
+                          second - 3 * kThird * third, third};
+    for (int i = 0; i < 4; ++i) out.of[i][piece] = static_cast<float>(of[i]);
+    if (octave * (1 + 0.25 * (piece % 4)) < kLeastBlack) continue;
+    for (const double beyond : {0.5 * kThird, 1.5 * kThird, 2.5 * kThird}) {
+      const double cubic = ((of[3] * beyond + of[2]) * beyond + of[1]) * beyond + of[0];
+      if (!(std::abs(cubic - opacity(beyond)) <= kMostError)) return std::nullopt;
+    }
+  }
+  return out;
+}
+
+void CpuPredicates::update(const Scene& scene, int threads, std::optional<double> beside) {
+  auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  set_ = std::move(set);
+  const bool alike = set_->uniform() && (!beside || *beside >= set_->greatest_impact());
+  blend_ = alike                                               ? PredicateBlend::kOver
+           : spec::weights_suffice(0, set_->greatest_impact()) ? PredicateBlend::kWeight
+                                                               : PredicateBlend::kLog;
+  if (known_.update(*set_, threads)) {
+    take_channels(threads);
+    make_atoms();
+  }
+  make_looks();
+  make_bricks(threads);
+  make_opacities(scene);
+}
+
+std::size_t CpuPredicates::missing_bytes(const PredicateSet& set) const {
+  const auto copies = std::count_if(set.channels().begin(), set.channels().end(),
+                                    [&](const auto& channel) { return !has(channel.codes.get()); });
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  return (static_cast<std::size_t>(copies) + known_.missing_channels(set)) * volume;
+}
+
+void CpuPredicates::prepare_some(const PredicateSet& set, std::size_t bytes, int threads) {
+  const std::size_t volume = set.channels()[0].codes->grid().voxel_count() * sizeof(std::int16_t);
+  std::size_t done = 0;
+  for (const auto& channel : set.channels()) {
+    if (done >= bytes) return;
+    if (has(channel.codes.get())) continue;
+    prepare(channel, threads, prepared_);
+    done += volume;
+  }
+  while (done < bytes && known_.prepare_channel(set, threads)) done += volume;
+}
+
+void CpuPredicates::prepare(const PredicateSet::Channel& channel, int threads,
+                            std::map<const Volume*, Prepared>& into) {
+  auto volume = std::make_unique<CpuVolume>(*channel.codes, threads);
+  into.emplace(channel.codes.get(), Prepared{channel.codes, std::move(volume)});
+}
+
+void CpuPredicates::make_opacities(const Scene& scene) {
+  const IntensityOpacity extinction(scene.predicates->opacity_length_mm);
+  const std::span<const float> tau = extinction.entries();
+  tau_.resize(2 * tau.size());
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    tau_[2 * i] = tau[i];
+    tau_[2 * i + 1] = tau[std::min(i + 1, tau.size() - 1)] - tau[i];
+  }
+  opacity_ = opacity_pieces(extinction, spec::step_mm(scene.quality, scene.ct->grid()));
+}
+
+void CpuPredicates::take_channels(int threads) {
+  std::map<const Volume*, Prepared> kept;
+  for (const auto& channel : set_->channels()) {
+    const Volume* key = channel.codes.get();
+    if (kept.count(key) != 0) continue;
+    if (auto before = prepared_.extract(key); !before.empty()) {
+      kept.insert(std::move(before));
+      continue;
+    }
+    prepare(channel, threads, kept);
+  }
+  prepared_ = std::move(kept);
+}
+
+void CpuPredicates::make_atoms() {
+  atoms_.clear();
+  for (const PredicateSet::Leaf& leaf : set_->leaves()) atoms_.push_back(atom_of(*set_, leaf));
+}
+
+float CpuPredicates::measure(double importance) const {
+  if (blend_ != PredicateBlend::kWeight) return static_cast<float>(importance);
+  return static_cast<float>(std::exp(importance - set_->greatest_impact()));
+}
+
+PredicateLook CpuPredicates::look_of(std::uint32_t leaves) const {
+  const spec::PredicateClass c = set_->class_of(set_->mask_of(leaves));
+  if (!(c.importance > 0)) return {{0, 0, 0}, 0};
+  const Eigen::Vector3f tint = spec::hsl_tint(c.hue_deg, c.saturation).cast<float>();
+  return {{tint.x(), tint.y(), tint.z()}, measure(c.importance)};
+}
+
+void CpuPredicates::make_looks() {
+  static std::atomic<std::uint64_t> generations{0};
+  generation_ = ++generations;
+  looks_.clear();
+  few_looks_.clear();
+  look_numbers_.clear();
+  matters_.clear();
+  if (atoms_.size() > kMostTabulated) return;
+  for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
+    looks_.push_back(look_of(bits));
+  make_few_looks();
+  make_matters();
+}
+
+void CpuPredicates::make_matters() {
+  const std::size_t n = atoms_.size();
+  if (n > static_cast<std::size_t>(kWeighedLeaves)) return;
+  const std::size_t count = std::size_t{1} << n;
+  matters_.resize(count * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::uint64_t decides = 0;  // Of leaves as in the bits, i changes the look.
+    for (std::size_t b = 0; b < count; ++b) {
+      if (!same_look(looks_[b], looks_[b ^ (std::size_t{1} << i)]))
+        decides |= std::uint64_t{1} << b;
+    }
+    for (std::size_t known = 0; known < count; ++known) {
+      std::uint64_t where = decides;
+      for (std::size_t j = 0; j < n; ++j) {
+        if ((known >> j & 1U) == 0) where = with_either(where, j);
+      }
+      matters_[n * known + i] = where;
+    }
+  }
+}
+
+void CpuPredicates::make_few_looks() {
+  std::vector<PredicateLook> few = looks_;
+  if (looks_.size() > static_cast<std::size_t>(kFewLooks)) {
+    few.clear();
+    for (const PredicateLook& look : looks_) {
+      const auto same =
+          std::find_if(few.begin(), few.end(), [&](const auto& f) { return same_look(look, f); });
+      look_numbers_.push_back(static_cast<std::int32_t>(same - few.begin()));
+      if (same != few.end()) continue;
+      if (few.size() == static_cast<std::size_t>(kFewLooks)) {
+        look_numbers_.clear();
+        return;
+      }
+      few.push_back(look);
+    }
+  }
+  const std::size_t eights = std::bit_ceil((few.size() + 7) / 8);
+  few_looks_.resize(4 * eights);
+  const auto put = [&](std::size_t column, std::size_t at, float value) {
+    few_looks_[column * eights + at / 8].of[at % 8] = value;
+  };
+  for (std::size_t at = 0; at < few.size(); ++at) {
+    for (std::size_t c = 0; c < 3; ++c) put(c, at, few[at].tint[c]);
+    put(3, at, few[at].importance);
+  }
+}
+
+// Each thread keeps what it met last; neighbours look alike.
+void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateLook* out) {
+  struct Kept {
+    std::uint64_t generation = 0;
+    std::uint32_t leaves = 0;
+    PredicateLook look{};
+  };
+  constexpr std::size_t kSlots = 4096;
+  thread_local std::array<Kept, kSlots> slots;
+  const auto& predicates = *static_cast<const CpuPredicates*>(self);
+  Kept& slot = slots[(leaves * 0x9E3779B1U) >> 20];
+  if (slot.generation != predicates.generation_ || slot.leaves != leaves) {
+    slot = {predicates.generation_, leaves, predicates.look_of(leaves)};
+  }
+  *out = slot.look;
+}
+
+void CpuPredicates::make_bricks(int threads) {
+  const std::vector<double> exact = brick_importances(*set_, known_.leaves(), threads);
+  constexpr double kRounding = 1 + 1e-5;
+  importance_.resize(exact.size());
+  std::vector<std::uint8_t> visible(exact.size());
+  occupied_ = 0;
+  for (std::size_t b = 0; b < exact.size(); ++b) {
+    const bool some = exact[b] > 0;
+    importance_[b] =
+        some ? static_cast<float>(static_cast<double>(measure(exact[b])) * kRounding) : 0;
+    visible[b] = some ? 1 : 0;
+    occupied_ += some ? 1 : 0;
+  }
+  const BrickGrid& grid = known_.grid();
+  // Away from the visible ones, and, of these, away from the others.
+  const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
+  for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
+  const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
+  leaps_.assign(distances.size() + kBrickTail, 0);
+  for (std::size_t b = 0; b < distances.size(); ++b) {
+    const int distance = std::min<int>(distances[b], 127);
+    leaps_[b] =
+        static_cast<std::int8_t>(distance > 0 ? distance : 1 - std::min<int>(depths[b], 127));
+  }
+}
+
+void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
+  const VoxelGrid& grid = scene.ct->grid();
+  const Prepared& ct = prepared_.at(scene.ct.get());
+  const double step = spec::step_mm(scene.quality, grid);
+  MarchInputs& base = in.base;
+  base.row_stride = ct.volume->row_stride();
+  base.slice_stride = ct.volume->slice_stride();
+  base.step_mm = static_cast<float>(step);
+  base.prefetch = march_prefetch(grid, scene.quality);
+  base.opaque_at = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    base.last[axis] = static_cast<float>(grid.size[as_size(axis)] - 1);
+    in.spacing_mm[axis] = static_cast<float>(grid.spacing_mm[axis]);
+  }
+  std::copy_n(known_.grid().count.data(), 3, base.bricks);
+  in.brick_importance = importance_.data();
+  if (scene.quality.skip_empty_bricks) {
+    base.brick_leap = leaps_.data();
+    base.cells_per_look = cells_per_look_in_runs(scene.quality);
+    // Tests of the volume's own value cost less than looking up whether they are needed.
+    const bool costly = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
+      return atom.kind != PredicateAtom::kRange || atom.channel[0] != 0;
+    });
+    if (costly) {
+      in.brick_sure = known_.leaves().sure.data();
+      in.brick_open = known_.leaves().open.data();
+    }
+  }
+  if (scene.cutaway) {
+    constexpr double kFar = 1e30;
+    const double overlay = scene.cutaway->overlay_mm / step;
+    base.overlay_cells = static_cast<float>(std::min(overlay, kFar));
+    base.per_overlay = static_cast<float>(std::min(1 / overlay, kFar));
+  }
+}
+
+void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
+  const PredicateScene& predicates = *scene.predicates;
+  const PredicateSet::Channel& volume = set_->channels()[0];
+  in.intensity_offset = static_cast<float>(volume.offset);
+  in.intensity_scale = static_cast<float>(volume.scale);
+  in.last_entry = static_cast<float>(PredicateScene::kTauEntries - 1);
+  in.tau = tau_.data();
+  in.opacity = opacity_ ? opacity_->of[0] : nullptr;
+  const double greatest = std::max(set_->greatest_impact(), 1e-30);
+  in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
+  in.cutaway_greatest = static_cast<float>(greatest);
+  in.leave_out_from = in.end_at = kInfinity;
+  if (!(predicates.termination_error > 0)) return;
+  const auto budget =
+      spec::early_ends<float>(predicates.termination_error, !Surfaces(scene).empty());
+  in.leave_out_from = budget.leave_out_from;
+  in.leave_out_for = budget.leave_out_for;
+  // Plain over never brings back what is hidden.
+  in.end_at = blend_ == PredicateBlend::kOver ? static_cast<float>(1 - predicates.termination_error)
+                                              : budget.end_at;
+}
+
+PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
+  PredicateInputs in{};
+  set_grid(scene, in);
+  set_opacity(scene, in);
+  for (std::size_t i = 0; i < set_->channels().size(); ++i) {
+    const PredicateSet::Channel& channel = set_->channels()[i];
+    in.codes[i] = prepared_.at(channel.codes.get()).volume->origin();
+    in.has_undefined[i] = channel.has_undefined;
+  }
+  if (set_->labels()) {
+    const auto& size = scene.ct->grid().size;
+    in.labels = set_->labels()->bits().data();
+    in.label_row = size[0];
+    in.label_slice = size[0] * size[1];
+  }
+  in.atoms = atoms_.data();
+  in.all_leaves = atoms_.size() < 32 ? (1U << atoms_.size()) - 1U : ~0U;
+  in.leaf_count = static_cast<int>(atoms_.size());
+  std::iota(in.order, in.order + in.leaf_count, 0);
+  std::stable_sort(in.order, in.order + in.leaf_count, [&](int a, int b) {
+    return cost_of(atoms_[as_size(a)]) < cost_of(atoms_[as_size(b)]);
+  });
+  in.cheap_leaves = static_cast<int>(std::count_if(
+      atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) { return cost_of(atom) == 0; }));
+  in.matters = matters_.empty() ? nullptr : matters_.data();
+  in.looks = looks_.empty() ? nullptr : looks_.data();
+  in.find_look = &CpuPredicates::find_look;
+  in.look_finder = this;
+  in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;
+  in.few_eights = static_cast<int>(few_looks_.size() / 4);
+  in.look_numbers = look_numbers_.empty() ? nullptr : look_numbers_.data();
+  return in;
+}
+
+}  // namespace nav::render

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/skipping/brick_grid.hpp"
+
+namespace nav::render {
+
+/// What the shader knows of every brick, four bytes each; order as in BrickGrid. Internal to
+/// render/.
+///   0: distance to the nearest occupied brick, as brick_distances().
+///   1: an upper bound of the importance of what may be visible, in 1/254; 255: 1.
+///   2: as visible_parts().
+/// parts: of the same volume; hidden: hidden_bricks().
+struct BrickTexels {
+  std::vector<std::uint8_t> texels;
+  std::uint64_t occupied;  ///< Bricks at distance 0.
+};
+BrickTexels brick_texels(const BrickGrid& bricks, const BrickGrid& parts,
+                         const std::vector<std::uint8_t>& hidden, const TransferTable& table);
+
+/// What the device knows of each brick for projections: its least and greatest HU, each + 32768.
+std::vector<std::uint16_t> brick_range_texels(const BrickGrid& bricks);
+
+}  // namespace nav::render

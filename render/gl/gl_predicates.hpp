@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <compare>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/gl/gl_feature_textures.hpp"
+#include "render/gl/gl_label_texture.hpp"
+#include "render/gl/gl_predicate_rows.hpp"
+#include "render/gl/gl_program.hpp"
+#include "render/gl/gl_stand_ins.hpp"
+#include "render/gl/gl_textures.hpp"
+#include "render/predicates/set.hpp"
+#include "render/scene.hpp"
+#include "render/skipping/predicate_brick_cache.hpp"
+
+namespace nav::render {
+
+/// What pictures by predicates need on the device: features, labels, bricks and tables. A
+/// parameter, an importance or a hue is a table or a uniform. Internal to render/; needs the
+/// context current.
+class GlPredicates {
+ public:
+  /// Prepares for a validated scene with predicates whose volume is whole on the device, sending
+  /// what has changed. kUnsupportedData for what the device does not hold.
+  Result<void> update(const Scene& scene);
+  /// About how many bytes update() would have to send or to look through for a scene with that set.
+  /// offered: its features.
+  [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set, const Features& offered) const;
+  /// Sends about so many of them, > 0. A picture needs update() all the same.
+  Result<void> send_some(const PredicateSet& set, const Features& offered, std::size_t bytes);
+  /// What has to be compiled in for the last scene.
+  [[nodiscard]] const GlPredicateForm& form() const { return form_; }
+  /// The same for a program that draws any set that is as important and as large; absent where the
+  /// last scene's is nested too deeply.
+  [[nodiscard]] std::optional<GlPredicateForm> generic_form() const;
+  /// A CT that the volume lies in.
+  struct Beside {
+    double importance;   ///< Its impact.
+    double farthest_mm;  ///< As for set_brick_walk().
+  };
+  /// Sets the uniforms of the program in use, of form() or of generic_form(), and binds the
+  /// textures that it reads. beside: of two_volumes.frag.
+  void bind(GlProgram& program, bool generic, const Scene& scene,
+            const std::optional<Beside>& beside = {});
+  void release();
+  /// The last update() changed nothing that a sample could show.
+  [[nodiscard]] bool unchanged() const { return unchanged_; }
+
+  /// The volume is read as pairs of voxels, which is cheaper than with the features.
+  void set_voxel_pairs(bool wanted) { voxel_pairs_ = wanted; }
+
+  [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
+  [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
+  /// Internal format of the label texture, 0: none was sent yet; for tests.
+  [[nodiscard]] int label_format() const { return labels_.format(); }
+  [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
+
+ private:
+  void send_looks();
+  void send_weights();
+  void send_bricks();
+  void send_opacity(double opacity_length_mm);
+  [[nodiscard]] double measure(double importance) const;
+  void set_march(GlProgram& program, const Scene& scene, const std::optional<Beside>& beside) const;
+  void set_ends(GlProgram& program, const Scene& scene) const;
+  void set_beside(GlProgram& program, const Scene& scene, const Beside& beside) const;
+  void set_leaves(GlProgram& program) const;
+  void set_rows(GlProgram& program);
+  void set_readers(GlProgram& program) const;
+  void bind_features(GlProgram& program, bool generic);
+  /// Bits of the features that a leaf needs defined.
+  [[nodiscard]] std::uint32_t undefined_of(const PredicateSet::Leaf& leaf) const;
+
+  std::optional<PredicateSet> set_;
+  GlPredicateForm form_;
+  bool unchanged_ = false;
+  bool voxel_pairs_ = false;
+  PredicateBrickCache known_;
+  GlFeatureTextures features_;
+  GlLabelTexture labels_;
+  std::vector<double> importances_;  ///< Of the bricks.
+  std::size_t occupied_ = 0;
+  double opacity_length_mm_ = 0;
+  GlTexture brick_texture_;
+  GlStandIns stand_ins_;
+  GlTable look_table_, weight_table_, opacity_table_, leaf_table_;
+  std::optional<GlPredicateRows> rows_;
+};
+
+}  // namespace nav::render

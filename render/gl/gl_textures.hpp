@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nav/image.hpp"
+#include "nav/result.hpp"
+#include "render/gl/gl_shape_rows.hpp"
+#include "render/gl/gl_volume_fit.hpp"
+#include "render/quality/adaptive_step.hpp"
+#include "render/scene.hpp"
+#include "render/skipping/brick_grid.hpp"
+#include "render/skipping/visible_spans.hpp"
+#include "render/transfer/transfer_table.hpp"
+
+namespace nav::render {
+
+/// A texture name that deletes itself; needs the context current. Internal to render/.
+class GlTexture {
+ public:
+  GlTexture() = default;
+  ~GlTexture() { release(); }
+  GlTexture(const GlTexture&) = delete;
+  GlTexture& operator=(const GlTexture&) = delete;
+  /// The texture, made on first use.
+  unsigned id();
+  void release();
+
+ private:
+  unsigned id_ = 0;
+};
+
+/// A buffer texture with its buffer; needs the context current, as GlTexture. Internal to render/.
+class GlTable {
+ public:
+  GlTable() = default;
+  ~GlTable() { release(); }
+  GlTable(const GlTable&) = delete;
+  GlTable& operator=(const GlTable&) = delete;
+  unsigned buffer_id();
+  /// Memory of the process for the buffer to lie in, as long as it is there; zeros, and no page
+  /// before it is touched. Null when there is none. The device must be at rest when it goes.
+  void* own_memory(std::size_t bytes);
+  [[nodiscard]] void* memory() const { return memory_; }
+  void release();
+
+  GlTexture texture;
+
+ private:
+  unsigned buffer_ = 0;
+  void* memory_ = nullptr;
+  std::size_t memory_bytes_ = 0;
+};
+
+/// How often each kind of texture was sent to the device.
+struct GlUploads {
+  int volumes = 0;
+  int transfers = 0;
+  int bricks = 0;
+  int pictures = 0;
+};
+
+/// What the scenes need on the device, sent again only when it is another object or has other
+/// values. Keeps a share of what it has sent, so an address cannot come to mean something else.
+class GlTextures {
+ public:
+  /// Sends what has changed. kUnsupportedData when a volume does not fit the device, with its
+  /// limits. Leaves the bindings of the active texture unit changed.
+  Result<void> update(const Scene& scene);
+  /// The same for a volume alone.
+  Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
+  /// That volume is on the device.
+  [[nodiscard]] bool has(const std::shared_ptr<const Volume>& volume) const {
+    return volume_ == volume;
+  }
+  void release();
+
+  [[nodiscard]] const GlUploads& uploads() const { return uploads_; }
+  [[nodiscard]] const TransferTable& table() const { return *table_; }
+  [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
+  [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
+  /// Of the volume, as the transfer function has it; found when first asked for. Precondition: the
+  /// last update() was of a scene that skips empty bricks.
+  const BrickShell& shell();
+
+  /// The volume to draw in place of one that the device does not hold: the same, or one of fewer
+  /// voxels, made once. Leaves the bindings of the active texture unit changed.
+  std::shared_ptr<const Volume> fitting(const std::shared_ptr<const Volume>& volume);
+  /// How the volume of the last fitting() was reduced; empty: not at all.
+  [[nodiscard]] const std::string& note() const { return note_; }
+  /// After a refused update(): whether fewer voxels are worth another fitting().
+  bool ask_for_less();
+  /// An artificial limit of the device, for tests.
+  void set_largest_edge(int voxels) { largest_edge_ = voxels; }
+  /// Uploads of more voxels fail as if the device's memory were full, for tests.
+  void set_memory(std::size_t voxels) { memory_voxels_ = voxels; }
+  /// Objects of the cutaway of the last scene.
+  [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
+
+  /// Gradients of the last scene's volume are on the device.
+  [[nodiscard]] bool has_gradients() const {
+    return gradient_texture_ && !pairs_ && gradients_of_ == volume_;
+  }
+  void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
+  /// Volumes are tables of pairs of voxels instead of textures, where the device's tables are large
+  /// enough.
+  void set_voxel_pairs(bool wanted);
+  [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
+  /// Volumes are arrays of slices instead of 3D textures: GlFilter::kGathers. Gradients are not.
+  void set_slices(bool wanted);
+  [[nodiscard]] bool has_slices() const { return slices_; }
+  [[nodiscard]] int solid_count() const { return solid_count_; }
+
+  GlTable transfer, importances, integrals, ct_pairs;
+  GlTexture ct, gradients, bricks, brick_ranges, brick_cells, picture, solids, cut_objects;
+
+ private:
+  void update_transfer(const TransferFunction& function);
+  void update_gradients();
+  void update_ranges();
+  void update_bricks();
+  void update_brick_ranges();
+  void update_brick_cells(const AdaptiveStep& adaptive);
+  void update_picture(const Image2d<std::uint8_t>& pixels);
+
+  [[nodiscard]] bool send_volume(const Volume& volume);
+  [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
+
+  int largest_edge_ = std::numeric_limits<int>::max();
+  std::shared_ptr<const Volume> full_;  ///< Of the last fitting().
+  std::shared_ptr<const Volume> fitted_;
+  std::string note_;
+  std::shared_ptr<const Volume> limited_;  ///< What most_voxels_ is for.
+  std::size_t most_voxels_ = std::numeric_limits<std::size_t>::max();
+  std::size_t memory_voxels_ = std::numeric_limits<std::size_t>::max();
+  bool out_of_memory_ = false;
+  GlUploads uploads_;
+  std::shared_ptr<const Volume> volume_;
+  bool wants_pairs_ = false;
+  bool pairs_ = false;  ///< What volume_ is on the device.
+  bool slices_ = false;
+  bool gradient_texture_ = true;
+  std::shared_ptr<const Volume> gradients_of_;  ///< Of the texture; absent: it is not worth one.
+  std::shared_ptr<const Volume> gradients_tried_;
+  std::optional<TransferFunction> function_;
+  std::optional<TransferTable> table_;
+  std::shared_ptr<const Volume> ranges_volume_;
+  BrickGrid ranges_;
+  std::shared_ptr<const Volume> part_ranges_of_;
+  BrickGrid part_ranges_;
+  bool bricks_valid_ = false;
+  std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
+  std::uint64_t bricks_occupied_ = 0;
+  std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
+  std::optional<BrickShell> shell_;
+  std::optional<AdaptiveStep> cells_of_;  ///< What is on the device.
+  Image2d<std::uint8_t> pixels_;
+  spec::CutawayObjects<double> cut_;
+  GlRows solid_rows_, cut_rows_;
+  int solid_count_ = 0;
+};
+
+}  // namespace nav::render

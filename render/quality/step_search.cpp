@@ -1,0 +1,361 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/quality/step_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "render/quality/ray_sparing.hpp"
+#include "render/spec/ray_spec_cutaway.hpp"
+
+namespace nav::render {
+namespace {
+
+constexpr double kRays = 4096;
+constexpr double kCoarsest = 4;  // Voxels.
+constexpr double kFinest = 1.0 / 16;
+constexpr double kReferencePart = 1.0 / 4;  // Of the step that is measured.
+constexpr double kMostFalls = 0.5;          // Of first order.
+// Errors lie at few edges, as a rule: as many rays as make what they say of the rms this certain (a
+// standard deviation), but no more than these, or this part of the picture's.
+constexpr double kScatter = 0.04;
+constexpr double kEnough = 1.4;  // Of it: more rays would not change much.
+constexpr double kMoreRays = 4;  // Times as many at once: few rays know their scatter badly.
+constexpr double kMostRays = 128 * 128;
+constexpr double kMostOfPicture = 1.0 / 8;
+constexpr double kRoomDeviations = 3;  // Of what was estimated: edges scatter more than rays say.
+constexpr int kTries = 2;              // Between two steps.
+constexpr double kNear = 0.05;         // So close to what is aimed at, no other step is tried.
+// Of what is asked for, at least: where 8 bits alone err by more, no step reaches it.
+constexpr double kLeastShare = 0.5;
+
+/// The CT of a scene with what stands in it, and what is cut free of it, as it is.
+Scene ct_cut_open(const Scene& scene) {
+  Scene cut = scene;
+  cut.predicates.reset();
+  cut.ultrasound.reset();
+  cut.quality.pixel_error = 0;
+  return cut;
+}
+
+bool is_cut(const Scene& scene) {
+  return scene.projection == Projection::kComposite && scene.cutaway &&
+         !(scene.cutaway->meshes.empty() && spec::make_cutaway(scene, false).empty());
+}
+
+/// In few pixels.
+Scene few_rays(const Scene& scene, double rays) {
+  Scene few = scene;
+  const double across = static_cast<double>(scene.width) / scene.height;
+  const auto pixels = [&](double n) {
+    return std::clamp(static_cast<int>(std::lround(n)), 1, static_cast<int>(rays));
+  };
+  few.width = pixels(std::sqrt(rays * across));
+  few.height = pixels(few.width / across);
+  return few;
+}
+
+/// A step, and how much pictures with it err.
+struct Measured {
+  double step_voxels = 0;
+  double rms = 0;      ///< Before they are rounded to 8 bits.
+  double scatter = 0;  ///< Relative standard deviation of rms.
+};
+
+/// Of two pictures of one size.
+Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
+  std::vector<double> squares(truth.pixels().size());
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const RgbaF& p = picture.pixels()[i];
+    const RgbaF& q = truth.pixels()[i];
+    squares[i] = (std::pow(p.r - q.r, 2) + std::pow(p.g - q.g, 2) + std::pow(p.b - q.b, 2)) / 3.0;
+  }
+  const Estimate found = Estimate::of(squares);
+  if (!(found.mean > 0)) return {step_voxels, 0, 0};
+  return {step_voxels, std::sqrt(found.mean), found.deviation / (2 * found.mean)};
+}
+
+/// What rounding a picture to 8 bits errs: nothing where all is background that they can hold.
+double rounding_rms(const Image2d<RgbaF>& picture) {
+  std::vector<RgbaF> rounded;
+  const Image2d<Rgba8> bytes = to_8bit(picture);
+  for (const Rgba8& p : bytes.pixels()) {
+    rounded.push_back({static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
+                       static_cast<float>(p.b) / 255, 1});
+  }
+  return rms_difference({picture.width(), picture.height(), std::move(rounded)}, picture);
+}
+
+/// Where errors that follow a power of the step pass an error; fine itself where they do not.
+Measured between(const Measured& coarse, const Measured& fine, double rms) {
+  if (!(fine.rms > 0 && fine.rms < rms && rms < coarse.rms)) return fine;
+  const double share = std::log(rms / fine.rms) / std::log(coarse.rms / fine.rms);
+  return {fine.step_voxels * std::pow(coarse.step_voxels / fine.step_voxels, share), rms,
+          fine.scatter};
+}
+
+/// Pictures of a number of rays.
+class Pictures {
+ public:
+  Pictures(Engine& engine, const Scene& scene, double rays)
+      : engine_(&engine), few_(few_rays(scene, rays)) {}
+
+  Result<Image2d<RgbaF>> drawn(double step_voxels) {
+    few_.quality.step_voxels = step_voxels;
+    auto image = engine_->render(few_);
+    if (!image) return image.error();
+    return std::move(image->pixels);
+  }
+  /// What the others are measured against: no ray ends early, no cells are taken as one.
+  Result<void> draw_truth(double step_voxels) {
+    const Quality quality = few_.quality;
+    few_.quality.opaque_at = 1;
+    few_.quality.adaptive_error = 0;
+    auto image = drawn(step_voxels);
+    few_.quality = quality;
+    if (!image) return image.error();
+    truth_ = std::move(*image);
+    truth_voxels_ = step_voxels;
+    return {};
+  }
+  [[nodiscard]] double rounding() const { return rounding_rms(truth_); }
+  /// step_voxels: greater than the truth's, by which the picture was drawn. falls: see
+  /// StepSearch::falls_.
+  [[nodiscard]] Measured against_truth(double step_voxels, const Image2d<RgbaF>& picture,
+                                       double falls) const {
+    Measured found = measured(step_voxels, picture, truth_);
+    found.rms /= 1 - std::pow(falls, std::log2(step_voxels / truth_voxels_));
+    return found;
+  }
+  Result<Measured> measure(double step_voxels, double falls) {
+    const auto image = drawn(step_voxels);
+    if (!image) return image.error();
+    return against_truth(step_voxels, *image, falls);
+  }
+
+ private:
+  Engine* engine_;
+  Scene few_;
+  Image2d<RgbaF> truth_;
+  double truth_voxels_ = 0;
+};
+
+/// The coarsest step found whose picture errs no more than wanted, and what was known of others.
+class Ladder {
+ public:
+  [[nodiscard]] bool empty() const { return measured_.empty(); }
+  /// By interpolation; finer than all, down to kFinest, where they err more. Where errors rise and
+  /// fall, the finest: the coarsest of several that err as little by what few rays say often is
+  /// one that they flatter.
+  [[nodiscard]] Measured at(double rms) const {
+    const auto too_coarse = std::find_if(measured_.rbegin(), measured_.rend(),
+                                         [&](const Measured& one) { return one.rms > rms; });
+    if (too_coarse == measured_.rend()) return measured_.front();
+    if (too_coarse == measured_.rbegin()) {
+      Measured finer = measured_.back();
+      finer.step_voxels = std::max(kFinest, finer.step_voxels * rms / finer.rms);
+      return finer;
+    }
+    return between(*too_coarse, *std::prev(too_coarse), rms);
+  }
+  void add(const Measured& one) {
+    const auto coarser = [](const Measured& a, const Measured& b) {
+      return a.step_voxels > b.step_voxels;
+    };
+    const auto at = std::lower_bound(measured_.begin(), measured_.end(), one, coarser);
+    if (at != measured_.end() && at->step_voxels == one.step_voxels) {
+      *at = one;
+    } else {
+      measured_.insert(at, one);
+    }
+  }
+  /// The greatest: at which step the few rays meet an edge that errs much is chance.
+  [[nodiscard]] double scatter() const {
+    double greatest = 0;
+    for (const Measured& one : measured_) greatest = std::max(greatest, one.scatter);
+    return greatest;
+  }
+  void scale(double factor) {
+    for (Measured& one : measured_) one.rms *= factor;
+  }
+
+ private:
+  std::vector<Measured> measured_;  ///< From coarse to fine.
+};
+
+/// The error that a step may have so that the whole surely errs by no more than rms: the mean
+/// squares of the step, of rounding and of sparing are added.
+double left_for_step(double rms, double rounding, const Sparing& sparing, double scatter) {
+  const double shown = std::max(rms * rms - rounding * rounding, std::pow(kLeastShare * rms, 2));
+  const double spared = sparing.error.mean + kRoomDeviations * sparing.error.deviation;
+  return std::sqrt(std::max(shown - spared, 0.0)) / (1 + kRoomDeviations * scatter);
+}
+
+/// One search.
+class StepSearch {
+ public:
+  StepSearch(Engine& engine, const Scene& scene, double rms)
+      : engine_(engine), scene_(scene), rms_(rms), pictures_(engine, scene, kRays) {}
+
+  Result<StepChoice> run() {
+    if (auto ok = look_over(); !ok) return ok.error();
+    if (ladder_.empty()) return chosen({kCoarsest, 0, 0});
+    auto rough = pictures_.measure(ladder_.at(left()).step_voxels, falls_);
+    if (!rough) return rough.error();
+    ladder_.add(*rough);
+    scatter_ = ladder_.scatter();
+    if (auto ok = choose_sparing(rough->step_voxels); !ok) return ok.error();
+    if (auto ok = take_enough_rays(*rough); !ok) return ok.error();
+    const auto found = narrow_down(*rough);
+    if (!found) return found.error();
+    return chosen(*found);
+  }
+
+ private:
+  /// Errors of cells that are taken as one need not fall with the step.
+  [[nodiscard]] bool falls_with_step() const { return scene_.quality.adaptive_error == 0; }
+  /// The truth's step for that of a picture; finer than all that may be tried where errors of two
+  /// steps say nothing of a third.
+  [[nodiscard]] double truth_voxels(double step_voxels) const {
+    return kReferencePart * (falls_with_step() ? step_voxels : kFinest);
+  }
+  [[nodiscard]] double left() const { return left_for_step(rms_, rounding_, sparing_, scatter_); }
+  [[nodiscard]] StepChoice chosen(const Measured& found) const {
+    const double rms =
+        std::sqrt(found.rms * found.rms + rounding_ * rounding_ + sparing_.error.mean);
+    return {found.step_voxels, rms, rms <= rms_, sparing_.pixel_error};
+  }
+
+  /// Steps that are halved until the picture changes little. No ladder: it never does.
+  Result<void> look_over() {
+    std::vector<Image2d<RgbaF>> drawn;
+    double step = kCoarsest;
+    double change = 0;
+    for (;; step /= 2) {
+      auto picture = pictures_.drawn(step);
+      if (!picture) return picture.error();
+      drawn.push_back(std::move(*picture));
+      if (drawn.size() < 2) continue;
+      change = rms_difference(*std::prev(drawn.end(), 2), drawn.back());
+      rounding_ = rounding_rms(drawn.back());
+      if (change == 0 && drawn.size() == 2) return {};
+      if (change <= left() || step <= kFinest) break;
+    }
+    if (auto ok = pictures_.draw_truth(truth_voxels(2 * step)); !ok) return ok.error();
+    rounding_ = pictures_.rounding();
+    // (1 - falls^2) / (1 - falls), since the truth's step is a quarter.
+    const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
+    if (change > 0 && falls_with_step()) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
+    step = kCoarsest;
+    for (const auto& picture : drawn) {
+      ladder_.add(pictures_.against_truth(step, picture, falls_));
+      step /= 2;
+    }
+    return {};
+  }
+
+  /// The pixel error that makes the picture cheapest.
+  Result<void> choose_sparing(double step_voxels) {
+    if (scene_.projection != Projection::kComposite) return {};  // Hardly a ray is like the next.
+    const auto all = ray_sparings(engine_, scene_, step_voxels);
+    if (!all) return all.error();
+    double least = 0;
+    for (const Sparing& one : *all) {
+      const double left = left_for_step(rms_, rounding_, one, scatter_);
+      const double cost = one.cost.at(ladder_.at(left).step_voxels);
+      if (one.pixel_error > 0 && (ladder_.at(left).rms > left || cost >= least)) continue;
+      least = one.pixel_error > 0 ? cost : kSparingWorthwhile * cost;
+      sparing_ = one;
+    }
+    return {};
+  }
+
+  /// More of them as long as what they say of the step scatters too much.
+  Result<void> take_enough_rays(Measured& rough) {
+    const double pixels = static_cast<double>(scene_.width) * scene_.height;
+    const double most = std::min(pixels, std::max(kMostRays, kMostOfPicture * pixels));
+    for (double rays = kRays; 2 * rays < most && scatter_ > kEnough * kScatter;) {
+      rays = std::min({rays * std::pow(scatter_ / kScatter, 2.0), kMoreRays * rays, most});
+      pictures_ = Pictures(engine_, scene_, rays);
+      if (auto ok = pictures_.draw_truth(truth_voxels(rough.step_voxels)); !ok) return ok.error();
+      const auto again = pictures_.measure(rough.step_voxels, falls_);
+      if (!again) return again.error();
+      if (!(again->rms > 0 && rough.rms > 0)) return {};
+      ladder_.scale(again->rms / rough.rms);
+      ladder_.add(*again);
+      rounding_ = pictures_.rounding();
+      scatter_ = again->scatter;
+      rough = *again;
+    }
+    return {};
+  }
+
+  /// Errors are no smooth function of the step: what was interpolated is drawn.
+  Result<Measured> narrow_down(Measured found) {
+    for (int i = 0; i < kTries; ++i) {
+      scatter_ = std::max(scatter_, found.scatter);
+      if (found.rms <= left() && found.rms >= (1 - kNear) * left()) return found;
+      const Measured next = ladder_.at((1 - kNear / 2) * left());
+      if (next.step_voxels == found.step_voxels) return found;
+      const auto drawn = pictures_.measure(next.step_voxels, falls_);
+      if (!drawn) return drawn.error();
+      found = *drawn;
+      ladder_.add(found);
+    }
+    return found.rms <= left() ? found : ladder_.at((1 - kNear / 2) * left());
+  }
+
+  Engine& engine_;
+  const Scene& scene_;
+  double rms_;
+  Pictures pictures_;
+  Ladder ladder_;
+  double rounding_ = 0;
+  double scatter_ = 0;
+  /// The error of half a step over that of the step, as far as both err alike: 1/4 where cells are
+  /// integrated to second order; 0 where errors of two steps have nothing to do with each other.
+  /// By so much of its error a picture differs less from a truth that errs too.
+  double falls_ = 0;
+  Sparing sparing_;
+};
+
+}  // namespace
+
+Scene ct_alone(const Scene& scene) {
+  Scene alone = ct_cut_open(scene);
+  alone.plane.reset();
+  alone.needle.reset();
+  alone.spheres.clear();
+  alone.lines.clear();
+  alone.cutaway.reset();
+  return alone;
+}
+
+Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms) {
+  if (!(rms > 0 && rms <= 1)) {
+    return Error{ErrorCode::kUsage,
+                 "step for an error: expected an rms in (0, 1], found " + std::to_string(rms)};
+  }
+  const Scene alone = ct_alone(scene);
+  const auto found = StepSearch(engine, alone, rms).run();
+  if (!found) return found;
+  return step_for_error(engine, scene, rms, *found);
+}
+
+Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
+                                  const StepChoice& of_ct_alone) {
+  if (!is_cut(scene)) return of_ct_alone;
+  // Edges of a cutaway are steeper than those of most tissues.
+  const Scene cut_open = ct_cut_open(scene);
+  const auto cut = StepSearch(engine, cut_open, rms).run();
+  if (!cut) return cut;
+  return StepChoice{std::min(of_ct_alone.step_voxels, cut->step_voxels),
+                    std::max(of_ct_alone.rms, cut->rms), of_ct_alone.reached && cut->reached,
+                    std::min(of_ct_alone.pixel_error, cut->pixel_error)};
+}
+
+}  // namespace nav::render

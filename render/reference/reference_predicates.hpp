@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "render/predicates/predicate_sampler.hpp"
+#include "render/predicates/set.hpp"
+#include "render/scene.hpp"
+#include "render/spec/ray_spec.hpp"
+
+namespace nav::render {
+
+/// What the rays of a picture by predicates share, in double precision. Thread-safe.
+class ReferencePredicates {
+ public:
+  /// Precondition: a validated scene with predicates, which must outlive it.
+  explicit ReferencePredicates(const Scene& scene);
+
+  struct Ray {
+    spec::Ray<double> ray;
+    spec::Interval<double> in;  ///< Of the volume.
+    double shift;               ///< Of the cells, spec::jitter_of().
+    spec::CutawaySpan<double> span;
+    const std::vector<spec::Hit<double>>& hits;
+  };
+  /// Every cell and every surface of a ray; adds to samples.
+  [[nodiscard]] spec::ImportanceState<double> cast(const Ray& ray, std::uint64_t& samples) const;
+
+  /// Part of a ray, mm; empty when end <= begin.
+  struct Stretch {
+    double begin;
+    double end;
+  };
+  /// The cells of a stretch, as far as it lies in the volume.
+  void march(const Ray& ray, Stretch stretch, spec::ImportanceState<double>& state,
+             std::uint64_t& samples) const;
+  [[nodiscard]] double greatest_impact() const { return set_.greatest_impact(); }
+
+ private:
+  void march(const Ray& ray, const spec::Ray<double>& index, Stretch stretch,
+             spec::ImportanceState<double>& state, std::uint64_t& samples) const;
+  void add(const Ray& ray, const Eigen::Vector3d& middle, Stretch part,
+           spec::ImportanceState<double>& state) const;
+
+  const Scene& scene_;
+  PredicateSet set_;
+  PredicateSampler sampler_;
+  IntensityOpacity opacity_;
+  double overlay_mm_;
+  double step_mm_;
+};
+
+}  // namespace nav::render

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "nav/places.hpp"
+#include "render/window/window.hpp"
+
+namespace nav::render {
+namespace {
+
+/// Unit axes of a view in Ct.
+struct ViewAxes {
+  Eigen::Vector3d right, up, forward;
+};
+
+ViewAxes axes_of(const Camera& camera) {
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
+  return {right, right.cross(forward), forward};
+}
+
+// How near and how far the mouse takes a camera, mm, of distances and orthographic heights.
+constexpr double kNearestMm = 0.1;
+constexpr double kFarthestMm = 1e5;
+
+/// A length divided by a factor, within the limits; one beyond them goes no further.
+double zoomed_length(double mm, double factor) {
+  return std::clamp(mm / factor, std::min(mm, kNearestMm), std::max(mm, kFarthestMm));
+}
+
+/// The camera moved, or as it was where no scene may have it.
+Camera within_places(const Camera& moved, const Camera& camera) {
+  return is_place(moved.eye_ct.mm) && is_place(moved.look_at_ct.mm) ? moved : camera;
+}
+
+}  // namespace
+
+Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad) {
+  const ViewAxes axes = axes_of(camera);
+  // The eye moves, the scene stands still; the up direction turns with the view, so that no pole
+  // is ever crossed.
+  const Eigen::Matrix3d turn =
+      (Eigen::AngleAxisd(yaw_rad, axes.up) * Eigen::AngleAxisd(-pitch_rad, axes.right))
+          .toRotationMatrix();
+  Camera result = camera;
+  result.eye_ct.mm = camera.look_at_ct.mm + turn * (camera.eye_ct.mm - camera.look_at_ct.mm);
+  result.up_ct.v = turn * axes.up;
+  return within_places(result, camera);
+}
+
+Camera panned(const Camera& camera, double right, double up) {
+  const ViewAxes axes = axes_of(camera);
+  const double distance_mm = (camera.look_at_ct.mm - camera.eye_ct.mm).norm();
+  const double height_mm = camera.orthographic
+                               ? camera.orthographic_height_mm
+                               : 2 * distance_mm * std::tan(0.5 * camera.vertical_fov_rad);
+  const Eigen::Vector3d shift_mm = height_mm * (right * axes.right + up * axes.up);
+  Camera result = camera;
+  result.eye_ct.mm += shift_mm;
+  result.look_at_ct.mm += shift_mm;
+  return within_places(result, camera);
+}
+
+Camera zoomed(const Camera& camera, double factor) {
+  NAV_CHECK(factor > 0, factor);
+  Camera result = camera;
+  result.orthographic_height_mm = zoomed_length(camera.orthographic_height_mm, factor);
+  if (!camera.orthographic) {
+    const Eigen::Vector3d back = camera.eye_ct.mm - camera.look_at_ct.mm;
+    const double distance_mm = back.norm();
+    result.eye_ct.mm =
+        camera.look_at_ct.mm + zoomed_length(distance_mm, factor) / distance_mm * back;
+  }
+  return within_places(result, camera);
+}
+
+}  // namespace nav::render

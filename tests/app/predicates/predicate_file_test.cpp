@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/predicates/predicate_file.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "render/predicates/registry.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::PredicateExpression;
+
+class PredicateFileTest : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(path_); }
+  Result<PredicateFile> read(const std::string& text) {
+    std::ofstream(path_) << text;
+    return read_predicate_file(path_);
+  }
+  ::testing::AssertionResult refuses(const std::string& text,
+                                     std::initializer_list<std::string> pieces,
+                                     ErrorCode code = ErrorCode::kMalformedData) {
+    return test::refuses(read(text), code, pieces);
+  }
+  std::filesystem::path path_ = std::filesystem::temp_directory_path() /
+                                ("sonde_predicates_" + std::to_string(getpid()) + ".json");
+};
+
+TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
+  for (const std::string& name : render::predicate_preset_names()) {
+    PredicateFile file{name, *render::preset_predicates(name)};
+    file.opacity_length_mm = 1.25;
+    file.cutaway_importance = 0.75;
+    file.hue_mean = render::spec::HueMean::kLinear;
+    file.vessels = {1.5, 2.5, true};
+    file.smoothing_mm = 1.75;
+    file.snr = {9, render::derived::WindowWeights::kGaussian};
+    file.confidence.alpha = 1;
+    file.confidence.beta = 45;
+    file.confidence.gamma = 0.25;
+    const auto back = read(to_json_text(file));
+    ASSERT_TRUE(test::has_value(back)) << name;
+    EXPECT_EQ(back->name, name);
+    EXPECT_EQ(back->opacity_length_mm, 1.25);
+    EXPECT_EQ(back->cutaway_importance, 0.75);
+    EXPECT_EQ(back->vessels.smallest_radius_mm, 1.5);
+    EXPECT_EQ(back->vessels.largest_radius_mm, 2.5);
+    EXPECT_TRUE(back->vessels.bright);
+    EXPECT_EQ(back->hue_mean, render::spec::HueMean::kLinear);
+    EXPECT_EQ(back->smoothing_mm, 1.75);
+    EXPECT_EQ(back->snr.window_voxels, 9);
+    EXPECT_EQ(back->snr.weights, render::derived::WindowWeights::kGaussian);
+    EXPECT_EQ(back->confidence.alpha, 1);
+    EXPECT_EQ(back->confidence.beta, 45);
+    EXPECT_EQ(back->confidence.gamma, 0.25);
+    ASSERT_EQ(back->model.entries.size(), file.model.entries.size());
+    for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
+      EXPECT_EQ(back->model.entries[j].name, file.model.entries[j].name);
+      EXPECT_EQ(back->model.entries[j].expression.op, file.model.entries[j].expression.op);
+      EXPECT_NEAR(back->model.histogram.bars()[j].importance,
+                  file.model.histogram.bars()[j].importance, 1e-15);
+    }
+    // Once through, nothing moves any more.
+    EXPECT_EQ(to_json_text(*back), to_json_text(file));
+  }
+}
+
+TEST_F(PredicateFileTest, BrighterThanWhiteIsBrightUnlessTheFileSaysOtherwise) {
+  const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a",
+      "where": {"intensity": {"low": 0.2}}}]})");
+  ASSERT_TRUE(test::has_value(file));
+  EXPECT_GE(file->model.entries[0].expression.values[1], 1e6);
+}
+
+// Whoever leaves a parameter out has to know what it is then.
+TEST(PredicateLibraryTest, TheInitialValuesAreInTheDocumentation) {
+  std::ifstream page(std::string(SONDE_SOURCE_DIR) + "/docs/predicates.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  for (const render::PredicateKind* kind : render::predicate_kinds()) {
+    const std::string name = kind->name();
+    const auto row = text.find("| `" + name + "` |");
+    ASSERT_NE(row, std::string::npos) << name;
+    const std::string line = text.substr(row, text.find('\n', row) - row);
+    for (const auto& p : kind->parameters()) {
+      const bool radians = p.name.ends_with("_rad");
+      const std::string key = radians ? p.name.substr(0, p.name.size() - 4) + "_deg" : p.name;
+      char value[32];
+      std::snprintf(value, sizeof value, "%.3g", radians ? p.initial * 180 / M_PI : p.initial);
+      EXPECT_NE(line.find("`" + key + "` " + value), std::string::npos)
+          << name << ' ' << key << ' ' << value;
+    }
+  }
+}
+
+TEST_F(PredicateFileTest, CombinationsAsDeepAsAModelMayHaveThemSurvive) {
+  const auto nested = [](int depth, auto combine) {
+    auto expression = PredicateExpression::kind("snr", {1, 2});
+    for (int n = 0; n < depth; ++n) expression = combine(std::move(expression));
+    render::PredicateModel model;
+    model.entries.push_back({"deep", std::move(expression)});
+    model.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
+    return PredicateFile{"deep", std::move(model)};
+  };
+  const auto all = [](PredicateExpression e) { return PredicateExpression::all({std::move(e)}); };
+  const auto any = [](PredicateExpression e) { return PredicateExpression::any({std::move(e)}); };
+  const auto no = [](PredicateExpression e) { return PredicateExpression::negation(std::move(e)); };
+  const auto check = [&](auto combine) {
+    for (int depth = 13; depth <= 16; ++depth) {
+      const auto file = nested(depth, combine);
+      ASSERT_TRUE(test::has_value(render::validate(file.model))) << depth;
+      const auto back = read(to_json_text(file));
+      ASSERT_TRUE(test::has_value(back)) << depth;
+      EXPECT_TRUE(back->model == file.model) << depth;
+    }
+    EXPECT_TRUE(refuses(to_json_text(nested(17, combine)),
+                        {path_.string(), "deep: expected combinations at most 16 deep"}));
+  };
+  check(all);
+  check(any);
+  check(no);
+}
+
+TEST_F(PredicateFileTest, AnglesAreDegreesInTheFile) {
+  const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 3,
+      "where": {"gradient_angle": {"high_deg": 45}}}]})");
+  ASSERT_TRUE(test::has_value(file));
+  const PredicateExpression& e = file->model.entries[0].expression;
+  EXPECT_EQ(e.name, "gradient_angle");
+  EXPECT_EQ(e.values[0], 0);
+  EXPECT_NEAR(e.values[1], M_PI / 4, 1e-15);
+  EXPECT_EQ(file->model.histogram.bars()[0].importance, 1) << "scaled to sum 1";
+}
+
+TEST_F(PredicateFileTest, ANewerVersionIsRefusedInOneSentence) {
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 2, "somethings": []})",
+                      {"expected version 1", "found 2", "newer"}, ErrorCode::kUnsupportedData));
+}
+
+TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
+  const auto with = [](const std::string& where) {
+    return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" + where + "}]}";
+  };
+  EXPECT_TRUE(refuses("[1, 2]", {"an object"}));
+  EXPECT_TRUE(refuses("{\"sonde_predicates\": 1", {"expected JSON"}));
+  EXPECT_TRUE(refuses(R"({"predicates": []})", {"sonde_predicates"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1})", {"1 to 32", "found 0"}));
+  EXPECT_TRUE(refuses(with(R"({"sharpness": {}})"), {"predicates[0].where", "sharpness"},
+                      ErrorCode::kNotFound));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": "x"}})"), {"where.snr.low", "a number"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"lowest": 1}})"), {"where.snr.lowest", "no such member"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 2, "high": 1}})"), {"low <= high"}));
+  EXPECT_TRUE(refuses(with(R"({"all": [{"not": {}}]})"), {"where.all[0].not", "one of"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "vessels": {"largest_radius_mm": 0.1}})",
+                      {"vessels.largest_radius_mm", "at least", "0.1"}));
+  EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
+  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"high_deg": 400}})"),
+                      {"gradient_angle.high_deg: expected a number in [0, 180], found 400"}));
+  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"low_deg": 50, "high_deg": 20}})"),
+                      {"gradient_angle: expected low_deg <= high_deg, found 50 and 20"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [
+                          {"name": "a", "importance": 0, "where": {"snr": {}}},
+                          {"name": "b", "importance": 0, "where": {"snr": {}}}]})",
+                      {"an importance above 0, found 0 of every predicate"}));
+  EXPECT_TRUE(refuses(with(R"({"label": {"mask": 4294967296}})"),
+                      {"label.mask", "[1, 4294967295]", "found 4294967296"}));
+  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));
+  const auto also = [](const std::string& member) {
+    return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"snr": {}}}], )" +
+           member + "}";
+  };
+  const std::string file = path_.string();
+  EXPECT_TRUE(refuses(also(R"("cutaway_importance": 2)"), {file, "cutaway_importance", "[0, 1]"}));
+  for (const char* length : {"0", "-3", "1e300"}) {
+    EXPECT_TRUE(refuses(also(R"("opacity_length_mm": )" + std::string(length)),
+                        {file, "opacity_length_mm", "[0.001, 10000]"}));
+  }
+  EXPECT_TRUE(refuses(also(R"("gradient": {"smoothing_mm": -1})"),
+                      {file, "gradient.smoothing_mm", "[0, 20]"}));
+  EXPECT_TRUE(refuses(also(R"("snr": {"window_voxels": 4})"),
+                      {file, "snr.window_voxels", "odd", "found 4"}));
+  EXPECT_TRUE(refuses(also(R"("snr": {"weights": "flat"})"), {"snr.weights", "gaussian", "flat"}));
+  EXPECT_TRUE(refuses(also(R"("confidence": {"alpha": 200})"), {file, "alpha in [0, 20]", "200"}));
+  EXPECT_TRUE(refuses(also(R"("confidence": {"delta": 2})"), {"confidence.delta", "no such"}));
+  EXPECT_TRUE(refuses(also(R"("vessels": {"largest_radius_mm": 1000})"),
+                      {file, "vessels.largest_radius_mm", "at most 100"}));
+  EXPECT_TRUE(refuses(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));
+  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 1e300,
+                          "where": {"snr": {}}}]})",
+                      {file, "an importance >= 0, at most 1e100, found 1e+300"}));
+  const auto broken = read("{\"sonde_predicates\": 1");
+  ASSERT_FALSE(broken.has_value());
+  EXPECT_EQ(broken.error().message.find("exception"), std::string::npos) << broken.error().message;
+  std::string many;
+  for (int n = 0; n < 33; ++n) {
+    many += (n > 0 ? ", " : "") + (R"({"snr": {"low": )" + std::to_string(n) + "}}");
+  }
+  EXPECT_TRUE(refuses(with(R"({"any": [)" + many + "]}"), {file, "at most 32", "found 33"}));
+  EXPECT_TRUE(refuses(with("7"), {"where", "an object"}));
+  EXPECT_TRUE(test::refuses(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
+                            {"/nowhere/x.json"}));
+}
+
+}  // namespace
+}  // namespace nav::app

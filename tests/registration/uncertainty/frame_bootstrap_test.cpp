@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/uncertainty/frame_bootstrap.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "nav/matrices.hpp"
+#include "registration/uncertainty/sandwich.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr double kWayMm = 2;
+
+/// Pictures that pull at random about a minimum; each has the same share of the Hessian.
+LocalShape shape_of(int pictures, unsigned seed = 3) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  LocalShape shape{{{10, -20, 30}}, Matrix6d::Zero(), {}, {}};
+  Vector6d diagonal;
+  diagonal << 2, 3, 1, 2, 1, 4;
+  shape.hessian = diagonal.asDiagonal();
+  shape.hessian(0, 4) = shape.hessian(4, 0) = 0.5;
+  Vector6d mean = Vector6d::Zero();
+  for (int i = 0; i < pictures; ++i) {
+    PictureShape picture{i, 1.0 / pictures, i == 0 ? 0 : kWayMm, Vector6d::Zero(),
+                         shape.hessian / pictures};
+    for (int k = 0; k < 6; ++k) picture.gradient[k] = normal(random) / pictures;
+    mean += picture.gradient / pictures;
+    shape.pictures.push_back(picture);
+  }
+  for (PictureShape& picture : shape.pictures) picture.gradient -= mean;
+  return shape;
+}
+
+BootstrapOptions many(double block_mm) { return {20000, block_mm, 1}; }
+
+TEST(PictureDrawsTest, DrawsBlocksOfNeighboursEvenly) {
+  const std::vector<double> ways(29, kWayMm);
+  const PictureDraws draws(ways, many(3 * kWayMm));
+  EXPECT_EQ(draws.block(), 3);
+  EXPECT_EQ(draws.blocks(), 10);
+  EXPECT_EQ(draws.starts(7), PictureDraws(ways, many(3 * kWayMm)).starts(7));
+  EXPECT_NE(draws.starts(7), draws.starts(8));
+  std::vector<double> mean(30, 0);
+  constexpr int kReplicates = 4000;
+  for (int replicate = 0; replicate < kReplicates; ++replicate) {
+    const auto counts = draws.counts(replicate);
+    EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), 0), 30);
+    for (std::size_t i = 0; i < counts.size(); ++i) mean[i] += counts[i] / double{kReplicates};
+  }
+  // Five standard deviations of a mean of about 1.
+  for (const double one : mean) EXPECT_NEAR(one, 1, 5 * std::sqrt(1.0 / kReplicates));
+}
+
+TEST(PictureDrawsTest, PicturesOfOnePlaneAreOneBlock) {
+  EXPECT_EQ(PictureDraws(std::vector<double>(11, 0.0), {}).block(), 12);
+  EXPECT_EQ(PictureDraws({}, {}).block(), 1);
+  EXPECT_EQ(PictureDraws(std::vector<double>(11, 50.0), {}).block(), 1);
+}
+
+TEST(FrameBootstrapTest, AgreesWithItsClosedForm) {
+  // Monte Carlo with 20 000 replicates: 1 % of a variance.
+  constexpr double kRelative = 0.05;
+  for (const int block : {1, 4}) {
+    const LocalShape shape = shape_of(32);
+    const FrameBootstrap found = frame_bootstrap(shape, many(block * kWayMm));
+    ASSERT_TRUE(found.valid) << found.fault;
+    EXPECT_EQ(found.block, block);
+    // With one Hessian for all: of 32 / l blocks, each of the 32 as likely.
+    Matrix6d scatter = Matrix6d::Zero();
+    for (std::size_t first = 0; first < 32; ++first) {
+      Vector6d sum = Vector6d::Zero();
+      for (std::size_t i = 0; i < static_cast<std::size_t>(block); ++i) {
+        sum += shape.pictures[(first + i) % 32].gradient;
+      }
+      scatter += sum * sum.transpose() / block;
+    }
+    const Matrix6d expected = twist_from_scaled() * symmetric_inverse(shape.hessian) * scatter *
+                              symmetric_inverse(shape.hessian) * twist_from_scaled();
+    const PoseUncertainty exact{shape.centre_ct, expected};
+    for (const Eigen::Vector3d& at : {Eigen::Vector3d(10, -20, 30), Eigen::Vector3d(60, 10, -40)}) {
+      EXPECT_NEAR(found.tre_rms_mm({at}) / exact.tre_rms_mm({at}), 1, kRelative);
+      EXPECT_LT(found.tre_quantile_mm({at}, 0.5), found.tre_rms_mm({at}));
+      EXPECT_GT(found.tre_quantile_mm({at}, 0.95), found.tre_rms_mm({at}));
+    }
+  }
+}
+
+TEST(FrameBootstrapTest, SameSeedGivesTheSameBits) {
+  const LocalShape shape = shape_of(20);
+  const FrameBootstrap a = frame_bootstrap(shape, {});
+  const FrameBootstrap b = frame_bootstrap(shape, {});
+  EXPECT_EQ(a.twists, b.twists);
+  BootstrapOptions other;
+  other.seed = 2;
+  EXPECT_NE(a.twists, frame_bootstrap(shape, other).twists);
+}
+
+TEST(FrameBootstrapTest, FewPicturesAreNamedAndNeverNan) {
+  for (const int pictures : {0, 1, 2, 3, kLeastPictures - 1}) {
+    const FrameBootstrap found = frame_bootstrap(shape_of(pictures), {});
+    EXPECT_FALSE(found.valid);
+    EXPECT_NE(found.fault.find("found " + std::to_string(pictures)), std::string::npos)
+        << found.fault;
+    EXPECT_TRUE(std::isinf(found.tre_rms_mm({{0, 0, 0}})));
+    EXPECT_TRUE(std::isinf(found.tre_quantile_mm({{0, 0, 0}}, 0.95)));
+  }
+  EXPECT_TRUE(frame_bootstrap(shape_of(kLeastPictures), {}).valid);
+  EXPECT_FALSE(frame_bootstrap(shape_of(20), {.replicates = 0}).valid);
+}
+
+TEST(FrameBootstrapTest, PicturesOfFewPlacesAreNamed) {
+  // Draws of one block, or of two, hardly differ.
+  for (const int places : {1, 2, 3}) {
+    const FrameBootstrap found = frame_bootstrap(shape_of(12), many(12 / places * kWayMm));
+    EXPECT_EQ(found.places, places);
+    EXPECT_EQ(found.valid, places >= kLeastPlaces);
+    if (found.valid) continue;
+    EXPECT_EQ(found.fault, "expected at least 3 places that pictures were taken at, found " +
+                               std::to_string(places));
+    EXPECT_TRUE(std::isinf(found.tre_rms_mm({{0, 0, 0}})));
+  }
+}
+
+TEST(FrameBootstrapTest, PicturesWithoutWeightAreNotDrawn) {
+  const LocalShape shape = shape_of(20);
+  LocalShape more = shape;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  more.pictures.insert(more.pictures.begin() + 5,
+                       {99, 0, 0.5 * kWayMm, Vector6d::Constant(kNan), Matrix6d::Zero()});
+  more.pictures[6].way_mm = 0.5 * kWayMm;
+  const FrameBootstrap found = frame_bootstrap(more, {});
+  EXPECT_EQ(found.pictures, 20);
+  EXPECT_EQ(found.twists, frame_bootstrap(shape, {}).twists);
+}
+
+TEST(FrameBootstrapTest, ADirectionThatIsNotDeterminedIsNamed) {
+  LocalShape shape = shape_of(20);
+  shape.hessian.row(5).setZero();
+  shape.hessian.col(5).setZero();
+  for (PictureShape& picture : shape.pictures) picture.hessian = shape.hessian / 20;
+  const FrameBootstrap found = frame_bootstrap(shape, {});
+  EXPECT_FALSE(found.valid);
+  EXPECT_NE(found.fault.find("translation along Ct (0.00, 0.00, 1.00)"), std::string::npos)
+      << found.fault;
+  shape.hessian.setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_NE(frame_bootstrap(shape, {}).fault.find("NaN"), std::string::npos);
+}
+
+/// A shape whose sixth direction is known from the first so many of 30 pictures only.
+LocalShape known_from(int pictures) {
+  LocalShape shape = shape_of(30);
+  for (PictureShape& picture : shape.pictures) {
+    const double share = picture.frame < pictures ? 1.0 / pictures : 0;
+    picture.hessian.row(5).setZero();
+    picture.hessian.col(5).setZero();
+    picture.hessian(5, 5) = share * shape.hessian(5, 5);
+  }
+  return shape;
+}
+
+TEST(FrameBootstrapTest, DrawsThatDetermineNothingAreCountedOrNamed) {
+  BootstrapOptions single;
+  single.block_mm = 0;
+  const FrameBootstrap seldom = frame_bootstrap(known_from(4), single);
+  EXPECT_TRUE(seldom.valid) << seldom.fault;
+  // (26/30)^30 = 1.4 % of the draws.
+  EXPECT_GT(seldom.unsolved, 0);
+  EXPECT_EQ(seldom.unsolved + static_cast<int>(seldom.twists.size()), single.replicates);
+  for (const Vector6d& twist : seldom.twists) EXPECT_TRUE(twist.allFinite());
+  const FrameBootstrap often = frame_bootstrap(known_from(1), single);
+  EXPECT_FALSE(often.valid);
+  EXPECT_NE(often.fault.find("of 400 draws"), std::string::npos) << often.fault;
+}
+
+TEST(FrameBootstrapTest, APullThatIsNotFiniteIsNoTwist) {
+  LocalShape shape = shape_of(12);
+  for (PictureShape& picture : shape.pictures) {
+    picture.gradient[2] = std::numeric_limits<double>::infinity();
+  }
+  const FrameBootstrap found = frame_bootstrap(shape, {});
+  EXPECT_FALSE(found.valid);
+  EXPECT_EQ(found.unsolved, 400);
+}
+
+/// Least eigenvalue of a difference in units of the larger.
+double least_of(const Matrix6d& a, const Matrix6d& b) {
+  const Matrix6d scaled = symmetric_inverse(twist_from_scaled());
+  return eigenpairs<6>(scaled * (a - b) * scaled).values[0] / (scaled * a * scaled).norm();
+}
+
+TEST(WithBootstrapTest, IsTheLargerInEveryDirection) {
+  constexpr double kRounding = 1e-9;
+  const LocalShape shape = shape_of(24);
+  const FrameBootstrap drawn = frame_bootstrap(shape, {});
+  Vector6d along;
+  along << 9, 0.1, 1, 0.1, 5, 0.5;
+  const Matrix6d other = 1e-2 * Matrix6d(along.asDiagonal());
+  SandwichCovariance clusters{
+      {shape.centre_ct, twist_from_scaled() * other * twist_from_scaled()}, true, ""};
+  const Matrix6d found = with_bootstrap(clusters, drawn, 0).covariance;
+  EXPECT_GT(least_of(found, clusters.uncertainty.covariance), -kRounding);
+  EXPECT_GT(least_of(found, drawn.uncertainty().covariance), -kRounding);
+  // Neither alone is: the test could fail.
+  EXPECT_LT(least_of(clusters.uncertainty.covariance, drawn.uncertainty().covariance), -0.01);
+  EXPECT_LT(least_of(drawn.uncertainty().covariance, clusters.uncertainty.covariance), -0.01);
+  clusters.uncertainty.covariance *= 1e6;
+  EXPECT_TRUE(with_bootstrap(clusters, drawn, 0.07)
+                  .covariance.isApprox(clusters.uncertainty.covariance, 1e-6));
+  clusters.uncertainty.covariance.setZero();
+  EXPECT_GT(least_of(with_bootstrap(clusters, drawn, 0).covariance, drawn.uncertainty().covariance),
+            -kRounding);
+  clusters.valid = false;
+  EXPECT_EQ(with_bootstrap(clusters, drawn, 0).covariance, clusters.uncertainty.covariance);
+}
+
+TEST(FrameBootstrapTest, ARegistrationHasTheSameForAnyThreads) {
+  const auto start = test::off_by(test::true_pose(), 4, 0.04, 1);
+  CollectingDiagnostics diagnostics;
+  auto options = test::small_options();
+  const auto& scene = test::blob_scene();
+  const auto one = register_sweep(scene.ct, scene.sweep, start, options, diagnostics);
+  options.threads = 4;
+  const auto four = register_sweep(scene.ct, scene.sweep, start, options, diagnostics);
+  ASSERT_TRUE(test::has_value(one));
+  ASSERT_TRUE(test::has_value(four));
+  ASSERT_TRUE(one->bootstrap.valid) << one->bootstrap.fault;
+  EXPECT_EQ(one->bootstrap.twists, four->bootstrap.twists);
+  EXPECT_EQ(one->uncertainty.covariance, four->uncertainty.covariance);
+  EXPECT_GE(one->tre_rms_mm({{0, 0, 0}}), one->bootstrap.tre_rms_mm({{0, 0, 0}}));
+  EXPECT_GE(one->tre_rms_mm({{0, 0, 0}}) * (1 + 1e-9), one->clusters.tre_rms_mm({{0, 0, 0}}));
+  options.bootstrap.replicates = 0;
+  const auto none = register_sweep(scene.ct, scene.sweep, start, options, diagnostics);
+  ASSERT_TRUE(test::has_value(none));
+  EXPECT_EQ(none->uncertainty.covariance, none->clusters.covariance);
+  EXPECT_EQ(none->clusters.covariance, one->clusters.covariance);
+}
+
+TEST(FrameBootstrapTest, RefusesOptionsOutOfRangeByName) {
+  EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.replicates = 19}), ErrorCode::kUsage,
+                            {"replicates"}));
+  EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.block_mm = std::nan("")}), ErrorCode::kUsage,
+                            {"block_mm"}));
+  EXPECT_TRUE(validate(BootstrapOptions{}));
+}
+
+}  // namespace
+}  // namespace nav::registration

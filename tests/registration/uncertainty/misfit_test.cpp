@@ -1,0 +1,422 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/uncertainty/misfit.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "registration/acceptance.hpp"
+#include "tests/registration/synthetic.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::registration {
+namespace {
+
+using Vec = Eigen::Vector3d;
+using ::testing::HasSubstr;
+using ImagePose = Transform<frames::Ct, frames::Image>;
+using Rest = std::function<test::AtRest(int, const Vec&, const Vec&)>;
+
+constexpr int kPictures = 48;
+constexpr double kStepS = 0.1;  // Between pictures.
+
+const test::BlobPatient& patient() {
+  static const test::BlobPatient instance(7, 150);
+  return instance;
+}
+
+const Volume& ct() {
+  static const Volume instance = test::blob_ct(patient(), test::cubic_grid(75));
+  return instance;
+}
+
+/// A hand that slides at an uneven pace, tilts and turns.
+ImagePose hand_at(double seconds) {
+  const double t = seconds / (kStepS * (kPictures - 1));  // 0 to 1.
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5 * std::sin(5 * t), Vec::UnitY()) *
+                                  Eigen::AngleAxisd(0.25 * std::sin(9 * t), Vec::UnitX());
+  const double along = 70 * (t - 0.5) + 6 * std::sin(7 * t);
+  return {turn.normalized(), Vec(0, 0, along) - turn * Vec(0, 45, 0)};
+}
+
+Sweep sweep_of(const Rest& rest) {
+  return test::pictures_along(
+             patient(), kPictures, [](int f) { return hand_at(kStepS * f); }, rest)
+      .sweep;
+}
+
+Rest at_rest() {
+  return [](int, const Vec& now, const Vec& beam) -> test::AtRest { return {now, beam}; };
+}
+
+const Sweep& right_sweep() {
+  static const Sweep instance = sweep_of(at_rest());
+  return instance;
+}
+
+Sweep altered(const std::function<void(int, TrackedFrame&)>& change) {
+  std::vector<TrackedFrame> frames = right_sweep().frames();
+  for (int f = 0; f < kPictures; ++f) change(f, frames[static_cast<std::size_t>(f)]);
+  return *Sweep::create(std::move(frames), "altered");
+}
+
+ImageRegistrationOptions options() {
+  ImageRegistrationOptions solver = test::small_options(0);
+  solver.levels.back() = {1.6, 9, 1500, 1, PatchChoice::kEven};
+  return solver;
+}
+
+ImageRegistrationResult fitted(const Sweep& sweep,
+                               const ImageRegistrationOptions& solver = options()) {
+  CollectingDiagnostics diagnostics;
+  auto result = register_sweep(ct(), sweep, test::true_pose(), solver, diagnostics);
+  EXPECT_TRUE(test::has_value(result));
+  return std::move(result).value();
+}
+
+std::map<MisfitCause, Misfit> by_cause(const std::vector<Misfit>& misfits) {
+  std::map<MisfitCause, Misfit> out;
+  for (const Misfit& misfit : misfits) out.emplace(misfit.cause, misfit);
+  return out;
+}
+
+/// Refused, in a sentence that says this.
+void expect_refused(const ImageRegistrationResult& result, const std::string& words) {
+  const Decision decision = decide(result, {}, {{0, 0, 0}});
+  EXPECT_FALSE(decision.accepted);
+  std::string reasons;
+  for (const std::string& reason : decision.reasons) reasons += reason + "; ";
+  EXPECT_THAT(reasons, HasSubstr(words));
+}
+
+TEST(MisfitTest, NothingIsFoundWhereNothingIsWrong) {
+  const auto result = fitted(right_sweep());
+  ASSERT_EQ(result.misfits.size(), static_cast<std::size_t>(kMisfitCauses));
+  for (const Misfit& misfit : result.misfits) {
+    EXPECT_LT(misfit.excess_mm(), 0.35) << to_string(misfit.cause);
+    EXPECT_LT(misfit.found_mm, 0.8) << to_string(misfit.cause);
+    EXPECT_GT(misfit.noise_mm, 0) << to_string(misfit.cause);
+  }
+  EXPECT_TRUE(decide(result, {}, {{0, 0, 0}}).accepted);
+}
+
+TEST(MisfitTest, ADelayIsFoundWithItsSignAndSize) {
+  for (const double late_s : {-0.08, 0.08}) {
+    // The poses are those of a moment so much before the pictures.
+    const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
+      tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
+    });
+    const auto result = fitted(sweep);
+    const Misfit delay = by_cause(result.misfits).at(MisfitCause::kDelay);
+    EXPECT_NEAR(delay.values.at(0), late_s, 0.35 * std::abs(late_s));
+    EXPECT_GT(delay.excess_mm(), 0.7);
+    expect_refused(result, late_s > 0 ? "later than their poses: lower --temporal-offset-ms"
+                                      : "earlier than their poses: raise --temporal-offset-ms");
+  }
+}
+
+TEST(MisfitTest, PixelsOfAnotherSizeAreFoundAlongEachAxis) {
+  // The echoes of this scene alone look 1.5 % too deep.
+  const Misfit right = by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kPixelSize);
+  for (const int axis : {0, 1}) {
+    const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+      auto& grid = tracked.frame.grid;
+      grid.mm_per_pixel.col(axis) *= 1.04;
+      grid.origin_mm[axis] *= 1.04;
+    });
+    const auto result = fitted(sweep);
+    const Misfit size = by_cause(result.misfits).at(MisfitCause::kPixelSize);
+    ASSERT_EQ(size.values.size(), 2U);
+    const auto depth_first = static_cast<std::size_t>(1 - axis);
+    const auto off = [&](std::size_t i) { return size.values[i] - right.values[i]; };
+    EXPECT_NEAR(off(depth_first), -0.04, 0.02) << axis;
+    EXPECT_NEAR(off(1 - depth_first), 0, 0.012) << axis;
+    expect_refused(result, "pixels of another size");
+  }
+}
+
+TEST(MisfitTest, PicturesThatLieElsewhereOnTheProbeAreFound) {
+  const ImagePose wrong(Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Vec(1, 1, 1).normalized())),
+                        Vec(2, -2, 2));
+  const Transform<frames::Image, frames::Image> error(wrong.rotation(), wrong.translation_mm());
+  const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+    tracked.reference_from_image = tracked.reference_from_image * error;
+  });
+  const auto result = fitted(sweep);
+  expect_refused(result, "elsewhere on the probe");
+}
+
+TEST(MisfitTest, APatientWhoMovesIsFound) {
+  const Sweep sweep = sweep_of([](int f, const Vec& now, const Vec& beam) -> test::AtRest {
+    return {now - 2.5 * std::sin(0.3 * f) * Vec(0, 0.6, 0.8), beam};
+  });
+  const auto result = fitted(sweep);
+  EXPECT_GT(by_cause(result.misfits).at(MisfitCause::kMotion).excess_mm(), 1.0);
+  expect_refused(result, "who moved");
+}
+
+TEST(MisfitTest, TissueThatIsBentIsFound) {
+  const Sweep sweep = sweep_of([](int, const Vec& now, const Vec& beam) -> test::AtRest {
+    const double x = now.x() / 40, z = now.z() / 40;
+    return {now - 3 * Vec(z * z, x * x, x * z), beam};
+  });
+  const auto result = fitted(sweep);
+  expect_refused(result, "otherwise than in the CT");
+  const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
+  EXPECT_GT(bend.excess_mm(), 0.9);
+  EXPECT_TRUE(bend.values.empty());
+  // What is not explained is part of the predicted error.
+  EXPECT_GE(result.tre_rms_mm({{0, 0, 0}}), bend.excess_mm());
+  EXPECT_LT(result.clusters.tre_rms_mm({{0, 0, 0}}), bend.excess_mm());
+}
+
+TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
+  const auto right = by_cause(fitted(right_sweep()).misfits);
+  const double delay_s = right.at(MisfitCause::kDelay).unnoticed;
+  EXPECT_GT(delay_s, 0.01);
+  EXPECT_LT(delay_s, 0.1);
+  EXPECT_GT(right.at(MisfitCause::kPixelSize).unnoticed, 0.003);
+  EXPECT_LT(right.at(MisfitCause::kPixelSize).unnoticed, 0.05);
+  EXPECT_GT(right.at(MisfitCause::kCalibration).unnoticed, 0.3);
+  EXPECT_LT(right.at(MisfitCause::kCalibration).unnoticed, 10);
+  for (const MisfitCause cause : {MisfitCause::kMotion, MisfitCause::kBend}) {
+    // No less than its warning where there is no noise.
+    const double telling_mm = kTellingMm[static_cast<std::size_t>(cause)];
+    EXPECT_GT(right.at(cause).unnoticed, telling_mm) << to_string(cause);
+    EXPECT_LT(right.at(cause).unnoticed, 2 * telling_mm) << to_string(cause);
+  }
+  const auto excess_mm = [](double late_s) {
+    const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
+      tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
+    });
+    return by_cause(fitted(sweep).misfits).at(MisfitCause::kDelay).excess_mm();
+  };
+  const double telling_mm = kTellingMm[static_cast<std::size_t>(MisfitCause::kDelay)];
+  EXPECT_LT(excess_mm(0.6 * delay_s), telling_mm);
+  EXPECT_GT(excess_mm(1.6 * delay_s), telling_mm);
+}
+
+TEST(MisfitTest, WhatWouldNotBeNoticedIsSaidInWords) {
+  Misfit delay{MisfitCause::kDelay};
+  delay.unnoticed = 0.034;
+  Misfit size{MisfitCause::kPixelSize};
+  size.unnoticed = 0.009;
+  Misfit calibration{MisfitCause::kCalibration};
+  calibration.unnoticed = std::numeric_limits<double>::infinity();
+  calibration.unnoticed_along = {-0.99, 0.1, 0.1};
+  const std::string tracked = " (which a needle that is tracked by itself would be off by)";
+  Misfit motion{MisfitCause::kMotion};
+  motion.unnoticed = std::numeric_limits<double>::infinity();
+  Misfit bend{MisfitCause::kBend};
+  bend.unnoticed = 1.12;
+  EXPECT_EQ(unnoticed_in_words({delay, size, calibration, motion, bend}),
+            "this sweep would not show a delay between pictures and poses below 34 ms, pixels less "
+            "than 0.9 % off, a calibration of the probe off by any amount across the pictures" +
+                tracked +
+                ", a patient who moves, tissue that lies otherwise than in the CT by less than 1.1 "
+                "mm RMS");
+  calibration.unnoticed = 12;
+  calibration.unnoticed_along = {0, 0.6, -0.8};
+  EXPECT_EQ(unnoticed_in_words({calibration}),
+            "this sweep would not show a calibration of the probe off by less than 12 mm along "
+            "(0.00, 0.60, -0.80) of the pictures' axes" +
+                tracked);
+  EXPECT_EQ(unnoticed_in_words({}), "");
+}
+
+/// The hand turns about the width of its pictures, and about nothing else.
+ImagePose fanning_hand_at(int f) {
+  const double t = static_cast<double>(f) / (kPictures - 1);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.9 * (t - 0.5), Vec::UnitX()));
+  return {turn, Vec(0, 0, 30 * (t - 0.5)) - turn * Vec(0, 45, 0)};
+}
+
+/// A fan whose pictures lie elsewhere on the probe.
+Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
+  static const Sweep fan =
+      test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
+  std::vector<TrackedFrame> frames = fan.frames();
+  for (TrackedFrame& tracked : frames) {
+    const UltrasoundFrame& frame = tracked.frame;
+    const Vec middle =
+        frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1)).mm;
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    if (turn_rad.norm() > 0) turn = Eigen::AngleAxisd(turn_rad.norm(), turn_rad.normalized());
+    const Transform<frames::Image, frames::Image> error(turn, middle - turn * middle + shift_mm);
+    tracked.reference_from_image = tracked.reference_from_image * error;
+  }
+  return *Sweep::create(std::move(frames), "shifted");
+}
+
+TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
+  const auto right = fitted(fan_off_by({0, 0, 0}));
+  const Misfit known = by_cause(right.misfits).at(MisfitCause::kCalibration);
+  ASSERT_EQ(known.unnoticed_along.size(), 3U);
+  EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
+  EXPECT_GT(known.unnoticed, 20);
+  EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
+  // It is hidden indeed: the pose takes it up.
+  const auto across = fitted(fan_off_by({8, 0, 0}));
+  EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
+  EXPECT_NEAR(test::cube_error_mm(across.ct_from_reference, test::true_pose()), 8, 0.5);
+  // Others are not.
+  EXPECT_FALSE(decide(fitted(fan_off_by({0, 8, 0})), {}, {{0, 0, 0}}).accepted);
+  // A probe that turns about two axes hides none of that size.
+  EXPECT_LT(by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed, 10);
+}
+
+TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
+  constexpr double kSigmaMm = 1.5;
+  constexpr double kTurnRad = kSigmaMm / 60;
+  const auto known = fitted(fan_off_by({0, 0, 0}));
+  ImageRegistrationOptions solver = options();
+  solver.calibration_sigma_mm = kSigmaMm;
+  const auto unsure = fitted(fan_off_by({0, 0, 0}), solver);
+  EXPECT_EQ(unsure.ct_from_reference.matrix(), known.ct_from_reference.matrix());
+  std::vector<ImageRegistrationResult> shifted;
+  std::vector<ImageRegistrationResult> turned;
+  for (int axis = 0; axis < 3; ++axis) {
+    shifted.push_back(fitted(fan_off_by(kSigmaMm * Vec::Unit(axis))));
+    turned.push_back(fitted(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis))));
+  }
+  // The variance of six independent errors is what each moves a target by, squared. Far
+  // from the pictures turns count as much as shifts.
+  const Point<frames::Ct> near{{20, -10, 30}};
+  const Point<frames::Ct> far{{20, -10, 230}};
+  for (const Point<frames::Ct>& target : {near, far}) {
+    const auto squares_of = [&](const std::vector<ImageRegistrationResult>& results) {
+      double squares = 0;
+      const Point<frames::Reference> held = known.ct_from_reference.inverse() * target;
+      for (const auto& result : results) {
+        squares += (result.ct_from_reference * held - target).v.squaredNorm();
+      }
+      return squares;
+    };
+    const double shifts = squares_of(shifted);
+    const double turns = squares_of(turned);
+    EXPECT_GT(shifts, kSigmaMm * kSigmaMm);  // All of that across alone.
+    if (target.mm == far.mm) {
+      EXPECT_GT(turns, 0.8 * shifts);
+    }
+    const double more =
+        std::pow(unsure.tre_rms_mm(target), 2) - std::pow(known.tre_rms_mm(target), 2);
+    const double squares = shifts + turns;
+    EXPECT_NEAR(std::sqrt(more), std::sqrt(squares), 0.15 * std::sqrt(squares));
+  }
+  solver.similarity = Similarity::kMutualInformation;
+  EXPECT_FALSE(validate(solver).has_value());
+  solver = options();
+  solver.calibration_sigma_mm = -1;
+  EXPECT_FALSE(validate(solver).has_value());
+}
+
+TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
+  std::vector<TrackedFrame> frames = right_sweep().frames();
+  // Stamps so far apart that the hand hardly moved about any of them.
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    frames[f].frame.acquired = Timestamp(from_seconds(2.0 * static_cast<double>(f)));
+  }
+  const auto misfits = by_cause(fitted(*Sweep::create(std::move(frames), "slow")).misfits);
+  const Misfit& delay = misfits.at(MisfitCause::kDelay);
+  EXPECT_EQ(delay.found_mm, 0);
+  EXPECT_EQ(delay.noise_mm, 0);
+  EXPECT_EQ(delay.excess_mm(), 0);
+  EXPECT_EQ(delay.unnoticed, std::numeric_limits<double>::infinity());
+  EXPECT_THAT(in_words(delay), HasSubstr("different moments"));
+}
+
+TEST(MisfitTest, AFarReferenceChangesNothing) {
+  const Vec far(3e4, -2e4, 5e4);
+  const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+    const auto& pose = tracked.reference_from_image;
+    tracked.reference_from_image = {pose.rotation(), pose.translation_mm() + far};
+  });
+  CollectingDiagnostics diagnostics;
+  const auto& truth = test::true_pose();
+  const Transform<frames::Ct, frames::Reference> start(
+      truth.rotation(), truth.translation_mm() - truth.rotation() * far);
+  const auto away = register_sweep(ct(), sweep, start, options(), diagnostics);
+  ASSERT_TRUE(test::has_value(away));
+  const auto here = by_cause(fitted(right_sweep()).misfits);
+  for (const Misfit& misfit : away->misfits) {
+    EXPECT_NEAR(misfit.found_mm, here.at(misfit.cause).found_mm, 1e-4) << to_string(misfit.cause);
+    EXPECT_NEAR(misfit.noise_mm, here.at(misfit.cause).noise_mm, 1e-4) << to_string(misfit.cause);
+  }
+}
+
+TEST(MisfitTest, ASimilarityWithoutPartsHasNone) {
+  ImageRegistrationOptions solver = options();
+  solver.similarity = Similarity::kMutualInformation;
+  EXPECT_TRUE(fitted(right_sweep(), solver).misfits.empty());
+}
+
+TEST(MisfitTest, ExcessIsWhatIsBeyondNoise) {
+  Misfit misfit{MisfitCause::kBend, 2, 1, 5};
+  EXPECT_DOUBLE_EQ(misfit.excess_mm(), 1);
+  misfit.noise_mm = 1.2;
+  EXPECT_EQ(misfit.excess_mm(), 0);
+}
+
+TEST(MisfitTest, OnlyWhatIsNoChanceIsPartOfThePredictedError) {
+  const Misfit delay{MisfitCause::kDelay, 0.5, 0, 1};
+  const auto bent = [](double mm) { return Misfit{MisfitCause::kBend, mm, 0, 1}; };
+  EXPECT_EQ(telling_excess_mm({bent(0.47)}), 0);  // May be chance: less than half of 0.95.
+  EXPECT_DOUBLE_EQ(telling_excess_mm({bent(0.75 * 0.95)}), 0.5 * 0.75 * 0.95);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(0.6)}), 0.5);
+  EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(1)}), 1);
+  EXPECT_EQ(telling_excess_mm({}), 0);
+  EXPECT_TRUE(std::isnan(telling_excess_mm({delay, {MisfitCause::kMotion, NAN, 0, 1}})));
+}
+
+TEST(PictureMotionTest, IsThatOfTheHand) {
+  const auto motions = picture_motions(right_sweep(), right_sweep());
+  ASSERT_EQ(motions.size(), static_cast<std::size_t>(kPictures));
+  const auto reference_from_ct = test::true_pose().inverse();
+  for (const int f : {5, 20, 40}) {
+    const PictureMotion& motion = motions[static_cast<std::size_t>(f)];
+    EXPECT_NEAR(motion.time_s, kStepS * f, 1e-9);
+    const auto at = [&](double s) {
+      const double middle = 0.5 * (90 - 1);
+      const auto& grid = right_sweep().frames()[0].frame.grid;
+      return (reference_from_ct * hand_at(s) * grid.at(middle, middle)).mm;
+    };
+    // One picture before and after: a chord over 0.2 s.
+    const Vec velocity = (at(kStepS * (f + 1)) - at(kStepS * (f - 1))) / (2 * kStepS);
+    EXPECT_LT((motion.velocity_mm_s - velocity).norm(), 1e-9);
+    EXPECT_LT((motion.middle_mm - at(kStepS * f)).norm(), 1e-9);
+    const Eigen::AngleAxisd turn(reference_from_ct.rotation() *
+                                 hand_at(kStepS * (f + 1)).rotation() *
+                                 hand_at(kStepS * (f - 1)).rotation().conjugate() *
+                                 reference_from_ct.rotation().conjugate());
+    EXPECT_LT((motion.turn_rad_s - turn.angle() / (2 * kStepS) * turn.axis()).norm(), 1e-9);
+  }
+}
+
+TEST(PictureMotionTest, OfSomePicturesIsToldByAll) {
+  std::vector<TrackedFrame> some;
+  for (std::size_t f = 0; f < right_sweep().frames().size(); f += 10) {
+    some.push_back(right_sweep().frames()[f]);
+  }
+  const auto all = picture_motions(right_sweep(), right_sweep());
+  const auto motions = picture_motions(*Sweep::create(some, "some"), right_sweep());
+  ASSERT_EQ(motions.size(), some.size());
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    EXPECT_EQ(motions[i].velocity_mm_s, all[10 * i].velocity_mm_s);
+  }
+}
+
+TEST(PictureMotionTest, OfOnePictureIsNone) {
+  const auto one = Sweep::create({right_sweep().frames()[3]}, "one");
+  const auto motions = picture_motions(*one, *one);
+  ASSERT_EQ(motions.size(), 1U);
+  EXPECT_EQ(motions[0].time_s, 0);
+  EXPECT_EQ(motions[0].velocity_mm_s, Vec::Zero());
+  EXPECT_EQ(motions[0].turn_rad_s, Vec::Zero());
+}
+
+}  // namespace
+}  // namespace nav::registration

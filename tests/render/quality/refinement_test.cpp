@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/quality/refinement.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "render/predicates/model.hpp"
+#include "tests/render/scene_support.hpp"
+
+namespace nav::render {
+namespace {
+
+using Expression = PredicateExpression;
+
+Timestamp time_at(double seconds) { return Timestamp(from_seconds(seconds)); }
+
+PredicateModel asking(std::vector<Expression> expressions) {
+  PredicateModel model;
+  std::vector<PredicateHistogram::Bar> bars;
+  for (Expression& one : expressions) {
+    model.entries.push_back({"entry " + std::to_string(bars.size()), std::move(one)});
+    bars.push_back({1.0 / static_cast<double>(expressions.size()), 100, 0.5});
+  }
+  model.histogram = *PredicateHistogram::create(std::move(bars));
+  return model;
+}
+
+Scene plane_scene() {
+  const auto ct = test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}),
+                                    [](int, int, int) { return 0.0; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 10, false));
+  scene.plane = test::upright_plane(test::grey_picture(4, 4, 100), 1, {0, 0, 0});
+  return scene;
+}
+
+/// Scenes whose pictures take as long as told.
+class RefinementTest : public ::testing::Test {
+ protected:
+  struct Drawn {
+    int factor;
+    bool sparse;
+    bool refined;
+  };
+  Drawn draw(double seconds, double took_s) {
+    const auto plan = refinement_.plan(scene_, time_at(seconds));
+    refinement_.drawn(took_s, plan.factor);
+    return {plan.factor, plan.scene.quality.pixel_error > scene_.quality.pixel_error, plan.refined};
+  }
+  void expect_whole(double seconds, double took_s) {
+    const Drawn drawn = draw(seconds, took_s);
+    EXPECT_TRUE(drawn.refined && drawn.factor == 1 && !drawn.sparse) << drawn.factor;
+  }
+  void turn() { scene_.camera.eye_ct.mm.x() += 1; }
+  void move_plane() { scene_.plane->frame.grid.origin_mm.x() += 1; }
+  void show(PredicateModel model) {
+    scene_.predicates.emplace();
+    scene_.predicates->model = std::move(model);
+  }
+
+  Scene scene_ = plane_scene();
+  Refinement refinement_;
+};
+
+TEST_F(RefinementTest, CoarseOnlyWhileMovingAndSlow) {
+  EXPECT_FALSE(refinement_.wants_refinement());
+  expect_whole(0, 0.2);  // The first picture.
+  expect_whole(0.5, 0);  // Nothing moves.
+  turn();
+  EXPECT_TRUE(draw(1, 0.03).sparse);
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(1.05)));
+  turn();
+  EXPECT_FALSE(draw(1.06, 0.03).refined);
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(1.15)));
+  EXPECT_TRUE(refinement_.wants_refinement(time_at(1.17)));
+  EXPECT_TRUE(refinement_.wants_refinement());
+  expect_whole(1.17, 0.2);
+  EXPECT_FALSE(refinement_.wants_refinement(time_at(2)));
+  // With a refresh every 33 ms there are 160 ms left to draw within 300.
+  EXPECT_LE(ProgressiveOptions{}.refine_after_s + 0.04, 0.15);
+}
+
+TEST_F(RefinementTest, NeverCoarseWhenFastOrNotAsked) {
+  expect_whole(0, 0.02);
+  turn();
+  expect_whole(0.01, 0.02);
+  ProgressiveOptions never;
+  never.budget_s = std::numeric_limits<double>::infinity();
+  refinement_ = Refinement(never);
+  for (int i = 0; i < 3; ++i) {
+    expect_whole(0.01 * i, 2);
+    turn();
+  }
+}
+
+TEST_F(RefinementTest, TheFirstSmallPictureIsOfTheSizeThatTheWholeOneAsksFor) {
+  scene_.quality.pixel_error = 0.5;  // No ray left to spare.
+  expect_whole(0, 1.0);
+  turn();
+  EXPECT_EQ(draw(0.01, 0.1).factor, 6);  // 1 / 36 s.
+  turn();
+  EXPECT_EQ(draw(0.02, 0.1).factor, 8);  // 0.1 s with a 36th of the pixels.
+}
+
+TEST_F(RefinementTest, APlaneThatMovesIsMeasuredApartFromTheView) {
+  expect_whole(0, 0.2);
+  for (int i = 1; i < 5; ++i) {
+    move_plane();
+    expect_whole(0.02 * i, 0.01);
+  }
+  turn();
+  EXPECT_FALSE(draw(0.2, 0.02).refined);
+}
+
+TEST_F(RefinementTest, OneSlowPictureIsNotBelievedForEver) {
+  expect_whole(0, 0.02);
+  move_plane();
+  expect_whole(0.02, 0.06);  // For whatever reason.
+  int coarse = 0;
+  for (double now = 1; now < 20; now += 1) {
+    move_plane();
+    if (draw(now, 0.01).refined) break;
+    ++coarse;
+    expect_whole(now + 0.2, 0.02);
+  }
+  EXPECT_GT(coarse, 0);
+  EXPECT_LT(coarse, 5);
+  move_plane();
+  expect_whole(30, 0.01);
+}
+
+TEST_F(RefinementTest, WhatWasDrawnWholeAfterAllTellsNothingOfSmallPictures) {
+  scene_.quality.pixel_error = 0.5;
+  expect_whole(0, 0.2);
+  turn();
+  const auto plan = refinement_.plan(scene_, time_at(0.01));
+  EXPECT_EQ(plan.factor, 3);
+  refinement_.drawn(0.2, 1);  // Other geometry needs every pixel.
+  turn();
+  EXPECT_EQ(draw(0.02, 0.2).factor, 3);
+}
+
+TEST_F(RefinementTest, AnotherSetOfPredicatesIsExpectedToBeDearer) {
+  const auto intensity = Expression::kind("intensity", {0.1, 0.5});
+  const auto gradient = Expression::kind("gradient_magnitude");
+  show(asking({intensity, gradient}));
+  expect_whole(0, 0.02);
+  turn();
+  expect_whole(0.1, 0.02);
+  // The same set: parameters, names and importances are tables.
+  show(asking({Expression::kind("intensity", {0.2, 0.9}), gradient}));
+  scene_.predicates->model.histogram.drag(0, 0.3);
+  scene_.predicates->model.entries[0].name = "bright";
+  expect_whole(0.2, 0.02);
+  show(asking({intensity, Expression::negation(gradient)}));
+  const Drawn first = draw(0.3, 0.015);
+  EXPECT_EQ(first.factor, 2);  // 0.12 s expected.
+  EXPECT_FALSE(first.refined);
+  turn();
+  EXPECT_EQ(draw(0.31, 0.015).factor, 2);  // Nothing else is known yet.
+  expect_whole(0.5, 0.06);
+  turn();
+  EXPECT_FALSE(draw(0.6, 0.015).refined);
+  expect_whole(0.8, 0.02);  // It has a program of its own now.
+  turn();
+  expect_whole(1, 0.02);
+  scene_.predicates.reset();
+  expect_whole(1.1, 0.02);  // Without predicates nothing is dearer.
+  show(asking({intensity}));
+  EXPECT_FALSE(draw(1.2, 0.01).refined);
+}
+
+TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOnes) {
+  expect_whole(0, 0.01);
+  const auto draw_provisional = [&](double seconds) {
+    const auto plan = refinement_.plan(scene_, time_at(seconds));
+    const bool allowed = plan.scene.quality.provisional;
+    refinement_.drawn(0.001, plan.factor, allowed);
+    EXPECT_EQ(refinement_.is_refined(), !allowed) << seconds;
+    return allowed;
+  };
+  EXPECT_FALSE(draw_provisional(1)) << "nothing moves";
+  turn();
+  EXPECT_TRUE(draw_provisional(1.01)) << "however fast";
+  EXPECT_TRUE(refinement_.wants_refinement());
+  EXPECT_TRUE(draw_provisional(1.02));
+  turn();
+  EXPECT_TRUE(draw_provisional(1.03));
+  EXPECT_TRUE(refinement_.wants_refinement(time_at(1.2)));
+  EXPECT_FALSE(draw_provisional(1.2));
+  EXPECT_FALSE(refinement_.wants_refinement());
+  // What they took tells nothing of whole ones.
+  turn();
+  expect_whole(2, 0.01);
+  scene_.quality.provisional = true;  // Not for callers to decide.
+  EXPECT_FALSE(refinement_.plan(scene_, time_at(3)).scene.quality.provisional);
+}
+
+TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
+  ProgressiveOptions never;
+  never.budget_s = std::numeric_limits<double>::infinity();
+  refinement_ = Refinement(never);
+  expect_whole(0, 0.1);
+  turn();
+  EXPECT_FALSE(refinement_.plan(scene_, time_at(0.01)).scene.quality.provisional);
+}
+
+TEST(SameSetTest, TellsCombinationsApart) {
+  const auto a = Expression::kind("intensity"), b = Expression::kind("snr");
+  EXPECT_TRUE(same_set(asking({a, b}), asking({a, b})));
+  EXPECT_FALSE(same_set(asking({a, b}), asking({b, a})));
+  EXPECT_FALSE(same_set(asking({a, b}), asking({a})));
+  EXPECT_FALSE(same_set(asking({Expression::all({a, b})}), asking({Expression::any({a, b})})));
+  EXPECT_FALSE(same_set(asking({Expression::all({a, b})}), asking({Expression::all({a, a})})));
+}
+
+}  // namespace
+}  // namespace nav::render
