@@ -23,7 +23,7 @@ constexpr std::array<const char*, 2> kPath{"path-1", "path-2"};
 using Vec3 = Eigen::Vector3d;
 using Needle = std::array<Point<frames::Ct>, 2>;  ///< Hub and tip, or entry and target.
 
-Error refuse(const std::string& option, const std::string& expected, const Vec3& found) {
+Error refused_plane(const std::string& option, const std::string& expected, const Vec3& found) {
   std::ostringstream text;
   text << option << ": expected " << expected << ", found " << found.transpose();
   return {ErrorCode::kUsage, text.str()};
@@ -40,7 +40,7 @@ std::optional<Error> outside(const std::string& option, const std::string& point
   std::ostringstream text;
   text << point << " inside the CT, " << (grid.centre().mm - reach).transpose() << " to "
        << (grid.centre().mm + reach).transpose() << " mm";
-  return refuse(option, text.str(), p);
+  return refused_plane(option, text.str(), p);
 }
 
 /// So that the CT's box fits into a picture about the plane's centre.
@@ -59,20 +59,20 @@ Result<render::SlicePlane> oblique(const SlicesOptions& options, const Point<fra
   const auto usable = [](const Vec3& v) { return v.allFinite() && v.norm() > 1e-9; };
   if (options.normal_ct) {
     if (!usable(*options.normal_ct)) {
-      return refuse("--normal", "a direction, finite and not zero", *options.normal_ct);
+      return refused_plane("--normal", "a direction, finite and not zero", *options.normal_ct);
     }
     return render::oblique_slice(at, {*options.normal_ct});
   }
   for (const auto& [option, v] :
        {std::pair("--right", *options.right_ct), {"--down", *options.down_ct}}) {
-    if (!usable(v)) return refuse(option, "a direction, finite and not zero", v);
+    if (!usable(v)) return refused_plane(option, "a direction, finite and not zero", v);
   }
   const Vec3 right = options.right_ct->normalized();
   const Vec3 down = options.down_ct->normalized();
   const Vec3 square = down - down.dot(right) * right;
   constexpr double kLeastSine = 0.01;  // Less, and rounding of the numbers turns the plane.
   if (!(square.norm() > kLeastSine)) {
-    return refuse("--down", "a direction other than --right", *options.down_ct);
+    return refused_plane("--down", "a direction other than --right", *options.down_ct);
   }
   return render::SlicePlane{at, {right}, {square.normalized()}};
 }
@@ -84,7 +84,7 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
     const Vec3 tip = options.needle_ct->head<3>();
     const Vec3 hub = options.needle_ct->tail<3>();
     if (!is_place(hub) || !((tip - hub).norm() > 1e-3)) {
-      return refuse("--needle", "a tip and a hub apart from it, within 1e7 mm", hub);
+      return refused_plane("--needle", "a tip and a hub apart from it, within 1e7 mm", hub);
     }
     if (auto error = outside("--needle", "a tip", ct, tip)) return *error;
     return std::optional(Needle{{{hub}, {tip}}});

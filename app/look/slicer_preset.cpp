@@ -33,7 +33,8 @@ struct SlicerProperty {
   Curve colour;
 };
 
-Error refusal(const std::string& where, const std::string& expected, const std::string& found) {
+Error refused_preset(const std::string& where, const std::string& expected,
+                     const std::string& found) {
   return {ErrorCode::kMalformedData, where + ": expected " + expected + ", found " + found};
 }
 
@@ -58,15 +59,16 @@ Curve sorted(Curve curve) {
 
 Result<void> check_curve(const std::string& where, const Curve& curve, std::size_t least) {
   if (curve.size() < least || curve.size() > kMostPoints) {
-    return refusal(where, std::to_string(least) + " to " + std::to_string(kMostPoints) + " points",
-                   std::to_string(curve.size()));
+    return refused_preset(where,
+                          std::to_string(least) + " to " + std::to_string(kMostPoints) + " points",
+                          std::to_string(curve.size()));
   }
   for (const CurvePoint& point : curve) {
     if (!(std::abs(point.x) <= kMostPosition)) {
-      return refusal(where, "positions of at most 1e9", text_of(point.x));
+      return refused_preset(where, "positions of at most 1e9", text_of(point.x));
     }
     for (const double y : point.y) {
-      if (!(y >= 0 && y <= 1)) return refusal(where, "values in [0, 1]", text_of(y));
+      if (!(y >= 0 && y <= 1)) return refused_preset(where, "values in [0, 1]", text_of(y));
     }
   }
   return {};
@@ -161,7 +163,8 @@ Result<std::vector<double>> numbers_of(const std::string& where, const std::stri
   for (std::string word; stream >> word;) {
     char* end = nullptr;
     const double number = std::strtod(word.c_str(), &end);
-    if (*end != '\0' || !std::isfinite(number)) return refusal(where, "finite numbers", word);
+    if (*end != '\0' || !std::isfinite(number))
+      return refused_preset(where, "finite numbers", word);
     numbers.push_back(number);
   }
   return numbers;
@@ -171,12 +174,13 @@ Result<std::vector<double>> numbers_of(const std::string& where, const std::stri
 Result<Curve> curve_of(const std::string& where, const std::string& line, std::size_t values) {
   const auto numbers = numbers_of(where, line);
   if (!numbers) return numbers.error();
-  if (numbers->empty()) return refusal(where, "a number of values", "an empty line");
+  if (numbers->empty()) return refused_preset(where, "a number of values", "an empty line");
   const double count = (*numbers)[0];
   const std::size_t group = values + 1;
   if (count != static_cast<double>(numbers->size() - 1) || (numbers->size() - 1) % group != 0) {
-    return refusal(where, "a count and that many numbers in groups of " + std::to_string(group),
-                   "count " + text_of(count) + " and " + std::to_string(numbers->size() - 1));
+    return refused_preset(
+        where, "a count and that many numbers in groups of " + std::to_string(group),
+        "count " + text_of(count) + " and " + std::to_string(numbers->size() - 1));
   }
   Curve curve;
   for (std::size_t i = 1; i < numbers->size(); i += group) {
@@ -250,7 +254,7 @@ class JsonReader {
            std::all_of(list.begin(), list.end(), [](const PresetJson& c) { return c.is_number(); });
   }
   void fail(const std::string& key, const std::string& expected, const std::string& found) {
-    if (!error_) error_ = refusal(name_ + ": " + key, expected, found);
+    if (!error_) error_ = refused_preset(name_ + ": " + key, expected, found);
   }
   std::string name_;
   std::optional<Error> error_;
@@ -266,7 +270,8 @@ Result<LookFile> slicer_look_from_vp(const std::string& name, const std::string&
   }
   constexpr std::size_t kLines = 9;
   if (lines.size() != kLines) {
-    return refusal(name, "the 9 lines of a Slicer volume property", std::to_string(lines.size()));
+    return refused_preset(name, "the 9 lines of a Slicer volume property",
+                          std::to_string(lines.size()));
   }
   std::array<double, 6> head{};
   const std::array<const char*, 6> names{"interpolation", "shade",    "diffuse",
@@ -275,11 +280,12 @@ Result<LookFile> slicer_look_from_vp(const std::string& name, const std::string&
     const auto numbers = numbers_of(name + ": " + names[i], lines[i]);
     if (!numbers) return numbers.error();
     if (numbers->size() != 1 || !((*numbers)[0] >= 0 && (*numbers)[0] <= 1000)) {
-      return refusal(name + ": " + names[i], "one number in [0, 1000]", lines[i].substr(0, 40));
+      return refused_preset(name + ": " + names[i], "one number in [0, 1000]",
+                            lines[i].substr(0, 40));
     }
     head[i] = (*numbers)[0];
   }
-  if (head[0] == 0) return refusal(name + ": interpolation", "1, linear", "0, nearest");
+  if (head[0] == 0) return refused_preset(name + ": interpolation", "1, linear", "0, nearest");
   SlicerProperty property;
   property.shade = head[1] != 0;
   property.diffuse = std::min(head[2], 10.0);
@@ -302,8 +308,8 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
   const PresetJson& properties = root["volumeProperties"];
   if (!properties.is_array() || properties.size() != 1 || !properties[0].is_object() ||
       !properties[0].contains("components") || !properties[0]["components"].is_array()) {
-    return refusal(name + ": volumeProperties", "one volume property with components",
-                   properties.dump().substr(0, 60));
+    return refused_preset(name + ": volumeProperties", "one volume property with components",
+                          properties.dump().substr(0, 60));
   }
   const PresetJson& components = properties[0]["components"];
   if (components.size() != 1 || !components[0].is_object()) {
@@ -312,11 +318,12 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
   }
   const PresetJson interpolation = properties[0].value("interpolationType", PresetJson("linear"));
   if (interpolation != "linear") {
-    return refusal(name + ": interpolationType", "\"linear\"", interpolation.dump().substr(0, 40));
+    return refused_preset(name + ": interpolationType", "\"linear\"",
+                          interpolation.dump().substr(0, 40));
   }
   if (properties[0].value("independentComponents", PresetJson(true)) != true) {
-    return refusal(name + ": independentComponents", "true, of one component",
-                   properties[0]["independentComponents"].dump().substr(0, 40));
+    return refused_preset(name + ": independentComponents", "true, of one component",
+                          properties[0]["independentComponents"].dump().substr(0, 40));
   }
   const PresetJson& component = components[0];
   JsonReader reader(name);
@@ -325,7 +332,7 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
   if (component.contains("lighting")) {
     const PresetJson& lighting = component["lighting"];
     if (!lighting.is_object()) {
-      return refusal(name + ": lighting", "an object", lighting.dump().substr(0, 40));
+      return refused_preset(name + ": lighting", "an object", lighting.dump().substr(0, 40));
     }
     property.diffuse = reader.number(lighting, "diffuse", property.diffuse, 0, 10);
     property.ambient = reader.number(lighting, "ambient", property.ambient, 0, 10);
@@ -341,8 +348,8 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
   if (reader.error()) return *reader.error();
   const PresetJson space = component["rgbTransferFunction"].value("colorSpace", PresetJson("rgb"));
   if (space != "rgb") {
-    return refusal(name + ": rgbTransferFunction.colorSpace", "\"rgb\"",
-                   space.dump().substr(0, 40));
+    return refused_preset(name + ": rgbTransferFunction.colorSpace", "\"rgb\"",
+                          space.dump().substr(0, 40));
   }
   return to_look(name, std::move(property));
 }

@@ -13,7 +13,7 @@ namespace nav::app {
 namespace {
 
 template <class Found>
-Error refusal(const std::string& key, const std::string& expected, const Found& found) {
+Error refused_option(const std::string& key, const std::string& expected, const Found& found) {
   std::ostringstream text;
   text.precision(12);
   text << "predicates." << key << ": expected " << expected << ", found " << found;
@@ -40,7 +40,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
   };
   for (const HistogramEdit& edit : o.histogram) {
     if (edit.hue_deg && !std::isfinite(*edit.hue_deg)) {
-      return refusal("histogram.hue_deg", "a finite number", *edit.hue_deg);
+      return refused_option("histogram.hue_deg", "a finite number", *edit.hue_deg);
     }
     ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
     ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
@@ -51,7 +51,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
     std::ostringstream expected;
     expected.precision(12);
     expected << r.low << " to " << r.high;
-    return refusal(r.key, expected.str(), r.value);
+    return refused_option(r.key, expected.str(), r.value);
   }
   return {};
 }
@@ -94,40 +94,42 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
 
 Result<void> validate(const PredicateOptions& o) {
   if (const auto ok = check_ranges(o); !ok) return ok;
-  if (!(o.black < o.white)) return refusal("white", "more than black", o.white);
+  if (!(o.black < o.white)) return refused_option("white", "more than black", o.white);
   if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
-    return refusal("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
+    return refused_option("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
   }
   if (!o.scan_lines.empty() && (o.into_ct || o.apex_ct)) {
-    return refusal("scan_lines", "it, into or apex_mm", "more than one");
+    return refused_option("scan_lines", "it, into or apex_mm", "more than one");
   }
-  if (!o.layers.empty() && !o.labels.empty()) return refusal("layers", "it or labels", "both");
-  if (o.face_ct && !o.into_ct) return refusal("face_mm", "into beside it", "none");
+  if (!o.layers.empty() && !o.labels.empty())
+    return refused_option("layers", "it or labels", "both");
+  if (o.face_ct && !o.into_ct) return refused_option("face_mm", "into beside it", "none");
   if (!near(o.face_ct)) {
-    return refusal("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
+    return refused_option("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
   }
-  if (o.into_ct && o.apex_ct) return refusal("apex_mm", "it or into", "both");
+  if (o.into_ct && o.apex_ct) return refused_option("apex_mm", "it or into", "both");
   if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
-    return refusal("into", "3 finite numbers, not all 0", o.into_ct->transpose());
+    return refused_option("into", "3 finite numbers, not all 0", o.into_ct->transpose());
   }
   if (!near(o.apex_ct)) {
-    return refusal("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
+    return refused_option("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
   }
   if (!o.from.allFinite() || o.from.isZero(0)) {
-    return refusal("from", "3 finite numbers, not all 0", o.from.transpose());
+    return refused_option("from", "3 finite numbers, not all 0", o.from.transpose());
   }
   if (!near(o.target) || (o.target && !(o.target->w() > 0))) {
-    return refusal("target_mm", "x y z and a radius > 0, within 1e7 mm", o.target->transpose());
+    return refused_option("target_mm", "x y z and a radius > 0, within 1e7 mm",
+                          o.target->transpose());
   }
   if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
-    return refusal("needle_mm", "a tip and a hub apart from it, within 1e7 mm",
-                   o.needle->transpose());
+    return refused_option("needle_mm", "a tip and a hub apart from it, within 1e7 mm",
+                          o.needle->transpose());
   }
   if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
-    return refusal("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
+    return refused_option("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
   }
   if (o.unknown && (*o.unknown < -32768 || *o.unknown > 32767)) {
-    return refusal("unknown", "a stored value of -32768 to 32767", *o.unknown);
+    return refused_option("unknown", "a stored value of -32768 to 32767", *o.unknown);
   }
   return {};
 }
@@ -140,10 +142,10 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
       known += (known.empty() ? "" : ", ") + model.entries[at++].name;
     }
     if (at == model.entries.size()) {
-      return refusal("histogram", "one of " + known, "'" + edit.entry + "'");
+      return refused_option("histogram", "one of " + known, "'" + edit.entry + "'");
     }
     if (edit.importance && model.entries.size() == 1 && *edit.importance != 1) {
-      return refusal("histogram.importance", "1 of the only predicate", *edit.importance);
+      return refused_option("histogram.importance", "1 of the only predicate", *edit.importance);
     }
     if (edit.importance) model.histogram.drag(at, *edit.importance);
     const auto& bar = model.histogram.bars()[at];

@@ -230,8 +230,9 @@ Result<void> Presenter::choose_step(const Epoch& epoch) {
     if (auto ok = choose_grey(scene(epoch)); !ok) return ok;
   }
   if (options_.step_voxels) return {};
-  const SearchedFor now{epoch.ct_from_image && epoch.frame,
-                        epoch.placement.state == SafetyState::kValid};
+  const bool shows_plane =
+      epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost;
+  const SearchedFor now{shows_plane, epoch.placement.state == SafetyState::kValid};
   if (step_ && now.plane <= searched_for_.plane && now.registered <= searched_for_.registered) {
     return {};
   }

@@ -19,7 +19,7 @@ namespace nav::io::detail {
 
 namespace {
 
-Error failed(const std::filesystem::path& path, const char* what) {
+Error failed_scratch(const std::filesystem::path& path, const char* what) {
   return {ErrorCode::kIo, path.string() + ": cannot " + what + ": " + std::strerror(errno)};
 }
 
@@ -29,7 +29,8 @@ constexpr std::size_t kPieceBytes = 1 << 20;
 
 Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) {
   struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0 && errno == ENAMETOOLONG) return failed(path, "create");
+  if (::lstat(path.c_str(), &status) != 0 && errno == ENAMETOOLONG)
+    return failed_scratch(path, "create");
   static std::atomic<unsigned> counter{0};
   for (;;) {
     // The process and a counter keep two writers apart. Without the file's own name, which may
@@ -38,7 +39,7 @@ Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) 
                                        std::to_string(counter++) + ".partial")};
     file.descriptor = ::open(file.name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (file.descriptor >= 0) return file;
-    if (errno != EEXIST) return failed(path, "create");
+    if (errno != EEXIST) return failed_scratch(path, "create");
   }
 }
 
@@ -72,7 +73,7 @@ Result<void> ScratchFile::append(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t done = ::pwrite(descriptor_, bytes.data(), bytes.size(), size_);
     if (done < 0 && errno == EINTR) continue;
-    if (done < 0) return failed(path_, "write");
+    if (done < 0) return failed_scratch(path_, "write");
     size_ += done;
     bytes = bytes.subspan(static_cast<std::size_t>(done));
   }
@@ -85,7 +86,7 @@ Result<void> ScratchFile::read_all(
   for (std::int64_t at = 0; at < size_;) {
     const ssize_t got = ::pread(descriptor_, piece.data(), piece.size(), at);
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return failed(path_, "read back");
+    if (got <= 0) return failed_scratch(path_, "read back");
     const auto ok = sink(std::span(piece).first(static_cast<std::size_t>(got)));
     if (!ok) return ok;
     at += got;

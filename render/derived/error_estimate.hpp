@@ -83,11 +83,12 @@ inline void ErrorEstimate::find_least() {
     }
     return pivot > 0;
   };
-  if (below_all(least_)) return;
+  least_ = std::min(least_, diagonal_[0]);  // All eigenvalues are not above one of these.
+  if (diagonal_.size() == 1 || below_all(least_)) return;
   constexpr int kHalvings = 40;
   double low = 0;
   for (int n = 0; n < kHalvings; ++n) {
-    const double middle = 0.5 * (low + std::min(least_, diagonal_[0]));
+    const double middle = 0.5 * (low + least_);
     if (below_all(middle)) {
       low = middle;
     } else {

@@ -36,6 +36,7 @@ class Inner {
     const double start = std::sqrt(dot(r_, r_));
     double rz = 0;
     int iteration = 0;
+    bool solved = false;
     constexpr double kReduction = 1e-4;  // Beyond it, the rounding of the weights counts.
     while (iteration < most && !run_.stop.stop_requested()) {
       const auto [zz, rz_new] = system_.apply(r_, z_);
@@ -53,10 +54,11 @@ class Inner {
       known_.add_step(rz, pap, pp);
       const double left = std::sqrt(step(static_cast<float>(rz / pap)));
       ++iteration;
-      if (left <= kReduction * start) break;
+      solved = left <= kReduction * start;
+      if (solved) break;
     }
     // Solved before the estimate knows enough, as where nothing but a direction or two is wrong.
-    if (!std::isfinite(estimate_) && iteration > 0 && !run_.stop.stop_requested()) {
+    if (!std::isfinite(estimate_) && solved && !run_.stop.stop_requested()) {
       estimate_ = known_.error_of_few(system_.apply(r_, z_).rz);
     }
     return iteration;

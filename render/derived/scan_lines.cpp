@@ -21,7 +21,7 @@ constexpr double kSteps = 32767;
 double side_of(double v) { return v < 0 ? -1.0 : 1.0; }
 
 template <class Found>
-Error refusal(const std::string& expected, const Found& found) {
+Error refused_lines(const std::string& expected, const Found& found) {
   std::ostringstream text;
   text << "scan lines: expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -69,9 +69,9 @@ ScanLines::ScanLines() : digest_(std::make_shared<KnownDigest>()) {}
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
   if (!away.v.allFinite() || !(away.v.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refusal("a finite direction of some length", away.v.transpose());
+    return refused_lines("a finite direction of some length", away.v.transpose());
   }
-  if (!is_place(on_face.mm)) return refusal("a point within 1e7 mm", on_face.mm.transpose());
+  if (!is_place(on_face.mm)) return refused_lines("a point within 1e7 mm", on_face.mm.transpose());
   ScanLines lines;
   lines.direction_ = away.v.stableNormalized();  // Squares of finite numbers may not be finite.
   lines.point_mm_ = on_face.mm;
@@ -79,9 +79,9 @@ Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
 }
 
 Result<ScanLines> ScanLines::fan(const Point<frames::Ct>& apex, double face_radius_mm) {
-  if (!is_place(apex.mm)) return refusal("an apex within 1e7 mm", apex.mm.transpose());
+  if (!is_place(apex.mm)) return refused_lines("an apex within 1e7 mm", apex.mm.transpose());
   if (!(face_radius_mm >= 0 && face_radius_mm <= kFurthestMm)) {
-    return refusal("a face radius of 0 to 1e7 mm", face_radius_mm);
+    return refused_lines("a face radius of 0 to 1e7 mm", face_radius_mm);
   }
   ScanLines lines;
   lines.kind_ = Kind::kFan;

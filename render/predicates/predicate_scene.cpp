@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-Error refusal(const std::string& field, const std::string& expected, double found) {
+Error refused_predicates(const std::string& field, const std::string& expected, double found) {
   std::ostringstream text;
   text << "predicates." << field << ": expected " << expected << ", found " << found;
   return {ErrorCode::kMalformedData, text.str()};
@@ -36,16 +36,19 @@ Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
   const auto& window = predicates.intensity;
   constexpr double kMost = 1e6;
   if (!(window.black >= -kMost && window.white <= kMost && window.white > window.black)) {
-    return refusal("intensity.white", "a value above black within 1e6", window.white);
+    return refused_predicates("intensity.white", "a value above black within 1e6", window.white);
   }
   if (!(predicates.opacity_length_mm > 0 && predicates.opacity_length_mm <= kMost)) {
-    return refusal("opacity_length_mm", "a length in (0, 1e6] mm", predicates.opacity_length_mm);
+    return refused_predicates("opacity_length_mm", "a length in (0, 1e6] mm",
+                              predicates.opacity_length_mm);
   }
   if (!(predicates.cutaway_importance >= 0 && predicates.cutaway_importance <= 1)) {
-    return refusal("cutaway_importance", "a number in [0, 1]", predicates.cutaway_importance);
+    return refused_predicates("cutaway_importance", "a number in [0, 1]",
+                              predicates.cutaway_importance);
   }
   if (!(predicates.termination_error >= 0 && predicates.termination_error <= 0.5)) {
-    return refusal("termination_error", "a number in [0, 0.5]", predicates.termination_error);
+    return refused_predicates("termination_error", "a number in [0, 0.5]",
+                              predicates.termination_error);
   }
   if (predicates.scan) {
     if (const auto ok = validate(*predicates.scan, scene.ct->grid()); !ok) {

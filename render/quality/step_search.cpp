@@ -42,8 +42,11 @@ Scene ct_cut_open(const Scene& scene) {
   return cut;
 }
 
-bool is_cut(const Scene& scene) {
-  return scene.projection == Projection::kComposite && scene.cutaway &&
+/// Whether the CT errs in another way where something stands in it: edges of a cutaway, and means
+/// and extremes of rays that end at a picture.
+bool errs_as_it_stands(const Scene& scene) {
+  if (scene.projection != Projection::kComposite) return scene.plane.has_value();
+  return scene.cutaway &&
          !(scene.cutaway->meshes.empty() && spec::make_cutaway(scene, false).empty());
 }
 
@@ -348,8 +351,7 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
 
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
                                   const StepChoice& of_ct_alone) {
-  if (!is_cut(scene)) return of_ct_alone;
-  // Edges of a cutaway are steeper than those of most tissues.
+  if (!errs_as_it_stands(scene)) return of_ct_alone;
   const Scene cut_open = ct_cut_open(scene);
   const auto cut = StepSearch(engine, cut_open, rms).run();
   if (!cut) return cut;

@@ -23,7 +23,8 @@ std::string text(double mm) {
 }
 
 /// unit: with its space.
-Error refusal(const std::string& expected, double found, const std::string& unit = " mm") {
+Error refused_insertion(const std::string& expected, double found,
+                        const std::string& unit = " mm") {
   return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found) + unit};
 }
 
@@ -32,18 +33,18 @@ Error refusal(const std::string& expected, double found, const std::string& unit
 Result<void> validate(const NeedleInsertionOptions& o) {
   if (const auto ok = validate(o.bending); !ok) return ok.error();
   if (!(o.speed_mm_s >= 0 && o.speed_mm_s <= 1000)) {
-    return refusal("a speed of 0 to 1000 mm/s (0: the target is reached at the end)", o.speed_mm_s,
-                   " mm/s");
+    return refused_insertion("a speed of 0 to 1000 mm/s (0: the target is reached at the end)",
+                             o.speed_mm_s, " mm/s");
   }
   if (!(o.length_mm > 0 && o.length_mm <= kLongestMm)) {
-    return refusal("a length of 0 to 1000 mm", o.length_mm);
+    return refused_insertion("a length of 0 to 1000 mm", o.length_mm);
   }
   if (!o.aside_at_target_mm) return {};
   if (!(*o.aside_at_target_mm >= 0 && std::isfinite(*o.aside_at_target_mm))) {
-    return refusal("a bending >= 0 mm", *o.aside_at_target_mm);
+    return refused_insertion("a bending >= 0 mm", *o.aside_at_target_mm);
   }
   if (o.bending.kind == BendingKind::kStraight && *o.aside_at_target_mm > 0) {
-    return refusal("no bending of a straight needle", *o.aside_at_target_mm);
+    return refused_insertion("no bending of a straight needle", *o.aside_at_target_mm);
   }
   return {};
 }
@@ -55,7 +56,7 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   if (const auto ok = validate(plan); !ok) return ok.error();
   const double path = (plan.target_ct.mm - plan.entry_ct.mm).norm();
   if (!(options.length_mm >= path)) {
-    return refusal(
+    return refused_insertion(
         "a length of at least the path from the skin to the target, " + text(path) + " mm",
         options.length_mm);
   }
@@ -67,10 +68,11 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   }
   const double aside = BentNeedle(resolved.bending, path).tip().mm.head<2>().norm();
   if (!(aside <= kMostAsideShare * path)) {
-    return refusal("a tip at most " + text(kMostAsideShare * path) +
-                       " mm aside at the target (a fifth of the path; bending is modelled no "
-                       "further)",
-                   aside);
+    return refused_insertion(
+        "a tip at most " + text(kMostAsideShare * path) +
+            " mm aside at the target (a fifth of the path; bending is modelled no "
+            "further)",
+        aside);
   }
   if (options.speed_mm_s == 0 && !(end > begin)) {
     return Error{ErrorCode::kUsage, "needle: expected an end of the insertion after its begin"};

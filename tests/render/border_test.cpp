@@ -8,6 +8,7 @@
 
 #include "render/spec/ray_spec.hpp"
 #include "tests/render/verification_engines.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::render {
 namespace {
@@ -131,8 +132,8 @@ TEST_P(BorderTest, IsALineWithoutGapsFromWhereverThePlaneIsSeen) {
   for (const bool sector : {false, true}) {
     const std::vector<Edge> edges = edges_of(sector);
     for (const bool orthographic : {false, true}) {
-      for (const double elevation : {10, 17, 35, 90}) {
-        for (const double azimuth : {0, 25, 90, 140, 200, 290}) {
+      for (const double elevation : test::trials({10.0, 17.0, 35.0, 90.0})) {
+        for (const double azimuth : test::trials({25.0, 0.0, 90.0, 140.0, 200.0, 290.0})) {
           Scene scene = stale_scene(sector);
           look_from(scene, azimuth * kDegree, elevation * kDegree, orthographic);
           const RenderedImage image = test::draw(*engine_, scene);

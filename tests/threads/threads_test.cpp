@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <gtest/gtest.h>
 #include <memory>
 #include <tbb/global_control.h>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include "nav/diagnostics.hpp"
+#include "registration/background.hpp"
+#include "render/derived/service.hpp"
 #include "render/engine.hpp"
 #include "sim/ultrasound.hpp"
 #include "tests/support/matchers.hpp"
@@ -107,6 +110,56 @@ TEST(ThreadsTest, ASimulatorIsReadByManyThreads) {
     EXPECT_TRUE(std::equal(frame.pixels.pixels().begin(), frame.pixels.pixels().end(),
                            frames[0].pixels.pixels().begin()));
   }
+}
+
+TEST(ThreadsTest, FeaturesAreAskedForGivenUpAndReadByManyThreads) {
+  using namespace render::derived;
+  const auto volume = ScalarVolume::of(scene().ct, std::nullopt);
+  const auto request_of = [&](int window) {
+    return DerivedRequest{volume, SnrOptions{.window_voxels = window}, {}};
+  };
+  DerivedVolumes service;
+  std::vector<std::vector<float>> found(kThreads);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      for (int round = 0; round < 6; ++round) {
+        auto given_up = service.request(request_of(5));
+        auto kept = service.request(request_of(3));
+        if (!given_up || !kept) return;
+        while (!kept->wait_for(std::chrono::milliseconds(1))) (void)given_up->progress();
+        given_up->cancel();
+        const auto made = kept->wait();
+        if (made) found[static_cast<std::size_t>(t)] = *made->volume.values;
+        (void)service.counts();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  const auto direct = compute(request_of(3), {});
+  ASSERT_TRUE(test::has_value(direct));
+  for (const auto& values : found) EXPECT_EQ(values, *direct->volume.values);
+}
+
+TEST(ThreadsTest, WorkInTheBackgroundIsWatchedAndCancelled) {
+  using Count = registration::InBackground<int>;
+  const auto work = [](const Count::Progress& progress) -> Result<int> {
+    for (int i = 0; i < 100000; ++i) {
+      if (!progress(1e-5 * i)) return Error{ErrorCode::kCancelled, "count"};
+      std::this_thread::yield();
+    }
+    return 100000;
+  };
+  Count whole(work);
+  Count cancelled(work);
+  std::thread watcher([&] {
+    while (whole.progress() < 0.5) std::this_thread::yield();
+    cancelled.cancel();
+  });
+  EXPECT_EQ(*whole.wait(), 100000);
+  watcher.join();
+  const Result<int>& ended = cancelled.wait();
+  EXPECT_TRUE(ended.has_value() || ended.error().code == ErrorCode::kCancelled);
 }
 
 }  // namespace

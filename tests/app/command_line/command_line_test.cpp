@@ -113,7 +113,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"demo", "--out: expected a value (folder to write to), found none"},
            {"info", "file: expected a value (file, or DICOM folder), found none"},
            // Names.
-           {"bench render --part x", "--part: expected compare, live or skipping, found x"},
+           {"bench render --part x", "--part: expected compare, live, skipping or costs, found x"},
            {"bench registration --model x", "--model: expected rays or scatterers, found x"},
            {"bench registration --effort x", "--effort: expected quick or usual, found x"},
            {"demo --out x --cutaway-around liver",

@@ -453,7 +453,9 @@ TEST_F(PresenterTest, ProjectionsAreAsExactAsOneAsks) {
       const auto found = made->engine().render(scene);
       scene.quality.step_voxels = 1.0 / 64;
       const auto truth = made->engine().render(scene);
-      EXPECT_LE(render::rms_difference(found->pixels, truth->pixels), 1.2 * rms) << projection;
+      EXPECT_LE(render::rms_difference(found->pixels, truth->pixels), 1.2 * rms)
+          << projection << ", step " << made->step()->step_voxels << ", estimated "
+          << made->step()->rms;
     }
     EXPECT_GE(steps[0], steps[1]) << projection;
     options.step_voxels = 1;

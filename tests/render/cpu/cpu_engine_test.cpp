@@ -10,6 +10,7 @@
 #include "bench/support/synthetic_ct.hpp"
 #include "render/cpu/cpu_inputs.hpp"
 #include "tests/render/scene_support.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::render {
 namespace {
@@ -178,7 +179,7 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
   std::uint64_t without = 0;
   int by_cells = 0;
   constexpr int kVolumes = 40;
-  constexpr int kScenesEach = 26;  // 1040 transfer functions and poses.
+  const int kScenesEach = test::trials(26);  // 1040 transfer functions and poses.
   for (int v = 0; v < kVolumes; ++v) {
     const auto ct = random_volume(random, random_grid(v));
     for (int s = 0; s < kScenesEach; ++s) {

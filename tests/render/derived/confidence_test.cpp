@@ -7,6 +7,7 @@
 
 #include "tests/render/derived/derived_support.hpp"
 #include "tests/support/test_data.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::render::derived {
 namespace {
@@ -294,6 +295,7 @@ ScalarVolume tissue(const VoxelGrid& grid, unsigned seed) {
 TEST(ConfidenceTest, SaysItsErrorWithinAFactor) {
   expect_honest_estimates(
       "speckle", test::speckled(test::centred_grid({24, 30, 16}, {0.4, 0.4, 0.4}), 6), down());
+  if (test::kSanitized) return;
   expect_honest_estimates("tissue", tissue(test::centred_grid({40, 40, 40}, {0.4, 0.4, 0.4}), 2),
                           down());
   expect_honest_estimates("few slices",
