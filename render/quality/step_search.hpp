@@ -23,10 +23,10 @@ struct StepChoice {
 /// The step, from 4 to 1/16 voxel, and the pixel error of about the cheapest picture of the scene's
 /// CT that is estimated to err by no more than rms when it is rounded to 8 bits: a user asks for an
 /// accuracy, and how far apart samples have to lie for it depends on the volume, the transfer
-/// function, the shading and the cutaway. Where something is cut free, and in projections with a
-/// picture, it is searched twice, in the CT alone, since what hides it moves, and as the scene has
-/// it; the finer quality and the greater error count. Predicates and a second volume are left out
-/// of the estimate. Of a grey projection no ray is spared.
+/// function, the shading and the cutaway. Where something is cut free, and in projections with an
+/// ultrasound picture, it is searched twice: in the CT alone, since what hides it moves, and as the
+/// scene has it; the finer quality and the greater error count. Predicates and a second volume are
+/// left out of the estimate. Of a grey projection no ray is spared.
 ///
 /// Draws some 4000 rays at steps that are halved until they change little, and more, up to an
 /// eighth of the picture's, where their errors scatter: each step is measured against a quarter of

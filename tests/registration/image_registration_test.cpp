@@ -10,6 +10,7 @@
 #include "registration/prepared.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::registration {
 namespace {
@@ -41,7 +42,7 @@ Result<ImageRegistrationResult> solve(
 }
 
 TEST(ImageRegistrationTest, FindsThePlantedPoseFromALadderOfStarts) {
-  for (unsigned seed = 1; seed <= 4; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(4U); ++seed) {
     const auto result = solve(test::off_by(test::true_pose(), kStartMm, kStartRad, seed));
     ASSERT_TRUE(test::has_value(result));
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm)
@@ -75,7 +76,7 @@ TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
   const auto sweep = PreparedSweep::create(scene().sweep, options, diagnostics);
   ASSERT_TRUE(test::has_value(ct));
   ASSERT_TRUE(test::has_value(sweep));
-  for (unsigned seed = 1; seed <= 3; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(3U); ++seed) {
     const auto start = test::off_by(test::true_pose(), 5, 0.05, seed);
     const auto result = register_prepared(*ct, *sweep, start, options);
     ASSERT_TRUE(test::has_value(result));
@@ -162,7 +163,7 @@ TEST(ImageRegistrationTest, RefusesAMirroredCt) {
 }
 
 TEST(ImageRegistrationTest, RefusesHopelessStarts) {
-  for (unsigned seed = 1; seed <= 2; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(2U); ++seed) {
     const auto result = solve(test::off_by(test::true_pose(), 50, 1.2, seed));
     if (!result) {
       EXPECT_EQ(result.error().code, ErrorCode::kRefused) << result.error().message;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "sim/random.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::sim {
 namespace {
@@ -84,7 +85,7 @@ TEST(AbdomenPhantomTest, GridAgreesWithAskingEveryOrgan) {
   for (const std::uint64_t seed : {3U, 4U}) {
     const AbdomenPhantom p({seed, Contrast::kPortal});
     Random random(seed, 2);
-    for (int i = 0; i < 15000; ++i) {
+    for (int i = 0; i < test::trials(15000); ++i) {
       const Vec at = random_point(random);
       ASSERT_EQ(p.tissue({at}), p.tissue_exhaustive({at})) << at.transpose();
     }
@@ -107,7 +108,7 @@ TEST(AbdomenPhantomTest, ValuesAreContinuous) {
   constexpr double kStepMm = 0.01;
   constexpr double kLimitHu = 2.0 * 2000.0 * kStepMm;
   Random random(5, 1);
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < test::trials(20000); ++i) {
     const Vec p = random_point(random);
     const Vec q = p + kStepMm * random.direction();
     ASSERT_LT(std::abs(phantom().hu({p}) - phantom().hu({q})), kLimitHu) << p.transpose();
@@ -115,7 +116,7 @@ TEST(AbdomenPhantomTest, ValuesAreContinuous) {
 }
 
 TEST(AbdomenPhantomTest, PlanStaysClearOfWhatANeedleMustNotTouch) {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(12U); ++seed) {
     const AbdomenPhantom p({seed, Contrast::kPortal});
     const NeedlePlan plan = p.plan();
     ASSERT_TRUE(validate(plan).has_value());

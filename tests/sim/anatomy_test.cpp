@@ -9,6 +9,7 @@
 #include "sim/anatomy/patient.hpp"
 #include "sim/random.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::sim {
 namespace {
@@ -143,7 +144,7 @@ TEST(PatientFamilyTest, UnknownNamesAreRefusedWithTheKnownOnes) {
 }
 
 TEST(NeckTest, TheCarotidForksIntoTwoLumens) {
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(6U); ++seed) {
     const auto a = make_patient("neck", {seed, Contrast::kArterial})->anatomy;
     for (const NamedPoint& p : a->landmarks()) {
       if (p.name.find("carotid bifurcation") == std::string::npos) continue;

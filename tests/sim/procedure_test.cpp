@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::sim {
 namespace {
@@ -37,7 +38,7 @@ TEST(ProcedureTest, TheChainThroughTheTrackerEndsAtTheTruth) {
 }
 
 TEST(ProcedureTest, TheSweepLooksAtTheLiverFromTheSkin) {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(4U); ++seed) {
     const Procedure p(seeded(seed));
     double share = 0;
     const int frames = p.phases()[0].frame_count;
@@ -70,7 +71,7 @@ TEST(ProcedureTest, TheProbeMovesSmoothly) {
 }
 
 TEST(ProcedureTest, TheNeedleComesFromOutsideAlongThePlanAndHitsTheTarget) {
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(8U); ++seed) {
     const Procedure p(seeded(seed));
     const auto start = p.ct_from_needle(p.phases()[1].begin);
     EXPECT_GT(p.phantom().skin_distance_mm({start.translation_mm()}), 10);
@@ -87,7 +88,7 @@ TEST(ProcedureTest, TheNeedleComesFromOutsideAlongThePlanAndHitsTheTarget) {
 }
 
 TEST(ProcedureTest, TheApproachPlaneHoldsThePath) {
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(8U); ++seed) {
     const Procedure p(seeded(seed));
     const auto image_from_ct = p.ct_from_image(p.end()).inverse();
     const auto target = image_from_ct * p.plan().target_ct;

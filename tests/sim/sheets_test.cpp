@@ -8,6 +8,7 @@
 
 #include "sim/anatomy/patient.hpp"
 #include "sim/ultrasound.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::sim {
 namespace {
@@ -115,7 +116,7 @@ TEST(SheetsTest, TheAbdomenHasNone) {
   const auto a = make_patient("abdomen", {2, Contrast::kNative})->anatomy;
   Random random(1, 2);
   const Eigen::AlignedBox3d box = a->region_mm();
-  for (int i = 0; i < 5000; ++i) {
+  for (int i = 0; i < test::trials(5000); ++i) {
     const Vec p = box.center() + random.offset(0.5).cwiseProduct(box.sizes());
     ASSERT_EQ(echo_of(a->acoustics({p})), 0);
   }
@@ -166,7 +167,7 @@ DoubleLine double_line(const std::vector<double>& profile, double least) {
 const StandardView& along_carotid(const Patient& neck) { return neck.views.at(1); }
 
 TEST(CarotidWallTest, IsBrightDarkBrightAtPublishedDepths) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::trials(5U); ++seed) {
     const Patient neck = *make_patient("neck", {seed, Contrast::kNative});
     const auto& pose = along_carotid(neck).ct_from_image;
     const double x = -12;

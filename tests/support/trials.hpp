@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <initializer_list>
 #include <vector>
 
@@ -22,6 +23,9 @@ std::vector<T> trials(std::initializer_list<T> all) {
   return kSanitized ? std::vector<T>{*all.begin()} : std::vector<T>(all);
 }
 /// So many, under a sanitizer an eighth.
-inline int trials(int all) { return kSanitized ? std::max(1, all / 8) : all; }
+template <std::integral T>
+constexpr T trials(T all) {
+  return kSanitized ? std::max(T{1}, static_cast<T>(all / 8)) : all;
+}
 
 }  // namespace nav::test

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::registration {
 namespace {
@@ -84,7 +85,7 @@ TEST(RobustLandmarksTest, SwappedNamesAreNoMirroredList) {
 }
 
 TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsStillMirrored) {
-  for (unsigned seed = 1; seed <= 20; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(20U); ++seed) {
     auto pairs = pairs_of(8, seed);
     for (auto& pair : pairs) pair.ct.mm.x() *= -1;
     pairs[seed % 8].ct.mm.y() += 40;
@@ -97,7 +98,7 @@ TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsStillMirrored) {
 }
 
 TEST(RobustLandmarksTest, WithstandsJustBelowHalfOutliers) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(10U); ++seed) {
     auto pairs = pairs_of(11, seed);
     for (std::size_t i = 0; i < 5; ++i) {
       pairs[i].ct.mm += Eigen::Vector3d(15.0 + 7.0 * static_cast<double>(i), -20, 9);

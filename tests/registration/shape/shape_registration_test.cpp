@@ -10,6 +10,7 @@
 
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::registration {
 namespace {
@@ -152,7 +153,7 @@ TEST(ShapeFieldTest, TheDistanceIsThatOfBruteForce) {
 
 TEST(ShapeRegistrationTest, FindsThePlantedPoseFrom30MillimetresAnd20Degrees) {
   const auto points = touched(landscape, 600, 0.3, 1);
-  for (unsigned seed = 1; seed <= 4; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(4U); ++seed) {
     const Pose start = test::off_by(test::true_pose(), 30, 20 * kPi / 180, seed);
     const auto result = register_points(points, landscape_field(), start);
     ASSERT_TRUE(test::has_value(result));
@@ -299,7 +300,7 @@ TEST(ShapeRegistrationTest, VesselsFindTheirCentreLines) {
   Random random(6);
   for (auto& p : points)
     p.mm += 0.5 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
-  for (unsigned seed = 1; seed <= 3; ++seed) {
+  for (unsigned seed = 1; seed <= test::trials(3U); ++seed) {
     const auto result =
         register_points(points, *field, test::off_by(test::true_pose(), 30, 0.35, seed));
     ASSERT_TRUE(test::has_value(result));
