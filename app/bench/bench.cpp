@@ -274,7 +274,6 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
   console.begin("skipping");
   auto scenes = scenes_of_set(options, kWidth, kHeight, console);
   if (!scenes) return scenes.error();
-  constexpr double kScannedMm = 1.2;
   constexpr double kCoarselyMm = 4.8;
   const std::vector<int> sides = options.quick ? std::vector{64} : std::vector{256, 384};
   for (const int side : sides) {
@@ -285,7 +284,7 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
       return name.find(options.scene) == std::string::npos;
     });
     if (looks.empty()) continue;  // To make the patient takes seconds.
-    auto ct = bench::cubic_patient(side, options.quick ? kCoarselyMm : kScannedMm);
+    auto ct = options.quick ? bench::cubic_patient(side, kCoarselyMm) : bench::cubic_patient(side);
     if (!ct) return ct.error();
     auto more = bench::bench_scenes({{patient, *ct, looks}}, kMotionView, kWidth, kHeight);
     std::ranges::move(more, std::back_inserter(*scenes));
@@ -353,7 +352,11 @@ Result<Json> measure_live(const BenchRenderOptions& options, int width, int heig
 }  // namespace
 
 bool asks_for(const std::vector<std::string>& parts, const std::string& part) {
-  return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
+  return parts.empty() || names_part(parts, part);
+}
+
+bool names_part(const std::vector<std::string>& parts, const std::string& part) {
+  return std::find(parts.begin(), parts.end(), part) != parts.end();
 }
 
 Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
@@ -369,10 +372,10 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
     if (!rows) return rows.error();
     agreements = std::move(*rows);
   }
-  if (!options.parts.empty() && asks_for(options.parts, "costs")) {
+  if (names_part(options.parts, "costs")) {
     if (auto ok = measure_scene_costs(options, width, height, report, console); !ok) return ok;
   }
-  if (!options.parts.empty() && asks_for(options.parts, "skipping")) {
+  if (names_part(options.parts, "skipping")) {
     if (auto ok = measure_skip_bounds(options, report, console); !ok) return ok;
   }
   if (!options.json) return {};

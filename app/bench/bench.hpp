@@ -14,6 +14,8 @@ namespace nav::app {
 
 /// Whether a part of a bench is asked for; none named: all are.
 bool asks_for(const std::vector<std::string>& parts, const std::string& part);
+/// Whether a part is named, of those that are not drawn unless they are.
+bool names_part(const std::vector<std::string>& parts, const std::string& part);
 
 struct BenchRenderOptions {
   std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.

@@ -132,11 +132,10 @@ Result<void> refuse_idle_of_set_up(const CLI::App& verb, const PredicateOptions&
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs({});
-    reads_scan = reads_scan || needs.scan;
+    reads_scan = reads_scan || render::reads_scan_lines(needs);
     reads_labels = reads_labels || needs.labels;
     for (const std::string& channel : needs.channels) {
       const render::ChannelSource source = render::source_of_channel(channel);
-      reads_scan = reads_scan || source.scan_lines;
       reads_vesselness = reads_vesselness || channel == render::feature::kVesselness;
       gradients = gradients || source.gradient;
       derived = derived || source.derived;
@@ -161,76 +160,52 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
   const PredicateOptions& predicates = config.predicates;
   const bool ultrasound = !predicates.volume.empty();
   const bool without_ct = ultrasound && predicates.alone;
+  const std::vector<const char*> of_volume{"--us-alone",
+                                           "--ct-importance",
+                                           "--predicates",
+                                           "--labels",
+                                           "--layers",
+                                           "--black",
+                                           "--white",
+                                           "--into",
+                                           "--face",
+                                           "--apex",
+                                           "--face-radius-mm",
+                                           "--scan-lines",
+                                           "--cache",
+                                           "--unknown",
+                                           "--predicate-importance",
+                                           "--predicate-colour",
+                                           "--opacity-length-mm",
+                                           "--smoothing-mm",
+                                           "--smallest-radius",
+                                           "--largest-radius",
+                                           "--bright",
+                                           "--hue-mean"};
+  std::vector<const char*> of_recording{"sweep",
+                                        "--ct",
+                                        "--series",
+                                        "--accept-unknown-orientation",
+                                        "--config",
+                                        "--image-frame",
+                                        "--probe-frame",
+                                        "--tracker-frame",
+                                        "--reference-frame",
+                                        "--needle-frame",
+                                        "--needle-length-mm",
+                                        "--needle-diameter-mm",
+                                        "--temporal-offset-ms",
+                                        "--skip-bad-frames",
+                                        "--ct-from-reference",
+                                        "--registration",
+                                        "--us-volume"};
+  of_recording.insert(of_recording.end(), of_volume.begin(), of_volume.end());
+  of_recording.insert(of_recording.end(), {"--whole-picture", "--window"});
   std::vector<Need> needs{
-      {{"sweep",
-        "--ct",
-        "--series",
-        "--accept-unknown-orientation",
-        "--config",
-        "--image-frame",
-        "--probe-frame",
-        "--tracker-frame",
-        "--reference-frame",
-        "--needle-frame",
-        "--needle-length-mm",
-        "--needle-diameter-mm",
-        "--temporal-offset-ms",
-        "--skip-bad-frames",
-        "--ct-from-reference",
-        "--registration",
-        "--us-volume",
-        "--us-alone",
-        "--ct-importance",
-        "--predicates",
-        "--labels",
-        "--layers",
-        "--black",
-        "--white",
-        "--into",
-        "--face",
-        "--apex",
-        "--face-radius-mm",
-        "--scan-lines",
-        "--cache",
-        "--unknown",
-        "--predicate-importance",
-        "--predicate-colour",
-        "--opacity-length-mm",
-        "--smoothing-mm",
-        "--smallest-radius",
-        "--largest-radius",
-        "--bright",
-        "--hue-mean",
-        "--whole-picture",
-        "--window"},
-       config.source.kind == SessionConfig::SourceKind::kRecording,
-       "a session of a recording",
-       "one of the simulated procedure"},
+      {of_recording, config.source.kind == SessionConfig::SourceKind::kRecording,
+       "a session of a recording", "one of the simulated procedure"},
       folder_of_series(config),
-      {{"--us-alone",
-        "--ct-importance",
-        "--predicates",
-        "--labels",
-        "--layers",
-        "--black",
-        "--white",
-        "--into",
-        "--face",
-        "--apex",
-        "--face-radius-mm",
-        "--scan-lines",
-        "--cache",
-        "--unknown",
-        "--predicate-importance",
-        "--predicate-colour",
-        "--opacity-length-mm",
-        "--smoothing-mm",
-        "--smallest-radius",
-        "--largest-radius",
-        "--bright",
-        "--hue-mean"},
-       ultrasound,
-       "--us-volume"},
+      {of_volume, ultrasound, "--us-volume"},
       {{"--frames"},
        !config.output.window || !config.output.folder.empty(),
        "--out, whose pictures it counts,",
@@ -380,8 +355,8 @@ Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions
 Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options) {
   const bool compares = asks_for(options.parts, "compare");
   const bool lives = asks_for(options.parts, "live");
-  const bool skips = !options.parts.empty() && asks_for(options.parts, "skipping");
-  const bool costs = !options.parts.empty() && asks_for(options.parts, "costs");
+  const bool skips = names_part(options.parts, "skipping");
+  const bool costs = names_part(options.parts, "costs");
   return refuse_idle(verb, {{{"--ct", "--scene"},
                              compares || skips || costs,
                              "--part compare, skipping or costs",

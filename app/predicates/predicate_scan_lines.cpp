@@ -144,7 +144,8 @@ Result<render::derived::ScanLines> compounded(const VoxelGrid& grid, const Scann
     if (interrupt.asked()) stop.request_stop();
   }
   auto found = lines.get();
-  console.end(found ? "done" : stop.stop_requested() ? "cancelled" : "refused");
+  if (interrupt.asked()) found = render::derived::cancelled("scan lines");  // Also at the very end.
+  console.end(found ? "done" : interrupt.asked() ? "cancelled" : "refused");
   return found;
 }
 

@@ -101,11 +101,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
       return Error{ErrorCode::kUsage,
                    "predicate " + name + ": expected " + expected + ", found none"};
     };
-    const bool scan =
-        needs.scan || std::ranges::any_of(needs.channels, [](const std::string& channel) {
-          return render::source_of_channel(channel).scan_lines;
-        });
-    if (scan && !volume.predicates.scan) {
+    if (render::reads_scan_lines(needs) && !volume.predicates.scan) {
       return refuse(
           "scan-line directions of the volume (--into x y z, --apex x y z or --scan-lines FILE)");
     }

@@ -15,6 +15,14 @@
 
 namespace nav::app {
 
+namespace {
+
+bool shows_plane(const Epoch& epoch) {
+  return epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost;
+}
+
+}  // namespace
+
 Result<Presenter> Presenter::create(const PresenterOptions& options,
                                     std::shared_ptr<const Volume> ct,
                                     std::unique_ptr<render::Engine> engine) {
@@ -143,7 +151,7 @@ render::Scene Presenter::scene(const Epoch& epoch) const {
   } else {
     scene.ultrasound = ultrasound_;
   }
-  if (epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost) {
+  if (shows_plane(epoch)) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
                                           options_.look.plane_opacity, epoch.plane};
   }
@@ -230,9 +238,7 @@ Result<void> Presenter::choose_step(const Epoch& epoch) {
     if (auto ok = choose_grey(scene(epoch)); !ok) return ok;
   }
   if (options_.step_voxels) return {};
-  const bool shows_plane =
-      epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost;
-  const SearchedFor now{shows_plane, epoch.placement.state == SafetyState::kValid};
+  const SearchedFor now{shows_plane(epoch), epoch.placement.state == SafetyState::kValid};
   if (step_ && now.plane <= searched_for_.plane && now.registered <= searched_for_.registered) {
     return {};
   }

@@ -166,6 +166,12 @@ ChannelSource source_of_channel(const std::string& channel) {
   return {};
 }
 
+bool reads_scan_lines(const PredicateNeeds& needs) {
+  return needs.scan || std::ranges::any_of(needs.channels, [](const std::string& channel) {
+           return source_of_channel(channel).scan_lines;
+         });
+}
+
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   derived::DerivedVolumes& service, PredicateScene& predicates) {

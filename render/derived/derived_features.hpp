@@ -10,6 +10,7 @@
 
 #include "nav/result.hpp"
 #include "render/derived/service.hpp"
+#include "render/predicates/kind.hpp"
 #include "render/predicates/predicate_scene.hpp"
 
 namespace nav::render {
@@ -36,6 +37,9 @@ struct ChannelSource {
 };
 /// All false: the volume itself, or something that only the user can give.
 [[nodiscard]] ChannelSource source_of_channel(const std::string& channel);
+
+/// Whether a predicate asks for scan lines, for itself or for what it reads.
+[[nodiscard]] bool reads_scan_lines(const PredicateNeeds& needs);
 
 /// Adds gradients, signal-to-noise ratio, vesselness and confidence where a predicate of the model
 /// reads them (PredicateNeeds::channels) and they are not there yet; computes nothing else. They

@@ -27,8 +27,8 @@ class ErrorEstimate {
   void add_step(double rz, double pap, double pp);
   /// |e| where r · z is that; infinite before kDirections steps.
   [[nodiscard]] double error(double rz) const;
-  /// The same from however few steps, of a solution that these all but reached; infinite before
-  /// the first, and 0 without a residual.
+  /// The same from however few steps, of a solution that these all but reached. Precondition: a
+  /// step.
   [[nodiscard]] double error_of_few(double rz) const;
   /// t, from above; infinite before the first step.
   [[nodiscard]] double least_eigenvalue() const { return least_; }
@@ -66,11 +66,10 @@ inline void ErrorEstimate::add_step(double rz, double pap, double pp) {
 
 inline double ErrorEstimate::error(double rz) const {
   if (steps_ < kDirections) return std::numeric_limits<double>::infinity();
-  return std::sqrt(rz / least_) * *std::ranges::max_element(length_);
+  return error_of_few(rz);
 }
 
 inline double ErrorEstimate::error_of_few(double rz) const {
-  if (!(rz > 0)) return 0;
   return std::sqrt(rz / least_) * *std::ranges::max_element(length_);
 }
 

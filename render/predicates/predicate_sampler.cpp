@@ -95,10 +95,7 @@ Eigen::Vector3d index_of(const VoxelGrid& grid, std::size_t voxel) {
 }  // namespace
 
 SharedImportance shared_importance(const PredicateSet& set) {
-  SharedImportance shared;
-  for (std::size_t j = 0; j < set.size(); ++j) {
-    if (set.weights()[j].impact > set.weights()[shared.entry].impact) shared.entry = j;
-  }
+  SharedImportance shared{set.most_important()};
   constexpr std::size_t kVoxels = 20000;
   constexpr std::size_t kFar = 2654435761;  // Knuth's: neighbours in order lie far apart.
   constexpr double kFully = 1 - 1e-6;

@@ -55,6 +55,10 @@ class PredicateSet {
   [[nodiscard]] const std::vector<spec::PredicateWeight>& weights() const { return weights_; }
   [[nodiscard]] spec::HueMean hue_mean() const { return hue_mean_; }
 
+  /// The entry of the greatest impact, the first of equals.
+  [[nodiscard]] std::size_t most_important() const {
+    return static_cast<std::size_t>(by_impact_.front());
+  }
   /// Greatest impact of an entry.
   [[nodiscard]] double greatest_impact() const { return greatest_; }
   /// All visible samples are equally important.

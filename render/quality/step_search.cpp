@@ -326,6 +326,12 @@ class StepSearch {
   Sparing sparing_;
 };
 
+Result<void> check_rms(double rms) {
+  if (rms > 0 && rms <= 1) return {};
+  return Error{ErrorCode::kUsage,
+               "step for an error: expected an rms in (0, 1], found " + std::to_string(rms)};
+}
+
 }  // namespace
 
 Scene ct_alone(const Scene& scene) {
@@ -339,10 +345,7 @@ Scene ct_alone(const Scene& scene) {
 }
 
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms) {
-  if (!(rms > 0 && rms <= 1)) {
-    return Error{ErrorCode::kUsage,
-                 "step for an error: expected an rms in (0, 1], found " + std::to_string(rms)};
-  }
+  if (const auto ok = check_rms(rms); !ok) return ok.error();
   const Scene alone = ct_alone(scene);
   const auto found = StepSearch(engine, alone, rms).run();
   if (!found) return found;
@@ -351,6 +354,7 @@ Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms
 
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
                                   const StepChoice& of_ct_alone) {
+  if (const auto ok = check_rms(rms); !ok) return ok.error();
   if (!errs_as_it_stands(scene)) return of_ct_alone;
   const Scene cut_open = ct_cut_open(scene);
   const auto cut = StepSearch(engine, cut_open, rms).run();
