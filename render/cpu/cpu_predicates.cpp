@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/cpu/cpu_predicates.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "nav/index.hpp"
@@ -133,29 +135,33 @@ static_assert(kMarchFullImportance == kFullImportance);
 
 std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
   constexpr double kMostError = 1e-3;
-  // Whiter ones lie between entries of the extinction, where that has corners.
-  constexpr double kLeastBlack = 1.0 / 255;
+  constexpr int kFactors = OpacityPieces::kFactors;
+  using Factors = Eigen::Matrix<double, kFactors, 1>;
+  const auto powers = [](double t) {
+    Factors out = Factors::Ones();
+    for (int i = 1; i < kFactors; ++i) out[i] = out[i - 1] * t;
+    return out;
+  };
+  // Radau's, and the end: black is exact, and what is nearly black errs by a share of its opacity.
+  Factors places = Factors::Ones();
+  for (int i = 0; i + 1 < kFactors; ++i) {
+    places[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * i / (2 * kFactors - 3));
+  }
+  Eigen::Matrix<double, kFactors, kFactors> powers_there;
+  for (int i = 0; i < kFactors; ++i) powers_there.row(i) = powers(places[i]);
+  const Eigen::FullPivLU<Eigen::Matrix<double, kFactors, kFactors>> through(powers_there);
   OpacityPieces out{};
   for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
-    const double octave = std::ldexp(1.0, piece / 4 - 8);
+    const double octave = std::ldexp(1.0, piece - OpacityPieces::kPieces);
     const auto opacity = [&](double beyond) {
-      const double z = octave * (1 + 0.25 * (piece % 4) + beyond);
-      const double x = (OpacityPieces::kMost - z) / OpacityPieces::kScale;
-      return -std::expm1(-extinction.tau(x) * step_mm);
+      return -std::expm1(-extinction.tau(1 - octave * (1 + beyond)) * step_mm);
     };
-    // Newton's differences at thirds.
-    constexpr double kThird = 0.25 / 3;
-    const double at[4] = {opacity(0), opacity(kThird), opacity(2 * kThird), opacity(3 * kThird)};
-    const double first = (at[1] - at[0]) / kThird;
-    const double second = (at[2] - 2 * at[1] + at[0]) / (2 * kThird * kThird);
-    const double third = (at[3] - 3 * at[2] + 3 * at[1] - at[0]) / (6 * kThird * kThird * kThird);
-    const double of[4] = {at[0], first - kThird * (second - 2 * kThird * third),
-                          second - 3 * kThird * third, third};
-    for (int i = 0; i < 4; ++i) out.of[i][piece] = static_cast<float>(of[i]);
-    if (octave * (1 + 0.25 * (piece % 4)) < kLeastBlack) continue;
-    for (const double beyond : {0.5 * kThird, 1.5 * kThird, 2.5 * kThird}) {
-      const double cubic = ((of[3] * beyond + of[2]) * beyond + of[1]) * beyond + of[0];
-      if (!(std::abs(cubic - opacity(beyond)) <= kMostError)) return std::nullopt;
+    const Factors factors = through.solve(places.unaryExpr(opacity).eval());
+    for (int i = 0; i < kFactors; ++i) out.of[i][piece] = static_cast<float>(factors[i]);
+    for (int i = 0; i + 1 < kFactors; ++i) {
+      const double between = (places[i] + places[i + 1]) / 2;
+      const double error = factors.dot(powers(between)) - opacity(between);
+      if (!(std::abs(error) <= kMostError)) return std::nullopt;
     }
   }
   return out;
@@ -250,6 +256,7 @@ void CpuPredicates::make_looks() {
   looks_.clear();
   few_looks_.clear();
   look_numbers_.clear();
+  numbered_looks_.clear();
   matters_.clear();
   if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
@@ -279,30 +286,50 @@ void CpuPredicates::make_matters() {
   }
 }
 
-void CpuPredicates::make_few_looks() {
-  std::vector<PredicateLook> few = looks_;
-  if (looks_.size() > static_cast<std::size_t>(kFewLooks)) {
-    few.clear();
-    for (const PredicateLook& look : looks_) {
-      const auto same =
-          std::find_if(few.begin(), few.end(), [&](const auto& f) { return same_look(look, f); });
-      look_numbers_.push_back(static_cast<std::int32_t>(same - few.begin()));
-      if (same != few.end()) continue;
-      if (few.size() == static_cast<std::size_t>(kFewLooks)) {
-        look_numbers_.clear();
-        return;
-      }
-      few.push_back(look);
-    }
-  }
-  const std::size_t eights = std::bit_ceil((few.size() + 7) / 8);
-  few_looks_.resize(4 * eights);
+/// PredicateInputs::few_looks.
+std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
+    const std::vector<PredicateLook>& looks) {
+  const std::size_t eights = std::bit_ceil((looks.size() + 7) / 8);
+  std::vector<Eight> out(4 * eights);
   const auto put = [&](std::size_t column, std::size_t at, float value) {
-    few_looks_[column * eights + at / 8].of[at % 8] = value;
+    out[column * eights + at / 8].of[at % 8] = value;
   };
-  for (std::size_t at = 0; at < few.size(); ++at) {
-    for (std::size_t c = 0; c < 3; ++c) put(c, at, few[at].tint[c]);
-    put(3, at, few[at].importance);
+  for (std::size_t at = 0; at < looks.size(); ++at) {
+    for (std::size_t c = 0; c < 3; ++c) put(c, at, looks[at].tint[c]);
+    put(3, at, looks[at].importance);
+  }
+  return out;
+}
+
+void CpuPredicates::make_few_looks() {
+  std::vector<PredicateLook> different;
+  std::vector<std::int32_t> numbers;
+  for (const PredicateLook& look : looks_) {
+    const auto same = std::ranges::find_if(
+        different, [&](const PredicateLook& other) { return same_look(look, other); });
+    numbers.push_back(static_cast<std::int32_t>(same - different.begin()));
+    if (same == different.end()) different.push_back(look);
+    if (different.size() > static_cast<std::size_t>(kFewLooks)) return;
+  }
+  if (looks_.size() <= static_cast<std::size_t>(kFewLooks)) {
+    few_looks_ = columns_of(looks_);
+  } else {
+    few_looks_ = columns_of(different);
+    look_numbers_ = numbers;
+  }
+  constexpr std::size_t kNibblesAWord = 8;
+  if (looks_.size() <= kNibblesAWord || looks_.size() > std::size_t{1} << kWeighedLeaves ||
+      different.size() > static_cast<std::size_t>(kLooksOfNibbles))
+    return;
+  numbered_looks_ = columns_of(different);
+  if (look_numbers_.empty() && numbered_looks_.size() == few_looks_.size()) {
+    numbered_looks_.clear();  // No shorter.
+    return;
+  }
+  look_nibbles_ = {};
+  for (std::size_t b = 0; b < numbers.size(); ++b) {
+    const auto nibble = static_cast<std::uint32_t>(numbers[b]) << (4 * (b % kNibblesAWord));
+    look_nibbles_.of[b / kNibblesAWord] |= static_cast<std::int32_t>(nibble);
   }
 }
 
@@ -438,6 +465,9 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;
   in.few_eights = static_cast<int>(few_looks_.size() / 4);
   in.look_numbers = look_numbers_.empty() ? nullptr : look_numbers_.data();
+  in.look_nibbles = numbered_looks_.empty() ? nullptr : look_nibbles_.of;
+  in.numbered_looks = numbered_looks_.empty() ? nullptr : numbered_looks_.front().of;
+  in.numbered_eights = static_cast<int>(numbered_looks_.size() / 4);
   return in;
 }
 

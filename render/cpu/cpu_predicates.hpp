@@ -17,9 +17,9 @@
 
 namespace nav::render {
 
-/// Of cells of a length, > 0. Absent for cells so long beside the opacity's length that cubics
-/// would be off by more than 1e-3: nearly all brightness is opaque there, and what is not rises too
-/// fast.
+/// Of cells of a length, > 0. Absent for cells so long beside the opacity's length that
+/// polynomials would be off by more than 1e-3: nearly all brightness is opaque there, and what is
+/// not rises too fast.
 std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm);
 
 /// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
@@ -54,6 +54,9 @@ class CpuPredicates {
   struct alignas(32) Eight {
     float of[8] = {};
   };
+  struct alignas(32) Nibbles {
+    std::int32_t of[8] = {};
+  };
   struct Prepared {
     std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
     std::unique_ptr<CpuVolume> volume;
@@ -65,6 +68,7 @@ class CpuPredicates {
   void make_atoms();
   void make_looks();
   void make_few_looks();
+  static std::vector<Eight> columns_of(const std::vector<PredicateLook>& looks);
   void make_matters();
   void make_opacities(const Scene& scene);
   void make_bricks(int threads);
@@ -86,6 +90,8 @@ class CpuPredicates {
   std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
   std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
   std::vector<std::int32_t> look_numbers_;
+  std::vector<Eight> numbered_looks_;
+  Nibbles look_nibbles_;
   std::vector<float> tau_;  ///< PredicateInputs::tau.
   std::optional<OpacityPieces> opacity_;
   std::uint64_t generation_ = 0;  ///< Of looks that threads keep.

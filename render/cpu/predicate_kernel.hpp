@@ -489,7 +489,8 @@ class PredicateMarcher {
       faded = V::both(shown, V::less(t_a, fading_.t2));
       counts_.faded += static_cast<std::uint64_t>(V::count(faded));
     }
-    const M special = V::either(faded, V::negate(whole));
+    const M white = V::less(V::set(OpacityPieces::kWhitest), x);
+    const M special = V::either(V::either(faded, white), V::negate(whole));
     const bool by_pieces = in_.opacity != nullptr;
     if (by_pieces && !V::any(V::both(shown, special))) return V::mask(shown, whole_opacity(x));
     F tau = tau_of(x);
@@ -499,16 +500,18 @@ class PredicateMarcher {
     return V::mask(shown, by_pieces ? V::select(special, exact, whole_opacity(x)) : exact);
   }
 
-  /// OpacityPieces at x.
+  /// OpacityPieces at x; any value above kWhitest.
   F whole_opacity(F x) const {
     I piece;
     F t;
-    const F z = V::madd(V::set(-OpacityPieces::kScale), x, V::set(OpacityPieces::kMost));
-    V::quarter_octave(z, piece, t);
+    const F z = V::sub(V::set(OpacityPieces::kMost), x);
+    V::octave(z, piece, t);
     const auto factor = [&](int i) {
-      return V::pick(in_.opacity + i * OpacityPieces::kPieces, OpacityPieces::kEights, piece);
+      return V::pick(in_.opacity + i * OpacityPieces::kPieces, 1, piece);
     };
-    return V::madd(V::madd(V::madd(factor(3), t, factor(2)), t, factor(1)), t, factor(0));
+    F sum = factor(OpacityPieces::kFactors - 1);
+    for (int i = OpacityPieces::kFactors - 2; i >= 0; --i) sum = V::madd(sum, t, factor(i));
+    return sum;
   }
 
   /// Extinction per mm.
@@ -523,10 +526,15 @@ class PredicateMarcher {
 
   /// The looks of lanes that are asked for.
   void find_looks(I leaves, M asked, F* look) const {
+    const bool reads_numbers = in_.few_looks == nullptr || in_.look_numbers != nullptr;
+    if (in_.look_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
+      const I at = V::nibble(in_.look_nibbles, leaves);
+      pick_looks(in_.numbered_looks, in_.numbered_eights, at, look);
+      return;
+    }
     if (in_.few_looks != nullptr) {
-      const int column = 8 * in_.few_eights;
-      const I at = in_.look_numbers == nullptr ? leaves : V::load_int(in_.look_numbers, leaves);
-      for (int c = 0; c < 4; ++c) look[c] = V::pick(in_.few_looks + c * column, in_.few_eights, at);
+      const I at = reads_numbers ? V::load_int(in_.look_numbers, leaves) : leaves;
+      pick_looks(in_.few_looks, in_.few_eights, at, look);
       return;
     }
     std::uint32_t bits[V::kLanes];
@@ -545,6 +553,10 @@ class PredicateMarcher {
       entries[lane] = again ? entries[lane - 1] : look_of(bits[lane], found[lane]);
     }
     V::load_looks(entries, look);
+  }
+
+  static void pick_looks(const float* columns, int eights, I at, F* look) {
+    for (int c = 0; c < 4; ++c) look[c] = V::pick(columns + 8 * c * eights, eights, at);
   }
 
   const PredicateLook* look_of(std::uint32_t leaves, PredicateLook& found) const {

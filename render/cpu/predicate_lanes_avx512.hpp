@@ -64,15 +64,24 @@ struct LogicAvx512 : Avx512 {
     return (half(_mm512_castsi512_si256(a.v), m.v & 0xFFU) |
             half(_mm512_extracti64x4_epi64(a.v, 1), m.v >> 8)) != 0;
   }
-  /// Of z in [2^-8, 1): in which quarter of an octave it lies, counted from 2^-8, and the mantissa
-  /// beyond the begin of that.
-  static void quarter_octave(F z, I& quarter, F& beyond) {
+  /// Of z in [2^-8, 1): in which octave it lies, counted from 2^-8, and the mantissa beyond the
+  /// begin of that.
+  static void octave(F z, I& octave, F& beyond) {
     const __m512i bits = _mm512_castps_si512(z);
-    quarter = {_mm512_sub_epi32(_mm512_srli_epi32(bits, 21), _mm512_set1_epi32(4 * 119))};
-    const __m512i rest = _mm512_and_si512(bits, _mm512_set1_epi32(0x001fffff));
+    octave = {_mm512_sub_epi32(_mm512_srli_epi32(bits, 23), _mm512_set1_epi32(119))};
+    const __m512i rest = _mm512_and_si512(bits, _mm512_set1_epi32(0x007fffff));
     const __m512i one = _mm512_set1_epi32(0x3f800000);
     beyond = sub(_mm512_castsi512_ps(_mm512_or_si512(rest, one)), set(1.0F));
   }
+  /// Four bits of eight words, aligned to 32 bytes: bits 4 (at mod 8) on of word at / 8.
+  static I nibble(const std::int32_t* words, I at) {
+    const __m256i eight = _mm256_load_si256(reinterpret_cast<const __m256i*>(words));
+    const __m512i all = _mm512_broadcast_i32x8(eight);
+    const __m512i word = _mm512_permutexvar_epi32(_mm512_srli_epi32(at.v, 3), all);
+    const __m512i shift = _mm512_slli_epi32(bits(at, 7).v, 2);
+    return bits({_mm512_srlv_epi32(word, shift)}, 15);
+  }
+  static constexpr int kEightsAtOnce = 4;  ///< That pick() reads by one operation.
   /// An entry of a table of eights of floats, aligned to 32 bytes.
   static F pick(const float* table, int eights, I at) {
     if (eights == 4) return _mm512_permutex2var_ps(load(table), at.v, load(table + 16));

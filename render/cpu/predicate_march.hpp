@@ -17,6 +17,7 @@ inline constexpr float kMarchFullImportance = 1 - 1.0F / 4096;
 
 /// So many looks are picked from registers.
 inline constexpr int kFewLooks = 32;
+inline constexpr int kLooksOfNibbles = 16;
 /// Leaves of which it is known when one of them does not matter.
 inline constexpr int kWeighedLeaves = 6;
 
@@ -52,16 +53,17 @@ struct alignas(16) PredicateLook {
 /// How a packet is composited.
 enum class PredicateBlend { kOver, kWeight, kLog };
 
-/// Opacity of a whole cell of an intensity x in [0, 1], from registers: a cubic for each quarter
-/// of an octave of z = kMost - kScale · x, which lies in (2^-8, 1), since opacities are steep where
-/// x is near 1. Cubics meet the opacity at their ends and at thirds.
+/// Opacity of a whole cell of an intensity x in [0, kWhitest], from registers: a polynomial for
+/// each octave of z = kMost - x, which lies in [2^-8, 1), since opacities are powers of 1 - x but
+/// for the corners of its table. Polynomials meet the opacity at both ends and at four places
+/// between. Whiter ones are left to the table, whose last corner is far from any.
 struct alignas(64) OpacityPieces {
-  static constexpr int kPieces = 32;
-  static constexpr int kEights = kPieces / 8;
+  static constexpr int kPieces = 8;
+  static constexpr int kFactors = 6;
   static constexpr float kMost = 0.99999994F;  ///< The last before 1.
-  static constexpr float kScale = 1 - 1.0F / 256 - 1.0F / (1 << 20);
-  /// Of the fraction t in [0, 1/4) of z's mantissa beyond the begin of its piece: sum of of[i] t^i.
-  float of[4][kPieces];
+  static constexpr float kWhitest = 254.0F / 255;
+  /// Of the fraction t in [0, 1) by which z is beyond the begin of its octave: sum of of[i] t^i.
+  float of[kFactors][kPieces];
 };
 
 /// What all rays of a picture by predicates share.
@@ -92,6 +94,12 @@ struct PredicateInputs {
   const float* few_looks;
   int few_eights;
   const std::int32_t* look_numbers;  ///< Where they stand, by leaf bits; null: at the bits.
+  /// Where those of numbered_looks stand that differ, kLooksOfNibbles at most, by the bits b of
+  /// kWeighedLeaves leaves at most: bits 4 (b mod 8) on of word b / 8 of eight. Null: more, or so
+  /// few leaves that few_looks holds no more.
+  const std::int32_t* look_nibbles;
+  const float* numbered_looks;  ///< As few_looks, each column of 8 · numbered_eights.
+  int numbered_eights;
 
   /// Per brick: leaves true everywhere, and leaves to be tested. Null: test all.
   const std::int32_t* brick_sure;

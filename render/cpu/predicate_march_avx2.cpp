@@ -9,7 +9,11 @@ namespace {
 
 /// With the integer logic that predicates need.
 struct PredicateAvx2 : Avx2 {
-  static I load_int(const std::int32_t* p, I at) { return {_mm256_i32gather_epi32(p, at.v, 4)}; }
+  static I load_int(const std::int32_t* p, I at) {
+    const Lanes l(at);
+    return {_mm256_setr_epi32(p[l.at[0]], p[l.at[1]], p[l.at[2]], p[l.at[3]], p[l.at[4]],
+                              p[l.at[5]], p[l.at[6]], p[l.at[7]])};
+  }
   static void store_int(std::int32_t* p, I a) {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), a.v);
   }
@@ -82,13 +86,21 @@ struct PredicateAvx2 : Avx2 {
     return _mm256_testz_si256(found, found) == 0;
   }
   /// As PredicateAvx512.
-  static void quarter_octave(F z, I& quarter, F& beyond) {
+  static void octave(F z, I& octave, F& beyond) {
     const __m256i bits = _mm256_castps_si256(z);
-    quarter = {_mm256_sub_epi32(_mm256_srli_epi32(bits, 21), _mm256_set1_epi32(4 * 119))};
-    const __m256i rest = _mm256_and_si256(bits, _mm256_set1_epi32(0x001fffff));
+    octave = {_mm256_sub_epi32(_mm256_srli_epi32(bits, 23), _mm256_set1_epi32(119))};
+    const __m256i rest = _mm256_and_si256(bits, _mm256_set1_epi32(0x007fffff));
     const __m256i one = _mm256_set1_epi32(0x3f800000);
     beyond = sub(_mm256_castsi256_ps(_mm256_or_si256(rest, one)), set(1.0F));
   }
+  /// As PredicateAvx512.
+  static I nibble(const std::int32_t* words, I at) {
+    const __m256i all = _mm256_load_si256(reinterpret_cast<const __m256i*>(words));
+    const __m256i word = _mm256_permutevar8x32_epi32(all, _mm256_srli_epi32(at.v, 3));
+    const __m256i shift = _mm256_slli_epi32(bits(at, 7).v, 2);
+    return bits({_mm256_srlv_epi32(word, shift)}, 15);
+  }
+  static constexpr int kEightsAtOnce = 1;  ///< That pick() reads by one operation.
   /// An entry of a table of eights of floats, aligned.
   static F pick(const float* table, int eights, I at) {
     F out = _mm256_permutevar8x32_ps(load(table), at.v);

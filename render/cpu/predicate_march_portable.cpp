@@ -39,14 +39,18 @@ struct PredicateScalar : Scalar {
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
   static bool any_among(I a, M m, std::uint64_t values) { return m && (values >> a & 1U) != 0; }
   /// As PredicateAvx512.
-  static void quarter_octave(F z, I& quarter, F& beyond) {
+  static void octave(F z, I& octave, F& beyond) {
     std::uint32_t bits = 0;
     std::memcpy(&bits, &z, sizeof bits);
-    quarter = static_cast<I>(bits >> 21) - 4 * 119;
-    bits = (bits & 0x001fffffU) | 0x3f800000U;
+    octave = static_cast<I>(bits >> 23) - 119;
+    bits = (bits & 0x007fffffU) | 0x3f800000U;
     std::memcpy(&beyond, &bits, sizeof bits);
     beyond -= 1;
   }
+  static I nibble(const std::int32_t* words, I at) {
+    return static_cast<I>(static_cast<std::uint32_t>(words[at / 8]) >> (4 * (at % 8)) & 15U);
+  }
+  static constexpr int kEightsAtOnce = 4;
   static F pick(const float* table, int /*eights*/, I at) { return table[at]; }
   static void load_looks(const PredicateLook* const* looks, F* out) {
     for (int i = 0; i < 3; ++i) out[i] = looks[0]->tint[i];

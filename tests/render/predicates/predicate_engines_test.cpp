@@ -149,7 +149,7 @@ TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
   const auto ct = test::small_ultrasound(grid, 9);
   const auto engine = make_cpu_engine({1, GetParam()});
   const auto reference = make_reference_engine();
-  for (const std::size_t leaves : {4U, 6U, 7U, 9U}) {
+  for (const std::size_t leaves : {4U, 5U, 6U, 7U, 9U}) {
     for (const bool few : {true, false}) {
       std::vector<std::pair<E, double>> entries;
       for (std::size_t j = 0; j < leaves; ++j) {
@@ -175,6 +175,25 @@ TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
           kShare)
           << leaves << " leaves, " << (few ? "few" : "many") << " looks";
     }
+  }
+}
+
+TEST_P(PredicateEngineTest, WhatIsWhiteAndNearlyWhiteIsAsOpaqueAsTheReferenceHasIt) {
+  constexpr float kTolerance = 2e-3F;
+  const VoxelGrid grid = test::centred_grid({30, 30, 30}, {1, 1, 1});
+  // From 250 to beyond 255 along x, in cells of which some are all white and some none.
+  const auto ct = test::make_volume(grid, [](int i, int j, int) { return 250 + i / 4 - j % 2; });
+  Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(50, 30, true));
+  scene.predicates.emplace();
+  scene.predicates->model = test::model_of({{E::kind("intensity", {0, 1e6}), 1}}, 0);
+  const auto engine = make_cpu_engine({1, GetParam()});
+  for (const double length_mm : {3000.0, 100.0}) {
+    scene.predicates->opacity_length_mm = length_mm;
+    const RenderedImage image = test::draw(*engine, scene);
+    const RenderedImage expected = test::draw(*make_reference_engine(), scene);
+    const auto& middle = expected.pixels.at(expected.pixels.width() / 2, 15);
+    EXPECT_GT(middle.a, 0.02F) << length_mm;
+    EXPECT_LT(test::max_difference(image, expected), kTolerance) << length_mm;
   }
 }
 
