@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -38,8 +39,9 @@ struct PredicateScalar : Scalar {
   static M has_bits(I a, I mask) { return (a & mask) != 0; }
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
   static bool any_among(I a, M m, std::uint64_t values) { return m && (values >> a & 1U) != 0; }
-  /// As PredicateAvx512.
+  /// As PredicateAvx512; for less than 2^-8 too some octave that there is.
   static void octave(F z, I& octave, F& beyond) {
+    z = std::max(z, 1.0F / 256);
     std::uint32_t bits = 0;
     std::memcpy(&bits, &z, sizeof bits);
     octave = static_cast<I>(bits >> 23) - 119;
