@@ -151,6 +151,7 @@ std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, 
   for (int i = 0; i < kFactors; ++i) powers_there.row(i) = powers(places[i]);
   const Eigen::FullPivLU<Eigen::Matrix<double, kFactors, kFactors>> through(powers_there);
   OpacityPieces out{};
+  out.white = static_cast<float>(-std::expm1(-extinction.tau(1) * step_mm));
   for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
     const double octave = std::ldexp(1.0, piece - OpacityPieces::kPieces);
     const auto opacity = [&](double beyond) {
@@ -420,6 +421,7 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
   in.last_entry = static_cast<float>(PredicateScene::kTauEntries - 1);
   in.tau = tau_.data();
   in.opacity = opacity_ ? opacity_->of[0] : nullptr;
+  in.white_opacity = opacity_ ? opacity_->white : 0;
   const double greatest = std::max(set_->greatest_impact(), 1e-30);
   in.cutaway_scale = static_cast<float>(predicates.cutaway_importance / greatest);
   in.cutaway_greatest = static_cast<float>(greatest);

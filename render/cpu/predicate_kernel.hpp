@@ -489,8 +489,9 @@ class PredicateMarcher {
       faded = V::both(shown, V::less(t_a, fading_.t2));
       counts_.faded += static_cast<std::uint64_t>(V::count(faded));
     }
-    const M white = V::less(V::set(OpacityPieces::kWhitest), x);
-    const M special = V::either(V::either(faded, white), V::negate(whole));
+    const M nearly_white =
+        V::both(V::less(V::set(OpacityPieces::kWhitest), x), V::less(x, V::set(1.0F)));
+    const M special = V::either(V::either(faded, nearly_white), V::negate(whole));
     const bool by_pieces = in_.opacity != nullptr;
     if (by_pieces && !V::any(V::both(shown, special))) return V::mask(shown, whole_opacity(x));
     F tau = tau_of(x);
@@ -500,7 +501,7 @@ class PredicateMarcher {
     return V::mask(shown, by_pieces ? V::select(special, exact, whole_opacity(x)) : exact);
   }
 
-  /// OpacityPieces at x; any value above kWhitest.
+  /// OpacityPieces at x; any value between kWhitest and white.
   F whole_opacity(F x) const {
     I piece;
     F t;
@@ -511,7 +512,7 @@ class PredicateMarcher {
     };
     F sum = factor(OpacityPieces::kFactors - 1);
     for (int i = OpacityPieces::kFactors - 2; i >= 0; --i) sum = V::madd(sum, t, factor(i));
-    return sum;
+    return V::select(V::less(x, V::set(1.0F)), sum, V::set(in_.white_opacity));
   }
 
   /// Extinction per mm.

@@ -56,7 +56,8 @@ enum class PredicateBlend { kOver, kWeight, kLog };
 /// Opacity of a whole cell of an intensity x in [0, kWhitest], from registers: a polynomial for
 /// each octave of z = kMost - x, which lies in [2^-8, 1), since opacities are powers of 1 - x but
 /// for the corners of its table. Polynomials meet the opacity at both ends and at four places
-/// between. Whiter ones are left to the table, whose last corner is far from any.
+/// between. Whiter ones are left to the table, whose last corner is far from any, but for white
+/// itself.
 struct alignas(64) OpacityPieces {
   static constexpr int kPieces = 8;
   static constexpr int kFactors = 6;
@@ -64,6 +65,7 @@ struct alignas(64) OpacityPieces {
   static constexpr float kWhitest = 254.0F / 255;
   /// Of the fraction t in [0, 1) by which z is beyond the begin of its octave: sum of of[i] t^i.
   float of[kFactors][kPieces];
+  float white;  ///< Of x = 1.
 };
 
 /// What all rays of a picture by predicates share.
@@ -112,6 +114,7 @@ struct PredicateInputs {
   const float* tau;      ///< Per entry: extinction per mm, what to add to reach the next.
   float last_entry;      ///< kTauEntries - 1.
   const float* opacity;  ///< OpacityPieces::of. Null: the extinction of each sample is asked for.
+  float white_opacity;   ///< OpacityPieces::white.
 
   float leave_out_from;  ///< spec::EarlyEnds; infinity: never.
   float leave_out_for;

@@ -54,6 +54,14 @@ TEST(OpacityPieces, MeetsTheOpacityOfEveryStep) {
   }
 }
 
+TEST(OpacityPieces, WhiteIsExact) {
+  const IntensityOpacity extinction(2);
+  for (const double step_mm : {0.005, 0.3, 3.0}) {
+    const OpacityPieces pieces = opacity_pieces(extinction, step_mm).value();
+    EXPECT_FLOAT_EQ(pieces.white, static_cast<float>(exact(extinction, 1, step_mm))) << step_mm;
+  }
+}
+
 TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
   const IntensityOpacity extinction(2);
   const OpacityPieces pieces = opacity_pieces(extinction, 0.05).value();
