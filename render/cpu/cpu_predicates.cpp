@@ -2,18 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/cpu/cpu_predicates.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "nav/index.hpp"
 #include "render/cpu/cpu_inputs.hpp"
+#include "render/cpu/predicate_atoms.hpp"
 #include "render/cpu/predicate_early_ends.hpp"
 #include "render/predicates/set.hpp"
 #include "render/spec/ray_spec.hpp"
@@ -23,50 +22,6 @@ namespace nav::render {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// To single precision without leaving it.
-float single(double x) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(x, -kMost, kMost));
-}
-
-void set_range(const PredicateForm& form, const PredicateSet::Channel& channel,
-               PredicateAtom& atom) {
-  const double slack = 0.5 * channel.quantum;
-  atom.kind = PredicateAtom::kRange;
-  atom.low = single((form.low - slack - channel.offset) / channel.scale);
-  atom.high = single((form.high + slack - channel.offset) / channel.scale);
-}
-
-void set_segment(const PredicateForm& form, PredicateAtom& atom) {
-  const Eigen::Vector3d axis = form.b - form.a;
-  const double square = axis.squaredNorm();
-  atom.kind = PredicateAtom::kSegment;
-  atom.low = single(form.low * form.low);
-  atom.high = single(form.high * form.high);
-  for (int i = 0; i < 3; ++i) {
-    atom.a[i] = static_cast<float>(form.a[i]);
-    atom.axis[i] = static_cast<float>(axis[i]);
-    atom.foot[i] = square > 0 ? static_cast<float>(axis[i] / square) : 0.0F;
-  }
-}
-
-void set_wedge(const PredicateForm& form, const PredicateSet& set, const PredicateSet::Leaf& leaf,
-               PredicateAtom& atom) {
-  atom.kind = PredicateAtom::kWedge;
-  atom.low = single(form.low * form.low);
-  double quantum[2] = {};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const PredicateSet::Channel& channel = set.channels()[as_size(leaf.channels[i])];
-    atom.offset[i] = static_cast<float>(channel.offset);
-    atom.scale[i] = static_cast<float>(channel.scale);
-    quantum[i] = channel.quantum;
-  }
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 2; ++j) atom.wedge[i][j] = static_cast<float>(form.wedge[i][j]);
-    atom.slack[i] = static_cast<float>(wedge_slack(form.wedge[i], quantum));
-  }
-}
 
 bool same_look(const PredicateLook& a, const PredicateLook& b) {
   if (!(a.importance > 0) && !(b.importance > 0)) return true;
@@ -82,91 +37,9 @@ std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
   return bits | (bits >> shift & kFalse[j]) | (bits & kFalse[j]) << shift;
 }
 
-/// What a test costs, in ranks: values of the volume are there, places are computed, features read.
-int cost_of(const PredicateAtom& atom) {
-  switch (atom.kind) {
-    case PredicateAtom::kRange:
-      return atom.channel[0] == 0 ? 0 : 3;
-    case PredicateAtom::kSlab:
-    case PredicateAtom::kSegment:
-    case PredicateAtom::kNever:
-      return 1;
-    case PredicateAtom::kBits:
-      return 2;
-    default:
-      return 4;
-  }
-}
-
-PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf) {
-  const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
-  PredicateAtom atom{};
-  atom.kind = PredicateAtom::kNever;
-  for (std::size_t i = 0; i < leaf.channels.size(); ++i) atom.channel[i] = leaf.channels[i];
-  switch (form.kind) {
-    case PredicateForm::Kind::kRange:
-      set_range(form, set.channels()[as_size(leaf.channels[0])], atom);
-      break;
-    case PredicateForm::Kind::kWedge:
-      set_wedge(form, set, leaf, atom);
-      break;
-    case PredicateForm::Kind::kBits:
-      atom.kind = PredicateAtom::kBits;
-      atom.mask = static_cast<std::int32_t>(form.mask);
-      break;
-    case PredicateForm::Kind::kSegment:
-      set_segment(form, atom);
-      break;
-    case PredicateForm::Kind::kSlab:
-      atom.kind = PredicateAtom::kSlab;
-      atom.low = single(form.low);
-      atom.high = single(form.high);
-      for (int i = 0; i < 3; ++i) atom.a[i] = static_cast<float>(form.a[i]);
-      break;
-    case PredicateForm::Kind::kNever:
-      break;
-  }
-  return atom;
-}
-
 }  // namespace
 
 static_assert(kMarchFullImportance == kFullImportance);
-
-std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm) {
-  constexpr double kMostError = 1e-3;
-  constexpr int kFactors = OpacityPieces::kFactors;
-  using Factors = Eigen::Matrix<double, kFactors, 1>;
-  const auto powers = [](double t) {
-    Factors out = Factors::Ones();
-    for (int i = 1; i < kFactors; ++i) out[i] = out[i - 1] * t;
-    return out;
-  };
-  // Radau's, and the end: black is exact, and what is nearly black errs by a share of its opacity.
-  Factors places = Factors::Ones();
-  for (int i = 0; i + 1 < kFactors; ++i) {
-    places[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * i / (2 * kFactors - 3));
-  }
-  Eigen::Matrix<double, kFactors, kFactors> powers_there;
-  for (int i = 0; i < kFactors; ++i) powers_there.row(i) = powers(places[i]);
-  const Eigen::FullPivLU<Eigen::Matrix<double, kFactors, kFactors>> through(powers_there);
-  OpacityPieces out{};
-  out.white = static_cast<float>(-std::expm1(-extinction.tau(1) * step_mm));
-  for (int piece = 0; piece < OpacityPieces::kPieces; ++piece) {
-    const double octave = std::ldexp(1.0, piece - OpacityPieces::kPieces);
-    const auto opacity = [&](double beyond) {
-      return -std::expm1(-extinction.tau(1 - octave * (1 + beyond)) * step_mm);
-    };
-    const Factors factors = through.solve(places.unaryExpr(opacity).eval());
-    for (int i = 0; i < kFactors; ++i) out.of[i][piece] = static_cast<float>(factors[i]);
-    for (int i = 0; i + 1 < kFactors; ++i) {
-      const double between = (places[i] + places[i + 1]) / 2;
-      const double error = factors.dot(powers(between)) - opacity(between);
-      if (!(std::abs(error) <= kMostError)) return std::nullopt;
-    }
-  }
-  return out;
-}
 
 void CpuPredicates::update(const Scene& scene, int threads, std::optional<double> beside) {
   auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
@@ -456,10 +329,12 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   in.leaf_count = static_cast<int>(atoms_.size());
   std::iota(in.order, in.order + in.leaf_count, 0);
   std::stable_sort(in.order, in.order + in.leaf_count, [&](int a, int b) {
-    return cost_of(atoms_[as_size(a)]) < cost_of(atoms_[as_size(b)]);
+    return rank_of_test(atoms_[as_size(a)]) < rank_of_test(atoms_[as_size(b)]);
   });
-  in.cheap_leaves = static_cast<int>(std::count_if(
-      atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) { return cost_of(atom) == 0; }));
+  in.cheap_leaves =
+      static_cast<int>(std::count_if(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
+        return rank_of_test(atom) == 0;
+      }));
   in.matters = matters_.empty() ? nullptr : matters_.data();
   in.looks = looks_.empty() ? nullptr : looks_.data();
   in.find_look = &CpuPredicates::find_look;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/cpu/cpu_volume.hpp"
+#include "render/cpu/opacity_pieces.hpp"
 #include "render/cpu/predicate_march.hpp"
 #include "render/predicates/predicate_sampler.hpp"
 #include "render/predicates/set.hpp"
@@ -16,11 +17,6 @@
 #include "render/skipping/predicate_brick_cache.hpp"
 
 namespace nav::render {
-
-/// Of cells of a length, > 0. Absent for cells so long beside the opacity's length that
-/// polynomials would be off by more than 1e-3: nearly all brightness is opaque there, and what is
-/// not rises too fast.
-std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm);
 
 /// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
 /// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "render/cpu/opacity_pieces.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <gtest/gtest.h>
-
-#include "render/cpu/cpu_predicates.hpp"
 
 namespace nav::render {
 namespace {
