@@ -28,6 +28,9 @@ bool same_look(const PredicateLook& a, const PredicateLook& b) {
   return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
 }
 
+/// Of a column that holds so many looks.
+std::size_t eights_of(std::size_t looks) { return std::bit_ceil((looks + 7) / 8); }
+
 /// Bits b that are set with leaf j either way.
 std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
   constexpr std::uint64_t kFalse[] = {0x5555555555555555U, 0x3333333333333333U,
@@ -163,7 +166,7 @@ void CpuPredicates::make_matters() {
 /// PredicateInputs::few_looks.
 std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
     const std::vector<PredicateLook>& looks) {
-  const std::size_t eights = std::bit_ceil((looks.size() + 7) / 8);
+  const std::size_t eights = eights_of(looks.size());
   std::vector<Eight> out(4 * eights);
   const auto put = [&](std::size_t column, std::size_t at, float value) {
     out[column * eights + at / 8].of[at % 8] = value;
@@ -191,15 +194,12 @@ void CpuPredicates::make_few_looks() {
     few_looks_ = columns_of(different);
     look_numbers_ = numbers;
   }
-  constexpr std::size_t kNibblesAWord = 8;
-  if (looks_.size() <= kNibblesAWord || looks_.size() > std::size_t{1} << kWeighedLeaves ||
+  const bool shorter = eights_of(different.size()) < eights_of(looks_.size());
+  if (!shorter || looks_.size() > std::size_t{1} << kWeighedLeaves ||
       different.size() > static_cast<std::size_t>(kLooksOfNibbles))
     return;
+  constexpr std::size_t kNibblesAWord = 8;
   numbered_looks_ = columns_of(different);
-  if (look_numbers_.empty() && numbered_looks_.size() == few_looks_.size()) {
-    numbered_looks_.clear();  // No shorter.
-    return;
-  }
   look_nibbles_ = {};
   for (std::size_t b = 0; b < numbers.size(); ++b) {
     const auto nibble = static_cast<std::uint32_t>(numbers[b]) << (4 * (b % kNibblesAWord));

@@ -527,7 +527,7 @@ class PredicateMarcher {
 
   /// The looks of lanes that are asked for.
   void find_looks(I leaves, M asked, F* look) const {
-    const bool reads_numbers = in_.few_looks == nullptr || in_.look_numbers != nullptr;
+    const bool reads_numbers = in_.look_numbers != nullptr;
     if (in_.look_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
       const I at = V::nibble(in_.look_nibbles, leaves);
       pick_looks(in_.numbered_looks, in_.numbered_eights, at, look);
