@@ -18,7 +18,8 @@ namespace nav::render::derived {
 /// Lanczos process, whose tridiagonal matrix knows t from above, closely once the smooth parts
 /// count that converge last. What is left looks like the last directions p: it has |e| / (e · A
 /// e)^½ as the greatest |p| / (p · A p)^½ of them (Golub and Meurant 2010; the last step is no
-/// bound).
+/// bound). While t still falls both are taken to go on as they did during these directions: e goes
+/// by 1 / t.
 class ErrorEstimate {
  public:
   /// Steps begin from a new residual; what is known of M A remains.
@@ -41,6 +42,7 @@ class ErrorEstimate {
   double last_rz_ = 0, last_alpha_ = 0;
   double least_ = std::numeric_limits<double>::infinity();
   std::array<double, kDirections> length_{};  ///< |p| / (p · A p)^½.
+  std::array<double, kDirections> before_{};  ///< t before the step; of the first one after it.
   int steps_ = 0;
 };
 
@@ -60,8 +62,12 @@ inline void ErrorEstimate::add_step(double rz, double pap, double pp) {
   }
   last_rz_ = rz;
   last_alpha_ = alpha;
-  length_[static_cast<std::size_t>(steps_++ % kDirections)] = std::sqrt(pp / pap);
+  const auto slot = static_cast<std::size_t>(steps_ % kDirections);
+  length_[slot] = std::sqrt(pp / pap);
+  before_[slot] = least_;
   find_least();
+  if (steps_ == 0) before_[slot] = least_;
+  ++steps_;
 }
 
 inline double ErrorEstimate::error(double rz) const {
@@ -70,7 +76,9 @@ inline double ErrorEstimate::error(double rz) const {
 }
 
 inline double ErrorEstimate::error_of_few(double rz) const {
-  return std::sqrt(rz / least_) * *std::ranges::max_element(length_);
+  const int oldest = steps_ < kDirections ? 0 : steps_ % kDirections;
+  const double falling = before_[static_cast<std::size_t>(oldest)] / least_;
+  return falling * std::sqrt(rz / least_) * *std::ranges::max_element(length_);
 }
 
 /// By bisection: all pivots of the matrix less s are positive where s is below all eigenvalues.

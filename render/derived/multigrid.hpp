@@ -28,10 +28,11 @@ struct Products {
 };
 
 /// Approximate inverse of a graph's matrix: one multigrid cycle with boxes of two nodes across the
-/// scan lines as coarse nodes, smoothing that solves whole lines along the axis of the strongest
-/// coupling exactly, and a direct solve on the last level; weights of 16 bits, since memory is what
-/// it waits for. Symmetric and positive, so that conjugate gradients can use it. The same bytes for
-/// any number of threads. Where a stop is asked for, nothing of it is to be used any more.
+/// scan lines as coarse nodes, the first two coarse levels visited twice, smoothing that solves
+/// whole lines along the axis of the strongest coupling exactly, and a direct solve on the last
+/// level; weights of 16 bits, since memory is what it waits for. Symmetric and positive, so that
+/// conjugate gradients can use it. The same bytes for any number of threads. Where a stop is asked
+/// for, nothing of it is to be used any more.
 class Multigrid {
  public:
   Multigrid(GridGraph fine, const RunOptions& run);
@@ -51,7 +52,9 @@ class Multigrid {
  private:
   struct Level;
   struct Coarsest;
-  Products cycle(std::size_t level);
+  enum class Start { kZero, kLast };  ///< x of a level, or what it was left with.
+  /// One cycle on the level's b from there; x is scale times what comes out.
+  Products cycle(std::size_t level, Start start, float scale);
   GridGraph fine_;
   std::vector<Level> levels_;
   std::unique_ptr<Coarsest> coarsest_;

@@ -80,7 +80,7 @@ TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfItsWeights) {
 
 TEST(MultigridTest, IsSymmetricPositiveAndSaysItsProducts) {
   for (const std::array<int, 3> size :
-       {std::array{21, 18, 17}, {40, 9, 20}, {11, 12, 40}, {3, 4, 5}}) {
+       {std::array{21, 18, 17}, {40, 9, 20}, {11, 12, 40}, {3, 4, 5}, {40, 40, 30}}) {
     Multigrid multigrid(random_graph(size, 5), {});
     std::mt19937 random(6);
     std::normal_distribution<float> value;
