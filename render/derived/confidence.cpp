@@ -33,11 +33,13 @@ std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
 }
 
 /// Of the graph, whose border outweighs the voxels of thin volumes, and of its coarser ones.
-double bytes_for_voxel(const VoxelGrid& grid) {
-  constexpr double kPerNode = 125;
-  constexpr double kPerNodeOfThin = 160;  // Coarser ones are halves then, not quarters.
+double bytes_for_voxel(const VoxelGrid& grid, const ScanLines& lines) {
+  constexpr double kPerNode = 80;
+  constexpr double kPerNodeOfThin = 105;  // Coarser ones are halves then, not quarters.
+  constexpr double kKeptEdges = 40;       // Where lines differ.
   const bool thin = std::ranges::find(grid.size, 1) != grid.size.end();
-  return (thin ? kPerNodeOfThin : kPerNode) * static_cast<double>(GridGraph::cells_of(grid.size)) /
+  return ((thin ? kPerNodeOfThin : kPerNode) + (lines.common() ? 0 : kKeptEdges)) *
+         static_cast<double>(GridGraph::cells_of(grid.size)) /
          static_cast<double>(grid.voxel_count());
 }
 
@@ -84,7 +86,8 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   if (const auto ok = validate(options); !ok) return ok.error();
   const VoxelGrid& grid = volume.grid();
   const std::string name = volume.name() + ": confidence";
-  if (auto ok = check_memory(name, grid.voxel_count(), bytes_for_voxel(grid), run.memory_limit);
+  if (auto ok =
+          check_memory(name, grid.voxel_count(), bytes_for_voxel(grid, lines), run.memory_limit);
       !ok) {
     return ok.error();
   }
@@ -117,34 +120,45 @@ Result<std::vector<double>> confidence(const ScalarVolume& volume, const ScanLin
   auto system = confidence_system(volume, lines, options, run);
   if (!system) return system.error();
   const GridGraph& graph = system->graph;
-  std::vector<Eigen::Triplet<double>> entries;
   std::vector<int> number(graph.cells(), -1);
   std::vector<std::size_t> nodes;
-  for_each_voxel(graph, [&](std::size_t, std::size_t node) {
-    if (!(graph.degree(node) > 0)) return;
-    number[node] = static_cast<int>(nodes.size());
-    nodes.push_back(node);
-  });
-  const auto size = static_cast<Eigen::Index>(nodes.size());
-  Eigen::VectorXd b(size);
+  std::vector<double> right, degree;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int k = 0; k < graph.size()[2]; ++k) {
+    for (int j = 0; j < graph.size()[1]; ++j) {
+      for (int i = 0; i < graph.size()[0]; ++i) {
+        const std::size_t node = graph.at(i, j, k);
+        number[node] = static_cast<int>(nodes.size());
+        nodes.push_back(node);
+        right.push_back(static_cast<double>(system->b.row(j, k)[i]));
+        degree.push_back(static_cast<double>(graph.leak.row(j, k)[i]));
+      }
+    }
+  }
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    const int row = static_cast<int>(n);
-    entries.emplace_back(row, row, graph.degree(nodes[n]));
-    b[row] = static_cast<double>(system->b[nodes[n]]);
     for (int e = 0; e < kGraphEdges; ++e) {
-      const auto weight = static_cast<double>(graph.weights[static_cast<std::size_t>(e)][nodes[n]]);
+      const auto weight = static_cast<double>(graph.weight(e, nodes[n]));
       if (!(weight > 0)) continue;
+      const int row = static_cast<int>(n);
       const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
+      for (const int end : {row, other}) degree[static_cast<std::size_t>(end)] += weight;
       entries.emplace_back(row, other, -weight);
       entries.emplace_back(other, row, -weight);
     }
   }
+  // Where nothing is to be solved a row of the identity keeps the matrix regular.
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const int row = static_cast<int>(n);
+    entries.emplace_back(row, row, degree[n] > 0 ? degree[n] : 1);
+  }
+  const auto size = static_cast<Eigen::Index>(nodes.size());
   Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
-  const Eigen::VectorXd solved = factors.solve(b);
+  const Eigen::VectorXd solved =
+      factors.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), size));
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    system->x[nodes[n]] = solved[static_cast<Eigen::Index>(n)];
+    if (degree[n] > 0) system->x[nodes[n]] = solved[static_cast<Eigen::Index>(n)];
   }
   std::vector<double> out(volume.grid().voxel_count());
   for_each_voxel(graph, [&](std::size_t voxel, std::size_t node) { out[voxel] = system->x[node]; });

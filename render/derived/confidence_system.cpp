@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "nav/index.hpp"
 #include "render/derived/confidence.hpp"
@@ -19,6 +20,13 @@ struct DepthRange {
   double greatest = -INFINITY;
 };
 
+/// A voxel whose value is fixed.
+struct Fixed {
+  std::size_t node;
+  int j, k;
+  Kind kind;
+};
+
 /// Builds the system on the graph's own layout, step by step.
 class Assembly {
  public:
@@ -29,9 +37,9 @@ class Assembly {
         lines_(lines),
         options_(options),
         run_(run),
-        graph_(grid_.size),
-        attenuated_(graph_.cells()),
-        kind_(graph_.cells()) {
+        layout_(grid_.size),
+        attenuated_(layout_.cells()),
+        kind_(layout_.cells()) {
     const double smallest = grid_.spacing_mm.minCoeff();
     for (std::size_t e = 0; e < kEdgeSteps.size(); ++e) {
       const auto& s = kEdgeSteps[e];
@@ -51,7 +59,7 @@ class Assembly {
     const double width = range.greatest - range.least;
     const double per_value = width > 0 ? 1 / width : 0;
     for_each_row([&](int j, int k, Row& row) {
-      const std::size_t first = graph_.at(0, j, k);
+      const std::size_t first = layout_.at(0, j, k);
       for (std::size_t i = 0; i < row.value.size(); ++i) {
         // A voxel without a scan line is as unknown as one without a value.
         if (std::isnan(row.value[i]) || std::isnan(row.depth[i])) {
@@ -68,14 +76,14 @@ class Assembly {
   }
 
   void fix_ends() {
-    std::vector<std::vector<std::pair<std::size_t, Kind>>> planes(as_size(grid_.size[2]));
+    std::vector<std::vector<Fixed>> planes(as_size(grid_.size[2]));
     const auto common = lines_.common();
     const Eigen::Vector3d common_step = common ? step_along(*common) : Eigen::Vector3d::Zero();
     const std::ptrdiff_t neighbour = common ? neighbour_along(common_step) : 0;
     for_each_plane(grid_.size[2], run_, [&](int k) {
       for (int j = 0; j < grid_.size[1]; ++j) {
         for (int i = 0; i < grid_.size[0]; ++i) {
-          const std::size_t node = graph_.at(i, j, k);
+          const std::size_t node = layout_.at(i, j, k);
           if (kind_[node] == kNothing) continue;
           if (neighbour != 0 && kind_[node + static_cast<std::size_t>(neighbour)] != kNothing &&
               kind_[node - static_cast<std::size_t>(neighbour)] != kNothing) {
@@ -84,15 +92,15 @@ class Assembly {
           const Eigen::Vector3d step =
               common ? common_step : step_along(lines_.away(grid_, i, j, k));
           if (leads_out(i, j, k, -step, lines_.before_mm(grid_, i, j, k))) {
-            planes[as_size(k)].emplace_back(node, kSource);
+            planes[as_size(k)].push_back({node, j, k, kSource});
           } else if (leads_out(i, j, k, step, INFINITY)) {
-            planes[as_size(k)].emplace_back(node, kSink);
+            planes[as_size(k)].push_back({node, j, k, kSink});
           }
         }
       }
     });
     for (const auto& plane : planes) fixed_.insert(fixed_.end(), plane.begin(), plane.end());
-    for (const auto& [node, kind] : fixed_) kind_[node] = kind;
+    for (const Fixed& fixed : fixed_) kind_[fixed.node] = fixed.kind;
   }
 
   void weigh() {
@@ -101,37 +109,50 @@ class Assembly {
     // Differences stay as they are: penalties are scaled to them, and the steepness back.
     const double beta = options_.beta / ((1 + options_.gamma) * difference_);
     const EdgeConstants constants{static_cast<float>(beta), 1e-5F};
+    if (const auto common = lines_.common()) {
+      EdgeRule rule{std::move(attenuated_), {}, constants};
+      for (int e = 0; e < kGraphEdges; ++e) {
+        rule.penalties[as_size(e)] = static_cast<float>(penalty(e, *common));
+      }
+      graph_.emplace(grid_.size, std::move(rule));
+      return;
+    }
+    graph_.emplace(grid_.size);
     for_each_plane(grid_.size[2], run_, [&](int k) {
-      std::vector<float> penalty(as_size(graph_.row_length()));
+      std::vector<float> penalty(as_size(layout_.row_length()));
       for (int j = 0; j < grid_.size[1]; ++j) {
-        const std::size_t first = graph_.at(0, j, k);
+        const std::size_t first = layout_.at(0, j, k);
         for (int e = 0; e < kGraphEdges; ++e) {
           penalties(e, j, k, penalty);
-          kernels().edge_weights(
-              &attenuated_[first], &attenuated_[first + static_cast<std::size_t>(graph_.offset(e))],
-              penalty.data(), constants, &graph_.weights[as_size(e)][first], graph_.row_length());
+          kernels().edge_weights(&attenuated_[first],
+                                 &attenuated_[first + static_cast<std::size_t>(layout_.offset(e))],
+                                 penalty.data(), constants, &graph_->kept(e)[first],
+                                 layout_.row_length());
         }
       }
     });
+    attenuated_ = {};
   }
 
   /// Edges to fixed voxels become leaks and right-hand side of the open ones.
-  ZeroedArray<float> eliminate() {
-    ZeroedArray<float> b(graph_.cells());
-    for (const auto& [node, kind] : fixed_) {
+  FewRows eliminate() {
+    FewRows b(layout_);
+    for (const Fixed& fixed : fixed_) {
       for (int e = 0; e < kGraphEdges; ++e) {
-        const auto step = static_cast<std::size_t>(graph_.offset(e));
-        auto& w = graph_.weights[as_size(e)];
-        for (const auto& [other, edge] :
-             {std::pair{node + step, node}, {node - step, node - step}}) {
-          if (kind_[other] == kOpen) {
-            graph_.leak[other] += w[edge];
-            b[other] += kind == kSource ? w[edge] : 0.0F;
-          }
-          w[edge] = 0;
+        const auto offset = static_cast<std::size_t>(layout_.offset(e));
+        for (const int sign : {1, -1}) {
+          const std::size_t other = sign == 1 ? fixed.node + offset : fixed.node - offset;
+          if (kind_[other] != kOpen) continue;
+          const float weight = graph_->weight(e, sign == 1 ? fixed.node : other);
+          const auto& s = kEdgeSteps[as_size(e)];
+          const int j = fixed.j + sign * s[1], k = fixed.k + sign * s[2];
+          const std::size_t i = other - layout_.at(0, j, k);
+          graph_->leak.writable(j, k)[i] += weight;
+          if (fixed.kind == kSource) b.writable(j, k)[i] += weight;
         }
       }
     }
+    for (const Fixed& fixed : fixed_) graph_->isolate(fixed.node);
     return b;
   }
 
@@ -139,37 +160,35 @@ class Assembly {
   void drop_islands() {
     if (all_known_) return;  // Everything hangs together, and some voxel is the first of a line.
     std::vector<std::size_t> queue;
-    std::vector<bool> reached(graph_.cells());
-    for (std::size_t node = 0; node < graph_.cells(); ++node) {
-      if (kind_[node] != kOpen || !(graph_.leak[node] > 0)) continue;
-      reached[node] = true;
-      queue.push_back(node);
+    std::vector<bool> reached(layout_.cells());
+    for (const Fixed& fixed : fixed_) {
+      queue.push_back(fixed.node);
+      reached[fixed.node] = true;
     }
     while (!queue.empty() && !run_.stop.stop_requested()) {
       const std::size_t node = queue.back();
       queue.pop_back();
       for (int e = 0; e < kGraphEdges; ++e) {
-        const auto step = static_cast<std::size_t>(graph_.offset(e));
-        const auto& w = graph_.weights[as_size(e)];
-        for (const auto& [other, weight] :
-             {std::pair{node + step, w[node]}, std::pair{node - step, w[node - step]}}) {
-          if (!(weight > 0) || reached[other]) continue;
+        // Between known voxels no edge weighs nothing.
+        const auto step = static_cast<std::size_t>(layout_.offset(e));
+        for (const std::size_t other : {node + step, node - step}) {
+          if (kind_[other] != kOpen || reached[other]) continue;
           reached[other] = true;
           queue.push_back(other);
         }
       }
     }
-    for (std::size_t node = 0; node < graph_.cells(); ++node) {
+    for (std::size_t node = 0; node < layout_.cells(); ++node) {
       if (kind_[node] != kOpen || reached[node]) continue;
       kind_[node] = kNothing;
-      for (auto& w : graph_.weights) w[node] = 0;
+      graph_->isolate(node);
     }
   }
 
-  ConfidenceSystem finish(ZeroedArray<float> b) {
-    ZeroedArray<double> x(graph_.cells());
+  ConfidenceSystem finish(FewRows b) {
+    ZeroedArray<double> x(layout_.cells());
     for_each_row([&](int j, int k, Row& row) {
-      const std::size_t first = graph_.at(0, j, k);
+      const std::size_t first = layout_.at(0, j, k);
       for (std::size_t i = 0; i < row.depth.size(); ++i) {
         const Kind kind = kind_[first + i];
         x[first + i] = kind == kSource    ? 1
@@ -178,7 +197,7 @@ class Assembly {
                                           : 1 - share_of_depth(row.depth[i]);
       }
     });
-    return {std::move(graph_), std::move(b), std::move(x)};
+    return {std::move(*graph_), std::move(b), std::move(x)};
   }
 
  private:
@@ -249,8 +268,8 @@ class Assembly {
   /// away from 0. The border of the graph is not known, so that it may be asked about.
   [[nodiscard]] std::ptrdiff_t neighbour_along(const Eigen::Vector3d& step) const {
     if ((step.array().abs() == 0.5).any()) return 0;
-    return std::lround(step.x()) + std::lround(step.y()) * graph_.offset(1) +
-           std::lround(step.z()) * graph_.offset(2);
+    return std::lround(step.x()) + std::lround(step.y()) * layout_.offset(1) +
+           std::lround(step.z()) * layout_.offset(2);
   }
   /// No known voxel lies on the way out of the volume, or to where the line ends.
   bool leads_out(int i, int j, int k, const Eigen::Vector3d& step, double length_mm) const {
@@ -264,7 +283,7 @@ class Assembly {
       const bool inside =
           x >= 0 && y >= 0 && z >= 0 && x < grid_.size[0] && y < grid_.size[1] && z < grid_.size[2];
       if (!inside) return true;
-      if (kind_[graph_.at(x, y, z)] != kNothing) return false;
+      if (kind_[layout_.at(x, y, z)] != kNothing) return false;
     }
     return true;
   }
@@ -274,9 +293,9 @@ class Assembly {
     for_each_plane(grid_.size[2], run_, [&](int k) {
       float largest = 0;
       for (int j = 0; j < grid_.size[1]; ++j) {
-        const float* here = &attenuated_[graph_.at(0, j, k)];
+        const float* here = &attenuated_[layout_.at(0, j, k)];
         for (int e = 0; e < kGraphEdges; ++e) {
-          const float* there = here + graph_.offset(e);
+          const float* there = here + layout_.offset(e);
           for (int i = 0; i < grid_.size[0]; ++i) {
             const float apart = std::abs(here[i] - there[i]);
             largest = apart > largest ? apart : largest;  // Not NaN, where either is unknown.
@@ -290,11 +309,8 @@ class Assembly {
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
     return options_.gamma * edge_[as_size(e)].cross(along_line).norm() * difference_;
   }
+  /// Where lines differ.
   void penalties(int e, int j, int k, std::vector<float>& row) const {
-    if (const auto common = lines_.common()) {
-      std::fill(row.begin(), row.end(), static_cast<float>(penalty(e, *common)));
-      return;
-    }
     const auto& s = kEdgeSteps[as_size(e)];
     for (int i = 0; i < grid_.size[0]; ++i) {
       const int x = i + s[0], y = j + s[1], z = k + s[2];
@@ -313,10 +329,11 @@ class Assembly {
   const ScanLines& lines_;
   const ConfidenceOptions& options_;
   const RunOptions& run_;
-  GridGraph graph_;
-  ZeroedArray<float> attenuated_;  ///< c; NaN where unknown, border included.
+  GraphLayout layout_;
+  ZeroedArray<float> attenuated_;  ///< c; NaN where unknown, border included. Gone when weighed.
   ZeroedArray<Kind> kind_;
-  std::vector<std::pair<std::size_t, Kind>> fixed_;
+  std::vector<Fixed> fixed_;
+  std::optional<GridGraph> graph_;
   std::atomic<bool> all_known_ = true;
   std::array<Eigen::Vector3d, kGraphEdges> edge_;  ///< In units of the smallest spacing.
   double difference_ = 1;                          ///< The largest between neighbours.
@@ -340,7 +357,7 @@ Result<ConfidenceSystem> confidence_system(const ScalarVolume& volume, const Sca
   assembly.fix_ends();
   assembly.weigh();
   if (run.stop.stop_requested()) return cancelled(name);
-  ZeroedArray<float> b = assembly.eliminate();
+  FewRows b = assembly.eliminate();
   assembly.drop_islands();
   auto system = assembly.finish(std::move(b));
   if (run.stop.stop_requested()) return cancelled(name);

@@ -28,37 +28,10 @@ static void laplacian_rows(const GraphRow& g, const double* x, double* out, int 
     Doubles sum = widened(g.leak + i) * here;
     for (int e = 0; e < kGraphEdges; ++e) {
       const long long step = g.offsets[e];
-      sum += widened(g.weights[e] + i) * (here - load(x + i + step));
-      sum += widened(g.weights[e] + i - step) * (here - load(x + i - step));
+      sum += widened(g.after[e] + i) * (here - load(x + i + step));
+      sum += widened(g.before[e] + i) * (here - load(x + i - step));
     }
     store(out + i, sum);
-  }
-}
-
-static void packed_laplacian_rows(const PackedRow& g, const float* x, float* out, int count) {
-  for (int i = 0; i < count; i += 8) {
-    const Floats here = load(x + i);
-    Floats sum = load(g.leak + i) * here;
-    for (int e = 0; e < kGraphEdges; ++e) {
-      const long long step = g.offsets[e];
-      sum += unpacked(g.weights[e] + i) * (here - load(x + i + step));
-      sum += unpacked(g.weights[e] + i - step) * (here - load(x + i - step));
-    }
-    store(out + i, sum);
-  }
-}
-
-static void line_forward_rows(const unsigned short* w, const float* pivot, const float* before,
-                              float* v, int count) {
-  for (int i = 0; i < count; i += 8) {
-    store(v + i, (load(v + i) + unpacked(w + i) * load(before + i)) * load(pivot + i));
-  }
-}
-
-static void line_backward_rows(const unsigned short* w, const float* pivot, const float* after,
-                               float* v, int count) {
-  for (int i = 0; i < count; i += 8) {
-    store(v + i, load(v + i) + load(pivot + i) * unpacked(w + i) * load(after + i));
   }
 }
 
@@ -73,6 +46,67 @@ SONDE_INLINE void add_products(DoubleSums& sums, const float* a, const float* b)
 SONDE_INLINE double total(const DoubleSums& sums) {
   const Doubles all = sums.low + sums.high;
   return (all[0] + all[1]) + (all[2] + all[3]);
+}
+
+/// Of the eight nodes from i on: A x.
+SONDE_INLINE Floats packed_laplacian_at(const PackedRow& g, const float* x, Floats here, int i) {
+  Floats sum = load(g.leak + i) * here;
+  for (int e = 0; e < kGraphEdges; ++e) {
+    const long long step = g.offsets[e];
+    sum += unpacked(g.weights[e] + i) * (here - load(x + i + step));
+    sum += unpacked(g.weights[e] + i - step) * (here - load(x + i - step));
+  }
+  return sum;
+}
+
+static Products packed_laplacian_rows(const PackedRow& g, const float* x, float* out, int count) {
+  DoubleSums xx, xo;
+  for (int i = 0; i < count; i += 8) {
+    store(out + i, packed_laplacian_at(g, x, load(x + i), i));
+    add_products(xx, x + i, x + i);
+    add_products(xo, x + i, out + i);
+  }
+  Products sums;
+  sums.zz = total(xx);
+  sums.rz = total(xo);
+  return sums;
+}
+
+static void packed_residual_rows(const PackedRow& g, const float* b, const float* x, float* out,
+                                 int count) {
+  for (int i = 0; i < count; i += 8) {
+    store(out + i, load(b + i) - packed_laplacian_at(g, x, load(x + i), i));
+  }
+}
+
+static Products damped_step_rows(const float* x, const float* step, const float* pivot,
+                                 const float* b, float damping, float scale, float* out,
+                                 int count) {
+  DoubleSums oo, ob;
+  for (int i = 0; i < count; i += 8) {
+    const Floats to = scale * (load(x + i) + damping * load(step + i));
+    store(out + i, select(load(pivot + i) > 0.0F, to, all(0.0F)));
+    add_products(oo, out + i, out + i);
+    add_products(ob, out + i, b + i);
+  }
+  Products sums;
+  sums.zz = total(oo);
+  sums.rz = total(ob);
+  return sums;
+}
+
+static void line_forward_rows(const unsigned short* w, const float* pivot, const float* before,
+                              float* v, int count) {
+  for (int i = 0; i < count; i += 8) {
+    store(v + i, (load(v + i) + unpacked(w + i) * load(before + i)) * load(pivot + i));
+  }
+}
+
+static void line_backward_rows(const unsigned short* w, const float* pivot, const float* after,
+                               float* v, int count) {
+  for (int i = 0; i < count; i += 8) {
+    store(v + i, load(v + i) + load(pivot + i) * unpacked(w + i) * load(after + i));
+  }
 }
 
 static double dot_rows(const float* a, const float* b, int count) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "render/derived/grid_graph.hpp"
+#include "render/derived/graph_layout.hpp"
 #include "render/derived/run.hpp"
 #include "render/parallel.hpp"
 
@@ -19,7 +19,7 @@ void for_each_plane(int count, const RunOptions& run, const Work& work) {
 
 /// Calls work(j, k, first node) for every row, planes in parallel. Private to the solver.
 template <class Work>
-void for_each_row(const GridGraph& graph, const RunOptions& run, const Work& work) {
+void for_each_row(const GraphLayout& graph, const RunOptions& run, const Work& work) {
   for_each_plane(graph.size()[2], run, [&](int k) {
     for (int j = 0; j < graph.size()[1]; ++j) work(j, k, graph.at(0, j, k));
   });

@@ -2,68 +2,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstddef>
+#include <optional>
 
 #include "nav/zeroed_array.hpp"
-#include "render/derived/kernels.hpp"
+#include "render/derived/graph_layout.hpp"
 #include "render/derived/run.hpp"
 
 namespace nav::render::derived {
 
-/// Neighbours of a voxel that an edge is stored for: three along the axes, six along the diagonals
-/// of the planes of the axes. With their opposites, 18 neighbours.
-inline constexpr std::array<std::array<int, 3>, kGraphEdges> kEdgeSteps{{{1, 0, 0},
-                                                                         {0, 1, 0},
-                                                                         {0, 0, 1},
-                                                                         {1, 1, 0},
-                                                                         {1, -1, 0},
-                                                                         {1, 0, 1},
-                                                                         {1, 0, -1},
-                                                                         {0, 1, 1},
-                                                                         {0, 1, -1}}};
+/// Edges that are computed where they are asked for, since what they follow from takes a ninth of
+/// their memory.
+struct EdgeRule {
+  ZeroedArray<float> values;                   ///< Of the nodes; NaN: no edges, border included.
+  std::array<float, kGraphEdges> penalties{};  ///< Of each of kEdgeSteps.
+  EdgeConstants constants{};
+};
 
-/// A weighted graph on a grid of nodes with a border of nodes without edges, so that no loop asks
-/// where the grid ends. Nodes whose value is fixed have no edges either: what they carry is in the
-/// leak (and in the right-hand side) of their neighbours. 40 bytes per node.
-class GridGraph {
+/// A weighted graph on a grid of nodes, in full precision. Nodes whose value is fixed have no
+/// edges: what they carry is in the leak (and in the right-hand side) of their neighbours. Edges
+/// are kept, 36 bytes per node, or follow from a rule, 4 bytes.
+class GridGraph : public GraphLayout {
  public:
+  /// Without any edge yet.
   explicit GridGraph(const std::array<int, 3>& size);
-  /// cells() of a graph of that size: many times its nodes where it is thin.
-  static std::size_t cells_of(const std::array<int, 3>& size);
+  GridGraph(const std::array<int, 3>& size, EdgeRule rule);
 
-  [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
-  /// Length of a vector over the nodes, border included.
-  [[nodiscard]] std::size_t cells() const { return cells_; }
-  [[nodiscard]] std::size_t at(int i, int j, int k) const {
-    return (static_cast<std::size_t>(k + 1) * static_cast<std::size_t>(size_[1] + 2) +
-            static_cast<std::size_t>(j + 1)) *
-               static_cast<std::size_t>(stride_) +
-           static_cast<std::size_t>(i);
-  }
-  [[nodiscard]] std::ptrdiff_t offset(int edge) const {
-    return offsets_[static_cast<std::size_t>(edge)];
-  }
-  [[nodiscard]] GraphRow row(int j, int k) const;
-  /// Nodes of a row that kernels run over.
-  [[nodiscard]] int row_length() const { return padded(size_[0]); }
+  FewRows leak;  ///< Sum of the edges to fixed nodes.
+  /// Of a graph that keeps its edges, [0, kGraphEdges), by the node that they begin at.
+  ZeroedArray<float>& kept(int edge) { return kept_[static_cast<std::size_t>(edge)]; }
 
-  std::array<ZeroedArray<float>, kGraphEdges> weights;
-  ZeroedArray<float> leak;
-
-  /// Sum of all edges at a node and its leak.
-  [[nodiscard]] double degree(std::size_t node) const;
-  /// Galerkin: nodes joined in boxes of factor nodes (1 or 2 along each axis), edges between boxes
-  /// summed. Every edge leads to one of the 18 neighbours again.
-  [[nodiscard]] GridGraph coarse(const std::array<int, 3>& factor, const RunOptions& run) const;
-  /// Mean weight of the edges along each axis, [0] to [2].
-  [[nodiscard]] std::array<double, 3> coupling(const RunOptions& run) const;
+  /// Of the edges that begin at the nodes of a row; row_length() values.
+  void edges(int edge, int j, int k, float* out) const;
+  /// Of one edge; 0 where there is none.
+  [[nodiscard]] float weight(int edge, std::size_t node) const;
+  /// Takes all edges of a node away.
+  void isolate(std::size_t node);
+  /// Room for the edges of a row.
+  struct Scratch {
+    std::array<std::vector<float>, kGraphEdges> after, before;
+  };
+  /// Valid while scratch is not used for another row.
+  GraphRow row(int j, int k, Scratch& scratch) const;
 
  private:
-  std::array<int, 3> size_;
-  int stride_;
-  std::size_t cells_;
-  std::array<std::ptrdiff_t, kGraphEdges> offsets_{};
+  /// Of edges between two rows of nodes, by the rule.
+  void weigh(int edge, std::size_t from, std::size_t to, float* out, int count) const;
+  std::array<ZeroedArray<float>, kGraphEdges> kept_;
+  std::optional<EdgeRule> rule_;
+  std::array<std::vector<float>, kGraphEdges> penalties_;  ///< Of the rule, along a row.
 };
 
 /// What a solve achieved.

@@ -41,18 +41,30 @@ struct ConstMomentRows {
 /// Undirected edges that are stored at each node of a grid graph.
 inline constexpr int kGraphEdges = 9;
 
-/// One row of a graph's matrix: edge e joins node i and node i + offsets[e].
+/// One row of a graph's matrix: after[e] joins node i and node i + offsets[e], before[e] node i and
+/// node i - offsets[e].
 struct GraphRow {
-  const float* weights[kGraphEdges];
+  const float* after[kGraphEdges];
+  const float* before[kGraphEdges];
   std::ptrdiff_t offsets[kGraphEdges];
   const float* leak;  ///< Sum of the edges to nodes whose value is fixed.
 };
 
-/// The same with weights of 16 bits.
+/// The same with weights of 16 bits, which also lie offsets[e] apart.
 struct PackedRow {
-  const unsigned short* weights[kGraphEdges];  ///< packed_weight().
+  const unsigned short* weights[kGraphEdges];  ///< packed_weight(), as GraphRow::after.
   std::ptrdiff_t offsets[kGraphEdges];
   const float* leak;
+};
+
+/// z · z and r · z of two vectors.
+struct Products {
+  double zz = 0, rz = 0;
+  Products& operator+=(const Products& o) {
+    zz += o.zz;
+    rz += o.rz;
+    return *this;
+  }
 };
 
 /// Of a random walk's edge: exp(-beta (|a - b| + penalty)) + floor.
@@ -78,12 +90,19 @@ struct Kernels {
                         const MomentRows& out, int count);
   /// out_i = leak_i x_i + sum over edges w_ij (x_i - x_j).
   void (*laplacian)(const GraphRow& row, const double* x, double* out, int count);
-  void (*packed_laplacian)(const PackedRow& row, const float* x, float* out, int count);
+  /// out = A x of a row; returns x · x and x · out.
+  Products (*packed_laplacian)(const PackedRow& row, const float* x, float* out, int count);
+  /// out = b - A x of a row.
+  void (*packed_residual)(const PackedRow& row, const float* b, const float* x, float* out,
+                          int count);
   /// v = (v + w before) pivot, and v += pivot w after: a step of every line's solve.
   void (*line_forward)(const unsigned short* w, const float* pivot, const float* before, float* v,
                        int count);
   void (*line_backward)(const unsigned short* w, const float* pivot, const float* after, float* v,
                         int count);
+  /// out = scale (x + damping step) where pivot > 0, 0 elsewhere; returns out · out and out · b.
+  Products (*damped_step)(const float* x, const float* step, const float* pivot, const float* b,
+                          float damping, float scale, float* out, int count);
   /// a · b in double.
   double (*dot)(const float* a, const float* b, int count);
   /// e += alpha p, r -= alpha ap; returns r · r.

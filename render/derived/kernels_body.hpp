@@ -269,8 +269,10 @@ static constexpr Kernels make_kernels(const char* name) {
           merge_rows,
           laplacian_rows,
           packed_laplacian_rows,
+          packed_residual_rows,
           line_forward_rows,
           line_backward_rows,
+          damped_step_rows,
           dot_rows,
           step_rows,
           edge_weight_rows};

@@ -5,7 +5,6 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "nav/index.hpp"
 #include "render/derived/graph_rows.hpp"
@@ -14,7 +13,7 @@ namespace nav::render::derived {
 namespace {
 
 /// The axis along which neighbours hold together most: that of the scan lines, mostly.
-int line_axis(const GridGraph& graph, const RunOptions& run) {
+int line_axis(const PackedGraph& graph, const RunOptions& run) {
   const auto coupling = graph.coupling(run);
   int axis = 0;
   double strongest = -1;
@@ -27,7 +26,7 @@ int line_axis(const GridGraph& graph, const RunOptions& run) {
 }
 
 /// Boxes of 2 across the lines, which are solved exactly; along them when nothing else is left.
-std::array<int, 3> factors_of(const GridGraph& graph, int axis) {
+std::array<int, 3> factors_of(const PackedGraph& graph, int axis) {
   std::array<int, 3> factor{1, 1, 1};
   bool across = false;
   for (int a = 0; a < 3; ++a) {
@@ -46,22 +45,24 @@ struct Multigrid::Level {
   int axis;  ///< Of the lines that smoothing solves exactly.
   /// Of the factorisation of each line; 0 where there is nothing to solve.
   ZeroedArray<float> pivot;
-  /// b is 0 where there is nothing to solve; x is not, before it is smoothed.
+  /// b is 0 where there is nothing to solve; x is not, before it is smoothed. Those of the first
+  /// level are lent to it.
   ZeroedArray<float> x, b, smoothed;
   std::array<int, 3> factor;  ///< To the next level.
 
-  Level(const GridGraph& g, const RunOptions& run)
-      : graph(g, run),
-        axis(line_axis(g, run)),
+  Level(PackedGraph packed, const RunOptions& run)
+      : graph(std::move(packed)),
+        axis(line_axis(graph, run)),
         pivot(graph.cells()),
-        x(graph.cells()),
-        b(graph.cells()),
-        smoothed(graph.cells()),
-        factor(factors_of(g, axis)) {
+        factor(factors_of(graph, axis)) {
     for_each_plane(graph.size()[2], run, [&](int k) {
       for (int j = 0; j < graph.size()[1]; ++j) graph.degrees(j, k, &pivot[graph.at(0, j, k)]);
     });
     factorise(run);
+  }
+
+  void take_vectors() {
+    for (auto* v : {&x, &b, &smoothed}) *v = ZeroedArray<float>(graph.cells());
   }
 
   /// Nodes of a box of the next level.
@@ -92,8 +93,12 @@ struct Multigrid::Level {
         residual(axis == 2 ? slab.number : n, axis == 2 ? n : slab.number, t.row(n));
       }
       solve_lines(slab, t);
-      for (int n = 0; n < slab.rows; ++n)
-        add_step(slab.at(n), t.row(n), scale, slabs[as_size(slab.number)]);
+      for (int n = 0; n < slab.rows; ++n) {
+        const std::size_t first = slab.at(n);
+        slabs[as_size(slab.number)] +=
+            kernels().damped_step(&x[first], t.row(n), &pivot[first], &b[first], kDamping, scale,
+                                  &smoothed[first], graph.row_length());
+      }
     });
     x.swap(smoothed);
     Products sum;
@@ -171,21 +176,7 @@ struct Multigrid::Level {
   /// A row of b - A x, 0 where there is nothing to solve.
   void residual(int j, int k, float* out) const {
     const std::size_t first = graph.at(0, j, k);
-    kernels().packed_laplacian(graph.row(j, k), &x[first], out, graph.row_length());
-    const float* from = &b[first];
-    for (std::size_t i = 0; i < length(); ++i) out[i] = from[i] - out[i];
-  }
-  /// smoothed = scale (x + damping · step), 0 where there is nothing to solve.
-  void add_step(std::size_t first, const float* step, float scale, Products& sum) {
-    const float* from = &x[first];
-    const float* open = &pivot[first];
-    float* out = &smoothed[first];
-    for (std::size_t i = 0; i < length(); ++i) {
-      const float to = from[i] + kDamping * step[i];
-      out[i] = open[i] > 0 ? scale * to : 0.0F;
-    }
-    sum.zz += kernels().dot(out, out, graph.row_length());
-    sum.rz += kernels().dot(out, &b[first], graph.row_length());
+    kernels().packed_residual(graph.row(j, k), &b[first], &x[first], out, graph.row_length());
   }
   /// Nodes beyond the row have no residual.
   void add_to_boxes(const float* left, int boxes, float* box) const {
@@ -207,7 +198,7 @@ struct Multigrid::Level {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
     for_each_slab(run, [&](const Slab& slab) {
       for (int n = 0; n < slab.rows; ++n) {
-        const std::uint16_t* edge = graph.along(axis, slab.at(n) - back);
+        const std::uint16_t* edge = graph.edges(axis, slab.at(n) - back);
         float* p = &pivot[slab.at(n)];
         const float* before = p - back;
         for (std::size_t i = 0; i < length(); ++i) {
@@ -221,7 +212,7 @@ struct Multigrid::Level {
   void solve_lines(const Slab& slab, LineScratch& t) const {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
     for (int n = 0; n < slab.rows; ++n) {
-      const std::uint16_t* w = graph.along(axis, slab.at(n) - back);
+      const std::uint16_t* w = graph.edges(axis, slab.at(n) - back);
       const float* p = &pivot[slab.at(n)];
       if (axis != 0) {
         kernels().line_forward(w, p, t.row(n - 1), t.row(n), graph.row_length());
@@ -233,7 +224,7 @@ struct Multigrid::Level {
       }
     }
     for (int n = slab.rows - 1; n >= 0; --n) {
-      const std::uint16_t* w = graph.along(axis, slab.at(n));
+      const std::uint16_t* w = graph.edges(axis, slab.at(n));
       const float* p = &pivot[slab.at(n)];
       if (axis != 0) {
         kernels().line_backward(w, p, t.row(n + 1), t.row(n), graph.row_length());
@@ -249,27 +240,37 @@ struct Multigrid::Level {
 
 /// The last level, solved directly.
 struct Multigrid::Coarsest {
-  explicit Coarsest(const GridGraph& graph) {
-    for (int k = 0; k < graph.size()[2]; ++k) {
-      for (int j = 0; j < graph.size()[1]; ++j) {
-        for (int i = 0; i < graph.size()[0]; ++i) nodes.push_back(graph.at(i, j, k));
-      }
-    }
+  explicit Coarsest(const PackedGraph& graph) {
+    const auto& [width, height, depth] = graph.size();
     std::vector<int> number(graph.cells(), -1);
-    for (std::size_t n = 0; n < nodes.size(); ++n) number[nodes[n]] = static_cast<int>(n);
+    const auto each = [&](const auto& visit) {
+      for (int k = 0; k < depth; ++k) {
+        for (int j = 0; j < height; ++j) {
+          for (int i = 0; i < width; ++i) visit(graph.at(i, j, k), graph.leak().row(j, k)[i]);
+        }
+      }
+    };
+    each([&](std::size_t node, float) {
+      number[node] = static_cast<int>(nodes.size());
+      nodes.push_back(node);
+    });
     std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      const int row = static_cast<int>(n);
-      const double degree = graph.degree(nodes[n]);
-      // A whisper on the diagonal: parts without any fixed value stay solvable.
-      entries.emplace_back(row, row, degree > 0 ? degree * (1 + 1e-9) : 1);
+    Eigen::VectorXd degree = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(nodes.size()));
+    each([&](std::size_t node, float leak) {
+      const int row = number[node];
+      degree[row] += static_cast<double>(leak);
       for (int e = 0; e < kGraphEdges; ++e) {
-        const auto weight = static_cast<double>(graph.weights[as_size(e)][nodes[n]]);
+        const auto weight = static_cast<double>(unpacked_weight(*graph.edges(e, node)));
         if (!(weight > 0)) continue;
-        const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
+        const int other = number[node + static_cast<std::size_t>(graph.offset(e))];
+        for (const int end : {row, other}) degree[end] += weight;
         entries.emplace_back(row, other, -weight);
         entries.emplace_back(other, row, -weight);
       }
+    });
+    // A whisper on the diagonal: parts without any fixed value stay solvable.
+    for (int row = 0; row < degree.size(); ++row) {
+      entries.emplace_back(row, row, degree[row] > 0 ? degree[row] * (1 + 1e-9) : 1);
     }
     const auto size = static_cast<Eigen::Index>(nodes.size());
     Eigen::SparseMatrix<double> matrix(size, size);
@@ -293,17 +294,16 @@ struct Multigrid::Coarsest {
 
 Multigrid::Multigrid(GridGraph fine, const RunOptions& run) : fine_(std::move(fine)), run_(run) {
   constexpr double kDirectNodes = 1500;
-  const GridGraph* last = &fine_;
-  std::optional<GridGraph> coarse;
+  levels_.emplace_back(PackedGraph(fine_, run_), run_);
   while (true) {
-    levels_.emplace_back(*last, run_);
     if (run_.stop.stop_requested()) return;
-    const auto& size = last->size();
+    const Level& last = levels_.back();
+    const auto& size = last.graph.size();
     if (static_cast<double>(size[0]) * size[1] * size[2] <= kDirectNodes) break;
-    GridGraph next = last->coarse(levels_.back().factor, run_);
-    last = &coarse.emplace(std::move(next));
+    levels_.emplace_back(last.graph.coarse(last.factor, run_), run_);
+    levels_.back().take_vectors();
   }
-  coarsest_ = std::make_unique<Coarsest>(*last);
+  coarsest_ = std::make_unique<Coarsest>(levels_.back().graph);
 }
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
@@ -346,9 +346,12 @@ Products Multigrid::cycle(std::size_t number, Start start, float scale) {
   return level.smooth(scale, run_);
 }
 
-Products Multigrid::apply(ZeroedArray<float>& r, ZeroedArray<float>& z) {
+Products Multigrid::apply(ZeroedArray<float>& r, ZeroedArray<float>& z,
+                          ZeroedArray<float>& scratch) {
   Level& top = levels_.front();
   top.b.swap(r);
+  top.x.swap(scratch);
+  top.smoothed.swap(z);
   Products sum = cycle(0, Start::kZero, 1);
   if (levels_.size() == 1) {
     const int count = static_cast<int>(top.x.size()) / kLanes * kLanes;
@@ -357,6 +360,7 @@ Products Multigrid::apply(ZeroedArray<float>& r, ZeroedArray<float>& z) {
   }
   top.b.swap(r);
   top.x.swap(z);
+  top.smoothed.swap(scratch);
   return sum;
 }
 

@@ -17,16 +17,6 @@ struct SolveOptions {
   int max_iterations = 200;  ///< Of the inner solver, all refinements together.
 };
 
-/// z · z and r · z.
-struct Products {
-  double zz = 0, rz = 0;
-  Products& operator+=(const Products& o) {
-    zz += o.zz;
-    rz += o.rz;
-    return *this;
-  }
-};
-
 /// Approximate inverse of a graph's matrix: one multigrid cycle with boxes of two nodes across the
 /// scan lines as coarse nodes, the first two coarse levels visited twice, smoothing that solves
 /// whole lines along the axis of the strongest coupling exactly, and a direct solve on the last
@@ -45,8 +35,10 @@ class Multigrid {
   [[nodiscard]] const PackedGraph& packed() const;
   /// Nodes that there is something to solve for.
   [[nodiscard]] std::size_t open() const;
-  /// z = M r; vectors of fine().cells(). r, 0 at nodes without edges, comes back as it was.
-  Products apply(ZeroedArray<float>& r, ZeroedArray<float>& z);
+  /// z = M r; vectors of fine().cells(), finite. r, 0 at nodes without edges, comes back as it was;
+  /// what is in scratch is lost.
+  /// Returns z · z and r · z.
+  Products apply(ZeroedArray<float>& r, ZeroedArray<float>& z, ZeroedArray<float>& scratch);
   [[nodiscard]] int levels() const;
 
  private:
@@ -65,7 +57,7 @@ class Multigrid {
 /// refinement, whose residuals are those of fine() in double, so that the result is as good as
 /// double arithmetic makes it. Reports
 /// what it reached; a stop request ends it early (converged = false).
-SolveReport solve(Multigrid& system, const ZeroedArray<float>& b, ZeroedArray<double>& x,
+SolveReport solve(Multigrid& system, const FewRows& b, ZeroedArray<double>& x,
                   const SolveOptions& options, const RunOptions& run);
 
 }  // namespace nav::render::derived

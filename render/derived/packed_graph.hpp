@@ -18,37 +18,32 @@ inline float unpacked_weight(std::uint16_t packed) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(packed) << 16);
 }
 
-/// A GridGraph with weights of 16 bits, on the same layout: 22 bytes per node instead of 40. Its
-/// quadratic form is the graph's within 2^-8, so that a solve with it takes the error to about
-/// 0.004 of what it was; residuals in full precision and another solve do the rest.
-class PackedGraph {
+/// A GridGraph with weights of 16 bits, on the same layout: 18 bytes per node. Its quadratic form
+/// is the graph's within 2^-8, so that a solve with it takes the error to about 0.004 of what it
+/// was; residuals in full precision and another solve do the rest.
+class PackedGraph : public GraphLayout {
  public:
   PackedGraph(const GridGraph& graph, const RunOptions& run);
+  /// Galerkin: nodes joined in boxes of factor nodes (1 or 2 along each axis), edges between boxes
+  /// summed, and rounded. Every edge leads to one of the 18 neighbours again.
+  [[nodiscard]] PackedGraph coarse(const std::array<int, 3>& factor, const RunOptions& run) const;
 
-  [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
-  [[nodiscard]] int row_length() const { return padded(size_[0]); }
-  [[nodiscard]] std::size_t cells() const { return leak_.size(); }
-  [[nodiscard]] std::size_t at(int i, int j, int k) const {
-    return first_ + static_cast<std::size_t>(k) * plane_ + static_cast<std::size_t>(j) * stride_ +
-           static_cast<std::size_t>(i);
-  }
-  [[nodiscard]] std::ptrdiff_t offset(int edge) const {
-    return offsets_[static_cast<std::size_t>(edge)];
-  }
   [[nodiscard]] PackedRow row(int j, int k) const;
-  /// Edges along an axis, [0, 2], from node on.
-  [[nodiscard]] const std::uint16_t* along(int axis, std::size_t node) const {
-    return weights_[static_cast<std::size_t>(axis)].data() + node;
+  /// Edges, [0, kGraphEdges), from node on; those of [0, 2] lead along the axes.
+  [[nodiscard]] const std::uint16_t* edges(int edge, std::size_t node) const {
+    return weights_[static_cast<std::size_t>(edge)].data() + node;
   }
+  /// Edges to fixed nodes.
+  [[nodiscard]] const FewRows& leak() const { return leak_; }
   /// Sums of all edges at the nodes of a row and their leaks; row_length() values.
   void degrees(int j, int k, float* out) const;
+  /// Mean weight of the edges along each axis, [0] to [2].
+  [[nodiscard]] std::array<double, 3> coupling(const RunOptions& run) const;
 
  private:
-  std::array<int, 3> size_;
-  std::size_t first_, stride_, plane_;
-  std::array<std::ptrdiff_t, kGraphEdges> offsets_{};
+  PackedGraph(const std::array<int, 3>& size, FewRows leak);
   std::array<ZeroedArray<std::uint16_t>, kGraphEdges> weights_;
-  ZeroedArray<float> leak_;
+  FewRows leak_;
 };
 
 }  // namespace nav::render::derived

@@ -433,12 +433,12 @@ TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
 }
 
 TEST(ConfidenceTest, ThinVolumesTakeMoreMemoryThanTheirVoxels) {
-  // A row of nodes with its border is 16 by 3 by 3 of them to each voxel.
+  // With its border a row of one voxel is 16 by 3 nodes.
   const auto grid = test::centred_grid({1, 1, 20000}, {1, 1, 1});
   const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
   const auto along = ScanLines::parallel({{0, 0, 1}}, {{0, 0, -1e6}});
   RunOptions run;
-  run.memory_limit = 38400000;  // Of the graph's weights and leaks alone.
+  run.memory_limit = 21120000;  // Of the nodes' values and the rounded weights alone.
   const auto refused = confidence(volume, *along, {}, run);
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, ErrorCode::kUnsupportedData);
