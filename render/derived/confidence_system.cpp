@@ -118,16 +118,23 @@ class Assembly {
       return;
     }
     graph_.emplace(grid_.size);
+    const auto directions = directions_of_nodes();
+    const auto from = [&](std::size_t node) {
+      return std::array<const float*, 3>{&directions[0][node], &directions[1][node],
+                                         &directions[2][node]};
+    };
     for_each_plane(grid_.size[2], run_, [&](int k) {
       std::vector<float> penalty(as_size(layout_.row_length()));
       for (int j = 0; j < grid_.size[1]; ++j) {
-        const std::size_t first = layout_.at(0, j, k);
+        const std::size_t here = layout_.at(0, j, k);
         for (int e = 0; e < kGraphEdges; ++e) {
-          penalties(e, j, k, penalty);
-          kernels().edge_weights(&attenuated_[first],
-                                 &attenuated_[first + static_cast<std::size_t>(layout_.offset(e))],
-                                 penalty.data(), constants, &graph_->kept(e)[first],
-                                 layout_.row_length());
+          const std::size_t there = here + static_cast<std::size_t>(layout_.offset(e));
+          const Eigen::Vector3f edge = edge_[as_size(e)].cast<float>();
+          kernels().edge_penalties(from(here).data(), from(there).data(), edge.data(),
+                                   static_cast<float>(options_.gamma * difference_), penalty.data(),
+                                   layout_.row_length());
+          kernels().edge_weights(&attenuated_[here], &attenuated_[there], penalty.data(), constants,
+                                 &graph_->kept(e)[here], layout_.row_length());
         }
       }
     });
@@ -309,19 +316,21 @@ class Assembly {
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
     return options_.gamma * edge_[as_size(e)].cross(along_line).norm() * difference_;
   }
-  /// Where lines differ.
-  void penalties(int e, int j, int k, std::vector<float>& row) const {
-    const auto& s = kEdgeSteps[as_size(e)];
-    for (int i = 0; i < grid_.size[0]; ++i) {
-      const int x = i + s[0], y = j + s[1], z = k + s[2];
-      row[as_size(i)] = 0;
-      if (x >= grid_.size[0] || y < 0 || y >= grid_.size[1] || z < 0 || z >= grid_.size[2])
-        continue;
-      const Eigen::Vector3d both = lines_.away(grid_, i, j, k) + lines_.away(grid_, x, y, z);
-      if (both.allFinite() && both.norm() > 0) {
-        row[as_size(i)] = static_cast<float>(penalty(e, both.normalized()));
+  /// Away from the transducer; 0 beyond the voxels.
+  std::array<ZeroedArray<float>, 3> directions_of_nodes() const {
+    std::array<ZeroedArray<float>, 3> out;
+    for (auto& component : out) component = ZeroedArray<float>(layout_.cells());
+    for_each_plane(grid_.size[2], run_, [&](int k) {
+      for (int j = 0; j < grid_.size[1]; ++j) {
+        for (int i = 0; i < grid_.size[0]; ++i) {
+          const Eigen::Vector3f away = lines_.away(grid_, i, j, k).cast<float>();
+          for (std::size_t a = 0; a < 3; ++a) {
+            out[a][layout_.at(i, j, k)] = away[static_cast<Eigen::Index>(a)];
+          }
+        }
       }
-    }
+    });
+    return out;
   }
 
   const ScalarVolume& volume_;

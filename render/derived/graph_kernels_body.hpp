@@ -126,6 +126,23 @@ static double step_rows(float alpha, const float* p, const float* ap, float* e, 
   return total(sums);
 }
 
+static void edge_penalty_rows(const float* const here[3], const float* const there[3],
+                              const float edge[3], float scale, float* out, int count) {
+  for (int i = 0; i < count; i += 8) {
+    const Floats x = load(here[0] + i) + load(there[0] + i);
+    const Floats y = load(here[1] + i) + load(there[1] + i);
+    const Floats z = load(here[2] + i) + load(there[2] + i);
+    const Floats aside_x = edge[1] * z - edge[2] * y;
+    const Floats aside_y = edge[2] * x - edge[0] * z;
+    const Floats aside_z = edge[0] * y - edge[1] * x;
+    const Floats aside = aside_x * aside_x + aside_y * aside_y + aside_z * aside_z;
+    const Floats length = x * x + y * y + z * z;
+    const Ints opposite = length <= 0.0F;
+    const Floats share = scale * sqrt_of(aside / select(opposite, all(1.0F), length));
+    store(out + i, select(opposite, all(0.0F), share));
+  }
+}
+
 static void edge_weight_rows(const float* here, const float* there, const float* penalty,
                              const EdgeConstants& k, float* out, int count) {
   for (int i = 0; i < count; i += 8) {

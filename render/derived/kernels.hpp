@@ -107,6 +107,10 @@ struct Kernels {
   double (*dot)(const float* a, const float* b, int count);
   /// e += alpha p, r -= alpha ap; returns r · r.
   double (*step)(float alpha, const float* p, const float* ap, float* e, float* r, int count);
+  /// scale times how far edges lead aside of the mean of the directions at their ends, unit vectors
+  /// in three rows each; 0 where these are opposite.
+  void (*edge_penalties)(const float* const here[3], const float* const there[3],
+                         const float edge[3], float scale, float* out, int count);
   /// 0 where either end is NaN.
   void (*edge_weights)(const float* here, const float* there, const float* penalty,
                        const EdgeConstants& constants, float* out, int count);

@@ -275,6 +275,7 @@ static constexpr Kernels make_kernels(const char* name) {
           damped_step_rows,
           dot_rows,
           step_rows,
+          edge_penalty_rows,
           edge_weight_rows};
 }
 
