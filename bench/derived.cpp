@@ -11,6 +11,7 @@
 #include <limits>
 #include <malloc.h>
 #include <numbers>
+#include <optional>
 
 #include "bench/derived_itk.hpp"
 #include "render/derived/definition.hpp"
@@ -63,6 +64,12 @@ ScanLines down(const ScalarVolume& volume) {
   return *ScanLines::parallel({{0, 1, 0}}, volume.grid().at({0, 0, 0}));
 }
 
+/// From an apex half a side above the middle of the first face.
+ScanLines fan(const ScalarVolume& volume) {
+  const auto& size = volume.grid().size;
+  return *ScanLines::fan(volume.grid().at({size[0] / 2.0, -size[1] / 2.0, size[2] / 2.0}), 0);
+}
+
 GradientPartOptions smooth(GradientPart part, double truncate = GradientOptions{}.truncate) {
   return {part, {.smoothing_mm = kUsualSmoothingMm, .truncate = truncate}};
 }
@@ -74,6 +81,7 @@ struct Subject {
   double goal_s;
   std::string peer;
   std::function<void(ItkPeer&)> run_peer;
+  std::optional<ScanLines> lines{};  ///< None: down.
 };
 
 std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
@@ -93,6 +101,7 @@ std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
       {"vesselness", vessels, 6, "MultiScaleHessianBasedMeasure, 4 scales",
        [=](ItkPeer& p) { p.vesselness(tubes); }},
       {"confidence", ConfidenceOptions{}, 10, "none", {}},
+      {"confidence_of_fan", ConfidenceOptions{}, 10, "none", {}, fan(volume)},
       {"gradient_magnitude", GradientPartOptions{}, kNaN, "GradientMagnitudeImageFilter",
        [](ItkPeer& p) { p.gradient_magnitude(0); }},
       {"gradient_angle", GradientPartOptions{GradientPart::kAngle}, kNaN, "none", {}},
@@ -107,7 +116,8 @@ std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
 Result<DerivedTiming> time_subject(const Subject& subject, const ScalarVolume& volume,
                                    const DerivedBenchOptions& options, ItkPeer& peer) {
   DerivedTiming timing{subject.name, {}, subject.goal_s, 0, "", subject.peer, {kNaN, kNaN}};
-  const DerivedRequest request{volume, subject.options, down(volume)};
+  const DerivedRequest request{volume, subject.options,
+                               subject.lines ? *subject.lines : down(volume)};
   std::size_t before = 0;
   std::atomic<std::size_t> most = 0;
   RunOptions run;

@@ -24,8 +24,9 @@ struct DerivedBenchOptions {
 
 /// One feature on the timed volume.
 struct DerivedTiming {
-  /// snr, vesselness, confidence, gradient_magnitude, gradient_angle, and smoothed by 0.4 mm:
-  /// smooth_gradient_magnitude, _along, _across.
+  /// snr, vesselness, confidence, confidence_of_fan (whose scan lines meet above the volume),
+  /// gradient_magnitude, gradient_angle, and smoothed by 0.4 mm: smooth_gradient_magnitude, _along,
+  /// _across.
   std::string feature;
   Taken taken;
   double goal_s = 0;           ///< Wall, 256^3, two cores; NaN: none set.
