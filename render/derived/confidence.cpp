@@ -7,6 +7,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "render/derived/graph_matrix.hpp"
+
 namespace nav::render::derived {
 namespace {
 
@@ -120,45 +122,22 @@ Result<std::vector<double>> confidence(const ScalarVolume& volume, const ScanLin
   auto system = confidence_system(volume, lines, options, run);
   if (!system) return system.error();
   const GridGraph& graph = system->graph;
-  std::vector<int> number(graph.cells(), -1);
-  std::vector<std::size_t> nodes;
-  std::vector<double> right, degree;
-  std::vector<Eigen::Triplet<double>> entries;
+  const auto weight = [&](int e, std::size_t node) { return graph.weight(e, node); };
+  const GraphMatrix direct = matrix_of(graph, graph.leak, weight, 0);
+  Eigen::VectorXd right(direct.degree.size());
+  Eigen::Index row = 0;
   for (int k = 0; k < graph.size()[2]; ++k) {
     for (int j = 0; j < graph.size()[1]; ++j) {
       for (int i = 0; i < graph.size()[0]; ++i) {
-        const std::size_t node = graph.at(i, j, k);
-        number[node] = static_cast<int>(nodes.size());
-        nodes.push_back(node);
-        right.push_back(static_cast<double>(system->b.row(j, k)[i]));
-        degree.push_back(static_cast<double>(graph.leak.row(j, k)[i]));
+        right[row++] = static_cast<double>(system->b.row(j, k)[i]);
       }
     }
   }
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    for (int e = 0; e < kGraphEdges; ++e) {
-      const auto weight = static_cast<double>(graph.weight(e, nodes[n]));
-      if (!(weight > 0)) continue;
-      const int row = static_cast<int>(n);
-      const int other = number[nodes[n] + static_cast<std::size_t>(graph.offset(e))];
-      for (const int end : {row, other}) degree[static_cast<std::size_t>(end)] += weight;
-      entries.emplace_back(row, other, -weight);
-      entries.emplace_back(other, row, -weight);
-    }
-  }
-  // Where nothing is to be solved a row of the identity keeps the matrix regular.
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    const int row = static_cast<int>(n);
-    entries.emplace_back(row, row, degree[n] > 0 ? degree[n] : 1);
-  }
-  const auto size = static_cast<Eigen::Index>(nodes.size());
-  Eigen::SparseMatrix<double> matrix(size, size);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
-  const Eigen::VectorXd solved =
-      factors.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), size));
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (degree[n] > 0) system->x[nodes[n]] = solved[static_cast<Eigen::Index>(n)];
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(direct.matrix);
+  const Eigen::VectorXd solved = factors.solve(right);
+  for (std::size_t n = 0; n < direct.nodes.size(); ++n) {
+    const auto at = static_cast<Eigen::Index>(n);
+    if (direct.degree[at] > 0) system->x[direct.nodes[n]] = solved[at];
   }
   std::vector<double> out(volume.grid().voxel_count());
   for_each_voxel(graph, [&](std::size_t voxel, std::size_t node) { out[voxel] = system->x[node]; });

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "nav/index.hpp"
+#include "render/derived/graph_matrix.hpp"
 #include "render/derived/graph_rows.hpp"
 
 namespace nav::render::derived {
@@ -241,41 +242,13 @@ struct Multigrid::Level {
 /// The last level, solved directly.
 struct Multigrid::Coarsest {
   explicit Coarsest(const PackedGraph& graph) {
-    const auto& [width, height, depth] = graph.size();
-    std::vector<int> number(graph.cells(), -1);
-    const auto each = [&](const auto& visit) {
-      for (int k = 0; k < depth; ++k) {
-        for (int j = 0; j < height; ++j) {
-          for (int i = 0; i < width; ++i) visit(graph.at(i, j, k), graph.leak().row(j, k)[i]);
-        }
-      }
-    };
-    each([&](std::size_t node, float) {
-      number[node] = static_cast<int>(nodes.size());
-      nodes.push_back(node);
-    });
-    std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd degree = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(nodes.size()));
-    each([&](std::size_t node, float leak) {
-      const int row = number[node];
-      degree[row] += static_cast<double>(leak);
-      for (int e = 0; e < kGraphEdges; ++e) {
-        const auto weight = static_cast<double>(unpacked_weight(*graph.edges(e, node)));
-        if (!(weight > 0)) continue;
-        const int other = number[node + static_cast<std::size_t>(graph.offset(e))];
-        for (const int end : {row, other}) degree[end] += weight;
-        entries.emplace_back(row, other, -weight);
-        entries.emplace_back(other, row, -weight);
-      }
-    });
     // A whisper on the diagonal: parts without any fixed value stay solvable.
-    for (int row = 0; row < degree.size(); ++row) {
-      entries.emplace_back(row, row, degree[row] > 0 ? degree[row] * (1 + 1e-9) : 1);
-    }
-    const auto size = static_cast<Eigen::Index>(nodes.size());
-    Eigen::SparseMatrix<double> matrix(size, size);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    factors.compute(matrix);
+    const auto weight = [&](int e, std::size_t node) {
+      return unpacked_weight(*graph.edges(e, node));
+    };
+    GraphMatrix system = matrix_of(graph, graph.leak(), weight, 1e-9);
+    nodes = std::move(system.nodes);
+    factors.compute(system.matrix);
     NAV_CHECK(factors.info() == Eigen::Success, nodes.size());
   }
   void solve(const ZeroedArray<float>& b, ZeroedArray<float>& x) const {
