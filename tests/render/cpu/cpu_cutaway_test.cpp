@@ -6,6 +6,7 @@
 #include "render/cpu/cpu_marches.hpp"
 #include "render/cpu/cpu_rays.hpp"
 #include "tests/render/scene_support.hpp"
+#include "tests/support/trials.hpp"
 
 namespace nav::render {
 namespace {
@@ -106,7 +107,7 @@ TEST(CpuCutawayTest, MeetsEveryRayWhereTheSpecificationSays) {
     const CpuMarches marches = cpu_marches(lanes);
     std::mt19937 random(21);
     double shares = 0;
-    constexpr int kScenes = 40;
+    constexpr int kScenes = test::trials(40);
     for (int i = 0; i < kScenes; ++i) {
       const Scene scene = random_scene(random);
       if (spec::make_cutaway(scene, true).empty()) continue;

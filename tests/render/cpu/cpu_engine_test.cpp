@@ -600,7 +600,7 @@ TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   const auto ct = test::SyntheticAbdomen::volume(96);
   const auto cpu = make_cpu_engine();
   const auto reference = make_reference_engine();
-  for (const char* preset : {"ct-bone", "ct-soft-tissue", "cta-vessels"}) {
+  for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {
     Camera camera{{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
     Scene scene{ct, *preset_transfer_function(preset), {}, {}, {}, {}, camera, {}};
     scene.plane = test::upright_plane(test::grey_picture(150, 120, 120), 1, {-50, -20, 90});
