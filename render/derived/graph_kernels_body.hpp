@@ -49,7 +49,8 @@ SONDE_INLINE double total(const DoubleSums& sums) {
 }
 
 /// Of the eight nodes from i on: A x.
-SONDE_INLINE Floats packed_laplacian_at(const PackedRow& g, const float* x, Floats here, int i) {
+SONDE_INLINE Floats packed_laplacian_at(const PackedRow& g, const float* x, int i) {
+  const Floats here = load(x + i);
   Floats sum = load(g.leak + i) * here;
   for (int e = 0; e < kGraphEdges; ++e) {
     const long long step = g.offsets[e];
@@ -62,20 +63,17 @@ SONDE_INLINE Floats packed_laplacian_at(const PackedRow& g, const float* x, Floa
 static Products packed_laplacian_rows(const PackedRow& g, const float* x, float* out, int count) {
   DoubleSums xx, xo;
   for (int i = 0; i < count; i += 8) {
-    store(out + i, packed_laplacian_at(g, x, load(x + i), i));
+    store(out + i, packed_laplacian_at(g, x, i));
     add_products(xx, x + i, x + i);
     add_products(xo, x + i, out + i);
   }
-  Products sums;
-  sums.zz = total(xx);
-  sums.rz = total(xo);
-  return sums;
+  return {total(xx), total(xo)};
 }
 
 static void packed_residual_rows(const PackedRow& g, const float* b, const float* x, float* out,
                                  int count) {
   for (int i = 0; i < count; i += 8) {
-    store(out + i, load(b + i) - packed_laplacian_at(g, x, load(x + i), i));
+    store(out + i, load(b + i) - packed_laplacian_at(g, x, i));
   }
 }
 
@@ -89,10 +87,7 @@ static Products damped_step_rows(const float* x, const float* step, const float*
     add_products(oo, out + i, out + i);
     add_products(ob, out + i, b + i);
   }
-  Products sums;
-  sums.zz = total(oo);
-  sums.rz = total(ob);
-  return sums;
+  return {total(oo), total(ob)};
 }
 
 static void line_forward_rows(const unsigned short* w, const float* pivot, const float* before,

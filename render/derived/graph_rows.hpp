@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "render/derived/graph_layout.hpp"
 #include "render/derived/run.hpp"
 #include "render/parallel.hpp"
@@ -15,6 +17,18 @@ void for_each_plane(int count, const RunOptions& run, const Work& work) {
   for_each_index(count, run.threads, [&](int i) {
     if (!run.stop.stop_requested()) work(i);
   });
+}
+
+inline Products& operator+=(Products& a, const Products& b) {
+  a.zz += b.zz;
+  a.rz += b.rz;
+  return a;
+}
+/// In order, so that it is the same for any number of threads.
+inline Products sum_of(const std::vector<Products>& parts) {
+  Products sum{};
+  for (const Products& part : parts) sum += part;
+  return sum;
 }
 
 /// Calls work(j, k, first node) for every row, planes in parallel. Private to the solver.

@@ -100,9 +100,7 @@ class Inner {
       planes[as_size(k)] += kernels().packed_laplacian(system_.packed().row(j, k), &p_[first],
                                                        &ap_[first], graph_.row_length());
     });
-    Products total;
-    for (const Products& plane : planes) total += plane;
-    return total;
+    return sum_of(planes);
   }
   double step(float alpha) {
     return sum([&](int, int, std::size_t first) {

@@ -57,14 +57,10 @@ struct PackedRow {
   const float* leak;
 };
 
-/// z · z and r · z of two vectors.
+/// z · z and r · z of two vectors. Without functions of its own: these would be compiled for each
+/// set of instructions and merged.
 struct Products {
-  double zz = 0, rz = 0;
-  Products& operator+=(const Products& o) {
-    zz += o.zz;
-    rz += o.rz;
-    return *this;
-  }
+  double zz, rz;
 };
 
 /// Of a random walk's edge: exp(-beta (|a - b| + penalty)) + floor.

@@ -102,9 +102,7 @@ struct Multigrid::Level {
       }
     });
     x.swap(smoothed);
-    Products sum;
-    for (const Products& slab : slabs) sum += slab;
-    return sum;
+    return sum_of(slabs);
   }
   /// Sums the residual over the boxes of the next level.
   void restrict_to(Level& next, const RunOptions& run) {
