@@ -432,6 +432,17 @@ TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
   }
 }
 
+// Penalties of a fan are computed another way than those of parallel lines.
+TEST(ConfidenceTest, AFarApexIsAsParallelLines) {
+  const auto volume = test::speckled(test::centred_grid({12, 16, 10}, {0.4, 0.4, 0.4}), 9);
+  const auto far = ScanLines::fan({{0, -1e6, 0}}, 0);
+  const auto fan = definition::confidence(volume, *far, {});
+  const auto parallel = definition::confidence(volume, down(), {});
+  ASSERT_TRUE(test::has_value(fan));
+  ASSERT_TRUE(test::has_value(parallel));
+  for (std::size_t n = 0; n < fan->size(); ++n) EXPECT_NEAR((*fan)[n], (*parallel)[n], 1e-4) << n;
+}
+
 TEST(ConfidenceTest, ThinVolumesTakeMoreMemoryThanTheirVoxels) {
   // With its border a row of one voxel is 16 by 3 nodes.
   const auto grid = test::centred_grid({1, 1, 20000}, {1, 1, 1});
