@@ -96,9 +96,10 @@ function(nav_precompile target from)
   target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
 
+option(SONDE_BATCHES "Compile several files at a time" ${SONDE_PRECOMPILE})
 # nav_in_batches(<target>): the target's files are compiled several at a time.
 function(nav_in_batches target)
-  if(NOT SONDE_PRECOMPILE)
+  if(NOT SONDE_BATCHES)
     return()
   endif()
   # A file's own types are no header's because a batch includes the file.
