@@ -16,12 +16,12 @@
 #include "app/predicates/predicate_white.hpp"
 #include "io/picture.hpp"
 #include "nav/places.hpp"
-#include "render/derived/service.hpp"
+#include "render/features/service.hpp"
 
 namespace nav::app {
 namespace {
 
-using namespace render::derived;
+using namespace render::features;
 
 struct Feature {
   std::string name;

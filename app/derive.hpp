@@ -9,9 +9,9 @@
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
-#include "render/derived/confidence.hpp"
-#include "render/derived/gradient.hpp"
-#include "render/derived/snr.hpp"
+#include "render/features/confidence.hpp"
+#include "render/features/gradient.hpp"
+#include "render/features/snr.hpp"
 
 namespace nav::app {
 
@@ -25,12 +25,12 @@ struct DeriveOptions {
   std::vector<double> apex_mm;  ///< Of a fan instead, LPS: 3 numbers.
   std::vector<double> face_mm;  ///< Where parallel lines have depth 0; none: the nearest voxel.
   double face_radius_mm = 0;    ///< Of the fan's probe.
-  std::filesystem::path scan_lines;                          ///< File of a sweep's planes; instead.
-  double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
+  std::filesystem::path scan_lines;  ///< File of a sweep's planes; instead.
+  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Of gradients.
   double black = 0;  ///< Stored values; gradients are of shares of white.
   double white = 255;
-  render::derived::SnrOptions snr{};
-  render::derived::ConfidenceOptions confidence{};
+  render::features::SnrOptions snr{};
+  render::features::ConfidenceOptions confidence{};
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;

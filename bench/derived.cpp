@@ -14,13 +14,13 @@
 #include <optional>
 
 #include "bench/derived_itk.hpp"
-#include "render/derived/definition.hpp"
-#include "render/derived/service.hpp"
+#include "render/features/definition.hpp"
+#include "render/features/service.hpp"
 
 namespace nav::bench {
 namespace {
 
-using namespace render::derived;
+using namespace render::features;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kVoxelMm = 0.4;

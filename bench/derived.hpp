@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/measure.hpp"
-#include "render/derived/volume.hpp"
+#include "render/features/volume.hpp"
 
 namespace nav::bench {
 
@@ -57,7 +57,7 @@ struct DerivedBenchReport {
 /// Whole-number intensities of 0 to 255: Rayleigh speckle that is correlated over a few voxels, in
 /// layers, with three dark vessels and the shadow of a bone; scan lines run along +j. side voxels
 /// of 0.4 mm along each axis. The same for every run.
-render::derived::ScalarVolume derived_phantom(int side);
+render::features::ScalarVolume derived_phantom(int side);
 
 /// progress: share done, [0, 1].
 Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,

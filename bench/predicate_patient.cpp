@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ultrasound_volume.hpp"
 
@@ -115,10 +115,10 @@ Result<PredicateVolume> simulated_ultrasound(const std::string& name, int side) 
 Result<void> add_features(const render::PredicateModel& model, PredicateVolume& volume) {
   volume.predicates.model = model;
   render::DerivedFeatureOptions derive;
-  derive.gradient.smoothing_mm = render::derived::kUsualSmoothingMm;
+  derive.gradient.smoothing_mm = render::features::kUsualSmoothingMm;
   derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
   derive.vesselness.largest_radius_mm = 4.5;
-  render::derived::DerivedVolumes service;
+  render::features::DerivedVolumes service;
   return render::add_derived_features(volume.ultrasound, derive, service, volume.predicates);
 }
 

@@ -8,7 +8,7 @@
 
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 
 namespace nav::bench {
 namespace {
@@ -78,8 +78,8 @@ std::vector<PredicateVolume::Look> general_looks() {
 
 Result<void> add_gradients(PredicateVolume& volume) {
   render::DerivedFeatureOptions options;
-  options.gradient.smoothing_mm = render::derived::kUsualSmoothingMm;
-  render::derived::DerivedVolumes service;
+  options.gradient.smoothing_mm = render::features::kUsualSmoothingMm;
+  render::features::DerivedVolumes service;
   for (const auto& one : volume.looks) {
     volume.predicates.model = one.model;
     if (auto ok =

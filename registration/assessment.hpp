@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "registration/lc2/lc2_cost.hpp"
-#include "registration/lc2/sweep_points.hpp"
+#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 /// What a result says of itself besides its cost.
 namespace nav::registration {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "registration/image_registration.hpp"
-#include "registration/lc2/lc2_kernel.hpp"
+#include "registration/similarity/lc2_kernel.hpp"
 
 namespace nav::registration {
 namespace {

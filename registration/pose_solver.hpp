@@ -7,7 +7,7 @@
 
 #include "registration/cost_solver.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/lc2/lc2_cost.hpp"
+#include "registration/similarity/lc2_cost.hpp"
 
 namespace nav::registration {
 

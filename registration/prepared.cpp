@@ -9,8 +9,8 @@
 
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
-#include "registration/lc2/coarse_pictures.hpp"
-#include "registration/lc2/picture_outline.hpp"
+#include "registration/similarity/coarse_pictures.hpp"
+#include "registration/similarity/picture_outline.hpp"
 
 namespace nav::registration {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "nav/diagnostics.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/lc2/ct_channels.hpp"
-#include "registration/lc2/patches.hpp"
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/motion/picture_motion.hpp"
+#include "registration/similarity/ct_channels.hpp"
+#include "registration/similarity/patches.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 

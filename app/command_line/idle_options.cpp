@@ -9,7 +9,7 @@
 
 #include "app/predicates/predicate_volume.hpp"
 #include "app/view/panels.hpp"
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 #include "render/predicates/registry.hpp"
 
 namespace nav::app {

@@ -33,7 +33,7 @@ void add_set_up_options(CLI::App& verb, PredicateOptions& o) {
 }
 
 void add_scribble_options(CLI::App& verb, PredicateOptions& o) {
-  using render::derived::Paint;
+  using render::features::Paint;
   verb.add_option("--scribbles", o.scribbles, "file of strokes painted on slices");
   for (const auto& [name, paint] :
        {std::pair<std::string, Paint>{"--show", Paint::kShow}, {"--hide", Paint::kHide}}) {

@@ -68,7 +68,7 @@ void CommandLine::add_derive() {
       ->capture_default_str();
   verb->add_flag_function(
       "--snr-gaussian",
-      [&o](std::int64_t) { o.snr.weights = render::derived::WindowWeights::kGaussian; },
+      [&o](std::int64_t) { o.snr.weights = render::features::WindowWeights::kGaussian; },
       "what is farther from the middle counts less");
   verb->add_option("--confidence-alpha", o.confidence.alpha, "attenuation")->capture_default_str();
   verb->add_option("--confidence-beta", o.confidence.beta, "steepness")->capture_default_str();

@@ -22,7 +22,7 @@ namespace {
 
 using E = render::PredicateExpression;
 using Bar = render::PredicateHistogram::Bar;
-using render::derived::Stroke;
+using render::features::Stroke;
 using Vec = Eigen::Vector3d;
 
 constexpr int kSide = 192;  // Voxels of a simulated volume.
@@ -168,12 +168,12 @@ std::vector<Stroke> shoulder_strokes(const bench::PredicateVolume& volume) {
   show.plane_normal = {grid.directions.col(2)};
   show.radius_mm = 0.6;
   Stroke skin = show;
-  skin.paint = render::derived::Paint::kHide;
+  skin.paint = render::features::Paint::kHide;
   Stroke muscle = skin;
   constexpr int kStep = 6;
   for (int i = grid.size[0] / 5; i < grid.size[0] * 4 / 5; i += kStep) {
     int j = 0;
-    while (j < grid.size[1] && (labels[render::derived::offset_of(grid, i, j, k)] & kBone) == 0)
+    while (j < grid.size[1] && (labels[render::features::offset_of(grid, i, j, k)] & kBone) == 0)
       ++j;
     if (j < grid.size[1]) show.points.push_back(grid.at(Vec(i, j, k)));
     skin.points.push_back(grid.at(Vec(i, grid.size[1] * 0.06, k)));

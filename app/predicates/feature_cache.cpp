@@ -14,9 +14,9 @@
 namespace nav::app {
 namespace {
 
-using render::derived::DerivedRequest;
-using render::derived::DerivedVolume;
-using render::derived::FeatureVolume;
+using render::features::DerivedRequest;
+using render::features::DerivedVolume;
+using render::features::FeatureVolume;
 
 static_assert(std::endian::native == std::endian::little, "files hold little-endian floats");
 constexpr std::size_t kDigestSize = 64;

@@ -6,13 +6,13 @@
 #include <optional>
 
 #include "nav/diagnostics.hpp"
-#include "render/derived/service.hpp"
+#include "render/features/service.hpp"
 
 namespace nav::app {
 
 /// Derived volumes in a folder, each in a file named after the digest of everything that it depends
 /// on: voxels, grid, feature, parameters, scan lines, version of the definition
-/// (render::derived::key_of). A file holds a line with its key and sizes, the note, the values
+/// (render::features::key_of). A file holds a line with its key and sizes, the note, the values
 /// (32-bit floats, little-endian) and the SHA-256 of all that. Files appear whole or not at all,
 /// so that several programs may share a folder; nothing is ever removed.
 class FeatureCache {
@@ -21,13 +21,14 @@ class FeatureCache {
 
   /// Absent where there is none. A file that is cut short, changed or not of this program is
   /// reported as a warning and never used.
-  [[nodiscard]] std::optional<render::derived::DerivedVolume> find(
-      const render::derived::DerivedRequest& request, Diagnostics& diagnostics) const;
+  [[nodiscard]] std::optional<render::features::DerivedVolume> find(
+      const render::features::DerivedRequest& request, Diagnostics& diagnostics) const;
   /// Makes the folder where it is missing. What cannot be written is reported as a warning.
-  void keep(const render::derived::DerivedRequest& request,
-            const render::derived::DerivedVolume& volume, Diagnostics& diagnostics) const;
+  void keep(const render::features::DerivedRequest& request,
+            const render::features::DerivedVolume& volume, Diagnostics& diagnostics) const;
   /// The file of a request, there or not.
-  [[nodiscard]] std::filesystem::path path_of(const render::derived::DerivedRequest& request) const;
+  [[nodiscard]] std::filesystem::path path_of(
+      const render::features::DerivedRequest& request) const;
 
  private:
   std::filesystem::path folder_;

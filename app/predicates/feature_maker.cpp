@@ -9,9 +9,9 @@
 namespace nav::app {
 namespace {
 
-using render::derived::DerivedLimits;
-using render::derived::DerivedRequest;
-using render::derived::DerivedVolume;
+using render::features::DerivedLimits;
+using render::features::DerivedRequest;
+using render::features::DerivedVolume;
 
 DerivedLimits limits_of(int threads) {
   DerivedLimits limits;
@@ -28,7 +28,7 @@ FeatureMaker::FeatureMaker(int threads, const std::filesystem::path& cache, Cons
 }
 
 Result<void> FeatureMaker::check_interrupt(const std::string& name) const {
-  if (interrupt_.asked()) return render::derived::cancelled(name);
+  if (interrupt_.asked()) return render::features::cancelled(name);
   return {};
 }
 
@@ -52,7 +52,7 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   auto made = ticket->wait();
   if (!made) {
     console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "refused");
-    if (made.error().code == ErrorCode::kCancelled) return render::derived::cancelled(name);
+    if (made.error().code == ErrorCode::kCancelled) return render::features::cancelled(name);
     return made;
   }
   if (cache_) cache_->keep(request, *made, console_);

@@ -9,7 +9,7 @@
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
 #include "app/predicates/feature_cache.hpp"
-#include "render/derived/service.hpp"
+#include "render/features/service.hpp"
 
 namespace nav::app {
 
@@ -20,9 +20,9 @@ class FeatureMaker {
   /// threads: 0: all cores. cache: empty: none.
   FeatureMaker(int threads, const std::filesystem::path& cache, Console& console);
 
-  /// Refuses as render::derived::compute(); kCancelled after Ctrl-C. Nothing is kept of either.
-  Result<render::derived::DerivedVolume> make(const std::string& name,
-                                              const render::derived::DerivedRequest& request);
+  /// Refuses as render::features::compute(); kCancelled after Ctrl-C. Nothing is kept of either.
+  Result<render::features::DerivedVolume> make(const std::string& name,
+                                               const render::features::DerivedRequest& request);
   /// kCancelled once Ctrl-C was pressed.
   [[nodiscard]] Result<void> check_interrupt(const std::string& name) const;
 
@@ -30,7 +30,7 @@ class FeatureMaker {
   Console& console_;
   Interrupt interrupt_;
   std::optional<FeatureCache> cache_;
-  render::derived::DerivedVolumes service_;
+  render::features::DerivedVolumes service_;
 };
 
 }  // namespace nav::app

@@ -141,8 +141,8 @@ void read_smoothing(JsonMember& member, double& smoothing_mm) {
   }
 }
 
-void read_snr(JsonMember& member, render::derived::SnrOptions& snr) {
-  using render::derived::WindowWeights;
+void read_snr(JsonMember& member, render::features::SnrOptions& snr) {
+  using render::features::WindowWeights;
   double voxels = snr.window_voxels;
   std::string weights = "uniform";
   member.number("window_voxels", voxels);
@@ -160,7 +160,7 @@ void read_snr(JsonMember& member, render::derived::SnrOptions& snr) {
 }
 
 void read_confidence(JsonMember& member, const std::string& name, std::optional<Error>& error,
-                     render::derived::ConfidenceOptions& confidence) {
+                     render::features::ConfidenceOptions& confidence) {
   member.number("alpha", confidence.alpha);
   member.number("beta", confidence.beta);
   member.number("gamma", confidence.gamma);
@@ -276,7 +276,7 @@ std::string to_json_text(const PredicateFile& file) {
                      {"largest_radius_mm", file.vessels.largest_radius_mm},
                      {"bright", file.vessels.bright}};
   root["gradient"] = {{"smoothing_mm", file.smoothing_mm}};
-  const bool uniform = file.snr.weights == render::derived::WindowWeights::kUniform;
+  const bool uniform = file.snr.weights == render::features::WindowWeights::kUniform;
   root["snr"] = {{"window_voxels", file.snr.window_voxels},
                  {"weights", uniform ? "uniform" : "gaussian"}};
   root["confidence"] = {{"alpha", file.confidence.alpha},

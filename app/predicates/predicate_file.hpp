@@ -7,9 +7,9 @@
 #include <string>
 
 #include "nav/result.hpp"
-#include "render/derived/confidence.hpp"
-#include "render/derived/gradient.hpp"
-#include "render/derived/snr.hpp"
+#include "render/features/confidence.hpp"
+#include "render/features/gradient.hpp"
+#include "render/features/snr.hpp"
 #include "render/predicates/predicate_scene.hpp"
 
 namespace nav::app {
@@ -30,9 +30,9 @@ struct PredicateFile {
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
   VesselScales vessels{};
-  double smoothing_mm = render::derived::kUsualSmoothingMm;  ///< Of gradients.
-  render::derived::SnrOptions snr{};
-  render::derived::ConfidenceOptions confidence{};
+  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Of gradients.
+  render::features::SnrOptions snr{};
+  render::features::ConfidenceOptions confidence{};
 };
 
 /// A built-in set-up by its name; kNotFound lists them.

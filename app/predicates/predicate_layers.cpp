@@ -3,13 +3,13 @@
 #include "app/predicates/predicate_layers.hpp"
 
 #include "app/json_member.hpp"
-#include "render/derived/labels.hpp"
+#include "render/features/labels.hpp"
 
 namespace nav::app {
 namespace {
 
-using render::derived::LayerModel;
-using render::derived::LayerSurface;
+using render::features::LayerModel;
+using render::features::LayerSurface;
 
 constexpr int kLayersVersion = 1;
 

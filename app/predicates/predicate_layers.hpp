@@ -13,7 +13,7 @@ namespace nav::app {
 /// cubic B-spline heights along one axis of the grid, mm from the first voxel's centre; bit n of a
 /// label: the voxel lies behind n of the surfaces. The surfaces come with them, for the engine that
 /// evaluates them exactly. Refuses whatever the file gets wrong, naming the
-/// member, and surfaces of another axis or size (render/derived/labels.hpp).
+/// member, and surfaces of another axis or size (render/features/labels.hpp).
 Result<render::LabelVolume> read_layers(const std::filesystem::path& path, const VoxelGrid& grid);
 
 }  // namespace nav::app

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nav/result.hpp"
-#include "render/derived/scribbles.hpp"
+#include "render/features/scribbles.hpp"
 #include "render/predicates/model.hpp"
 
 namespace nav::app {
@@ -37,7 +37,7 @@ struct PredicateOptions {
   std::filesystem::path layers;               ///< File of surfaces between layers; instead.
   std::filesystem::path scan_lines;           ///< File of a sweep's planes; instead of the below.
   std::filesystem::path scribbles;            ///< File of strokes; before those below.
-  std::vector<render::derived::Stroke> strokes;
+  std::vector<render::features::Stroke> strokes;
   double scribble_share = 0.25;  ///< q of Eq. 9, (0, 1].
   std::filesystem::path
       save_set_up;   ///< Where to write the set-up as it was drawn; empty: nowhere.

@@ -15,7 +15,7 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Stroke;
+using render::features::Stroke;
 
 constexpr int kTitleHeight = 28;  // Pixels above the pictures.
 constexpr int kBarsHeight = 120;  // And below.
@@ -148,8 +148,8 @@ std::vector<render::SlicePlane> slices_of(const std::vector<Stroke>& strokes,
 }
 
 /// Voxels that strokes mark, and as what.
-render::derived::ScribbleMask marked(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
-  render::derived::ScribbleMask mask(grid);
+render::features::ScribbleMask marked(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
+  render::features::ScribbleMask mask(grid);
   for (const Stroke& stroke : strokes) {
     const auto ok = mask.add(stroke);
     NAV_CHECK(ok.has_value());
@@ -160,7 +160,7 @@ render::derived::ScribbleMask marked(const std::vector<Stroke>& strokes, const V
 /// A slice with the voxels that are marked in it.
 Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& window,
                              const render::SlicePlane& plane,
-                             const render::derived::ScribbleMask& mask, int width, int height) {
+                             const render::features::ScribbleMask& mask, int width, int height) {
   const VoxelGrid& grid = volume.grid();
   const auto span = [&](const Direction<frames::Ct>& axis) {
     return (grid.directions.transpose() * axis.v).cwiseAbs().dot(grid.extent_mm());
@@ -184,9 +184,9 @@ Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& windo
       const Eigen::Vector3i size(grid.size[0], grid.size[1], grid.size[2]);
       if ((voxel.array() < 0).any() || (voxel.array() >= size.array()).any()) continue;
       const std::uint8_t bits =
-          mask.bits()[render::derived::offset_of(grid, voxel.x(), voxel.y(), voxel.z())];
+          mask.bits()[render::features::offset_of(grid, voxel.x(), voxel.y(), voxel.z())];
       if (bits == 0) continue;
-      const bool show = bits == render::derived::ScribbleMask::kShowBit;
+      const bool show = bits == render::features::ScribbleMask::kShowBit;
       canvas.blend(x, y, show ? render::rgb8(0x30e060) : render::rgb8(0xff4040), 0.8);
     }
   }

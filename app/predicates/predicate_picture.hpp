@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "nav/image.hpp"
-#include "render/derived/scribbles.hpp"
+#include "render/features/scribbles.hpp"
 #include "render/predicates/predicate_scene.hpp"
 
 namespace nav::app {
@@ -30,7 +30,7 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels);
 /// ScribbleMask takes, at least one.
 Image2d<Rgba8> stroke_picture(const Volume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
-                              const std::vector<render::derived::Stroke>& strokes, int width,
+                              const std::vector<render::features::Stroke>& strokes, int width,
                               int height);
 
 }  // namespace nav::app

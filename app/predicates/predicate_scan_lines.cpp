@@ -9,12 +9,12 @@
 
 #include "app/interrupt.hpp"
 #include "app/json_member.hpp"
-#include "render/derived/scan_lines.hpp"
+#include "render/features/scan_lines.hpp"
 
 namespace nav::app {
 namespace {
 
-using render::derived::SweepPlane;
+using render::features::SweepPlane;
 using CtFromImage = Transform<frames::Ct, frames::Image>;
 
 constexpr int kScanLinesVersion = 1;
@@ -102,7 +102,7 @@ Result<ScannedPlanes> read_scanned_planes(const std::filesystem::path& path) {
   return scanned;
 }
 
-bool any_defined(const render::derived::ScanLines& lines, const VoxelGrid& grid) {
+bool any_defined(const render::features::ScanLines& lines, const VoxelGrid& grid) {
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
@@ -125,18 +125,18 @@ Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& a
 }
 
 /// On a thread of its own, so that this one shows how far it is and looks for Ctrl-C.
-Result<render::derived::ScanLines> compounded(const VoxelGrid& grid, const ScannedPlanes& sweep,
-                                              int threads, Console& console) {
+Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const ScannedPlanes& sweep,
+                                               int threads, Console& console) {
   const Interrupt interrupt;
   std::stop_source stop;
   std::atomic<double> done = 0;
-  render::derived::RunOptions run;
+  render::features::RunOptions run;
   run.threads = threads;
   run.stop = stop.get_token();
   run.progress = [&done](double share) { done = share; };
   console.begin("scan lines");
   auto lines = std::async(std::launch::async, [&] {
-    return render::derived::compound_scan_lines(grid, sweep.planes, sweep.reach_mm, run);
+    return render::features::compound_scan_lines(grid, sweep.planes, sweep.reach_mm, run);
   });
   constexpr std::chrono::milliseconds kBetweenLooks(50);
   while (lines.wait_for(kBetweenLooks) != std::future_status::ready) {
@@ -144,7 +144,8 @@ Result<render::derived::ScanLines> compounded(const VoxelGrid& grid, const Scann
     if (interrupt.asked()) stop.request_stop();
   }
   auto found = lines.get();
-  if (interrupt.asked()) found = render::derived::cancelled("scan lines");  // Also at the very end.
+  if (interrupt.asked())
+    found = render::features::cancelled("scan lines");  // Also at the very end.
   console.end(found ? "done" : interrupt.asked() ? "cancelled" : "refused");
   return found;
 }
@@ -174,9 +175,9 @@ Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& awa
   return std::isfinite(least) ? grid.at(nearest) : nearest_corner(grid, away);
 }
 
-Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
-                                                   const VoxelGrid& grid, int threads,
-                                                   Console& console) {
+Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path& path,
+                                                    const VoxelGrid& grid, int threads,
+                                                    Console& console) {
   const auto sweep = read_scanned_planes(path);
   if (!sweep) return sweep.error();
   const auto named = [&](const Error& error) {
@@ -199,9 +200,9 @@ Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& 
   const auto named = [&](const Error& error) {
     return Error{error.code, path.string() + ": " + error.message};
   };
-  render::derived::RunOptions run;
+  render::features::RunOptions run;
   run.threads = threads;
-  const auto depths = render::derived::scan_depth(grid, *lines, run);
+  const auto depths = render::features::scan_depth(grid, *lines, run);
   if (!depths) return named(depths.error());
   auto depth = render::FeatureVolume::create(grid, *depths->values, render::feature::kDepth);
   if (!depth) return named(depth.error());

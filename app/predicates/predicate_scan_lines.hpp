@@ -7,7 +7,7 @@
 
 #include "app/console.hpp"
 #include "nav/result.hpp"
-#include "render/derived/scan_lines.hpp"
+#include "render/features/scan_lines.hpp"
 #include "render/predicates/predicate_scene.hpp"
 
 namespace nav::app {
@@ -22,9 +22,9 @@ Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& awa
 /// (sonde_scan_lines, docs/predicates.md). Refuses whatever the file gets wrong, naming the member,
 /// poses that are not rigid, and pictures that leave no voxel a direction. Shows how far it is;
 /// Ctrl-C ends it with kCancelled. Main thread.
-Result<render::derived::ScanLines> read_scan_lines(const std::filesystem::path& path,
-                                                   const VoxelGrid& grid, int threads,
-                                                   Console& console);
+Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path& path,
+                                                    const VoxelGrid& grid, int threads,
+                                                    Console& console);
 
 /// Scan lines of a volume that was compounded from the pictures of a sweep (sonde_scan_lines,
 /// docs/predicates.md): directions per voxel into predicates.scan, depths into its features.

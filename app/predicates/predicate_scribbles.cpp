@@ -13,9 +13,9 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Paint;
-using render::derived::ScribbleMask;
-using render::derived::Stroke;
+using render::features::Paint;
+using render::features::ScribbleMask;
+using render::features::Stroke;
 using Points = std::vector<Point<frames::Ct>>;
 
 constexpr int kScribblesVersion = 1;
@@ -207,7 +207,7 @@ Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::s
 
 Result<void> check_strokes(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
   for (std::size_t n = 0; n < strokes.size(); ++n) {
-    const auto ok = render::derived::check(strokes[n], grid);
+    const auto ok = render::features::check(strokes[n], grid);
     if (!ok) return Error{ok.error().code, name_of_stroke(n) + ": " + ok.error().message};
   }
   return {};

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "nav/result.hpp"
-#include "render/derived/scribbles.hpp"
+#include "render/features/scribbles.hpp"
 #include "render/scene.hpp"
 
 namespace nav::app {
@@ -20,16 +20,17 @@ namespace nav::app {
 /// of the plane through the points); "thickness_mm" is what the slice stands for (absent: one
 /// voxel). Refuses files above 1 MiB, broken, of a newer version; the message names file, place,
 /// what was expected and what was found.
-Result<std::vector<render::derived::Stroke>> read_scribble_file(const std::filesystem::path& path);
+Result<std::vector<render::features::Stroke>> read_scribble_file(const std::filesystem::path& path);
 
 /// "x,y,z x,y,z …[ radius=MM][ thickness=MM][ normal=x,y,z]", LPS mm: a stroke of the command line.
 /// kUsage, naming the option, for anything else and for numbers that a file may not have either.
-Result<render::derived::Stroke> parse_stroke(const std::string& option,
-                                             render::derived::Paint paint, const std::string& text);
+Result<render::features::Stroke> parse_stroke(const std::string& option,
+                                              render::features::Paint paint,
+                                              const std::string& text);
 
 /// Refuses strokes that leave their slices on such a grid, naming their number: what scribble()
 /// would refuse, before there is a scene.
-Result<void> check_strokes(const std::vector<render::derived::Stroke>& strokes,
+Result<void> check_strokes(const std::vector<render::features::Stroke>& strokes,
                            const VoxelGrid& grid);
 
 /// What strokes did to a histogram.
@@ -44,6 +45,7 @@ struct ScribbleOutcome {
 /// under them and changes the importances by Eq. 9. Refuses strokes that mark no voxel, naming
 /// their number. Precondition: a scene whose predicates have their features.
 Result<ScribbleOutcome> scribble(const render::Scene& scene,
-                                 const std::vector<render::derived::Stroke>& strokes, double share);
+                                 const std::vector<render::features::Stroke>& strokes,
+                                 double share);
 
 }  // namespace nav::app

@@ -16,7 +16,7 @@
 #include "app/predicates/predicate_white.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 #include "render/predicates/registry.hpp"
 
 namespace nav::app {
@@ -131,10 +131,10 @@ Result<void> add_features(const PredicateOptions& options, const PredicateFile& 
   derive.vesselness.smallest_radius_mm = file.vessels.smallest_radius_mm;
   derive.vesselness.largest_radius_mm = file.vessels.largest_radius_mm;
   derive.unknown = stored_value(options.unknown);
-  if (file.vessels.bright) derive.vesselness.polarity = render::derived::Polarity::kBright;
+  if (file.vessels.bright) derive.vesselness.polarity = render::features::Polarity::kBright;
   return render::add_derived_features(
       volume.ultrasound, derive,
-      [&maker](const std::string& name, const render::derived::DerivedRequest& request) {
+      [&maker](const std::string& name, const render::features::DerivedRequest& request) {
         return maker.make(name, request);
       },
       volume.predicates);
@@ -217,9 +217,9 @@ render::SphereShape target_sphere(const Eigen::Vector4d& target) {
   return sphere;
 }
 
-Result<PreparedPredicates> prepare_predicates(const PredicateOptions& options, int threads,
-                                              Console& console, DistancesFrom from,
-                                              const std::vector<render::derived::Stroke>& strokes) {
+Result<PreparedPredicates> prepare_predicates(
+    const PredicateOptions& options, int threads, Console& console, DistancesFrom from,
+    const std::vector<render::features::Stroke>& strokes) {
   auto file = set_up_of(options);
   if (!file) return file.error();
   auto volume = volume_of(options, threads, console);

@@ -45,6 +45,6 @@ enum class DistancesFrom {
 Result<PreparedPredicates> prepare_predicates(
     const PredicateOptions& options, int threads, Console& console,
     DistancesFrom from = DistancesFrom::kOptions,
-    const std::vector<render::derived::Stroke>& strokes = {});
+    const std::vector<render::features::Stroke>& strokes = {});
 
 }  // namespace nav::app

@@ -20,7 +20,7 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Stroke;
+using render::features::Stroke;
 
 render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
                        const bench::PredicateVolume& volume) {

@@ -11,7 +11,7 @@
 #include "app/view/plane_view.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
-#include "registration/lc2/picture_outline.hpp"
+#include "registration/similarity/picture_outline.hpp"
 
 namespace nav::app {
 namespace {

@@ -5,7 +5,7 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Paint;
+using render::features::Paint;
 
 void read_histogram(Section& section, const std::string& file, std::optional<Error>& error,
                     PredicateOptions& options) {

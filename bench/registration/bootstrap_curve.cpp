@@ -12,8 +12,8 @@
 #include "bench/registration/trials.hpp"
 #include "nav/check.hpp"
 #include "nav/index.hpp"
-#include "registration/lc2/ct_structure.hpp"
 #include "registration/pose_solver.hpp"
+#include "registration/similarity/ct_structure.hpp"
 #include "registration/uncertainty/sandwich.hpp"
 
 namespace nav::bench {

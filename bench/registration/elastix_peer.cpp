@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "bench/registration/child_program.hpp"
-#include "registration/lc2/shadow_mask.hpp"
+#include "registration/similarity/shadow_mask.hpp"
 
 namespace nav::bench {
 namespace {

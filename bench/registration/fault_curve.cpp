@@ -11,7 +11,7 @@
 
 #include "bench/measure.hpp"
 #include "bench/registration/thread_time.hpp"
-#include "registration/lc2/ct_structure.hpp"
+#include "registration/similarity/ct_structure.hpp"
 #include "registration/uncertainty/sandwich.hpp"
 
 namespace nav::bench {

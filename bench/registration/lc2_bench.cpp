@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "registration/lc2/lc2_kernel.hpp"
+#include "registration/similarity/lc2_kernel.hpp"
 
 namespace nav::registration {
 namespace {

@@ -12,9 +12,9 @@
 #include "bench/registration/session_case.hpp"
 #include "bench/registration/summary.hpp"
 #include "bench/registration/thread_time.hpp"
-#include "registration/lc2/picture_outline.hpp"
 #include "registration/motion/live_registration.hpp"
 #include "registration/prepared.hpp"
+#include "registration/similarity/picture_outline.hpp"
 
 namespace nav::bench {
 namespace {

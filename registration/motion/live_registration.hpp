@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "registration/lc2/ct_channels.hpp"
-#include "registration/lc2/lc2_cost.hpp"
-#include "registration/lc2/shadow_mask.hpp"
+#include "registration/similarity/ct_channels.hpp"
+#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/shadow_mask.hpp"
 
 namespace nav::registration {
 

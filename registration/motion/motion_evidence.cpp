@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/motion/motion_evidence.hpp"
 
-#include "registration/lc2/ct_structure.hpp"
-#include "registration/lc2/shadow_mask.hpp"
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/prepared.hpp"
+#include "registration/similarity/ct_structure.hpp"
+#include "registration/similarity/shadow_mask.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "registration/image_registration.hpp"
-#include "registration/lc2/ct_channels.hpp"
-#include "registration/lc2/patches.hpp"
+#include "registration/similarity/ct_channels.hpp"
+#include "registration/similarity/patches.hpp"
 
 namespace nav::registration {
 

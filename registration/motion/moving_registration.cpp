@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "nav/check.hpp"
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/motion/motion_evidence.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {

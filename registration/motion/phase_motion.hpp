@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "registration/lc2/lc2_cost.hpp"
+#include "registration/similarity/lc2_cost.hpp"
 
 namespace nav::registration {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "registration/lc2/lc2_cost.hpp"
-#include "registration/lc2/sweep_points.hpp"
+#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 

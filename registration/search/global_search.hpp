@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/pose_solver.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 

@@ -9,11 +9,11 @@
 #include <sstream>
 
 #include "nav/stopwatch.hpp"
-#include "registration/lc2/picture_outline.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/search/body_surface.hpp"
 #include "registration/search/global_search.hpp"
+#include "registration/similarity/picture_outline.hpp"
 
 namespace nav::registration {
 namespace {

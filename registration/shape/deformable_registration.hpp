@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "registration/lc2/lc2_cost.hpp"
 #include "registration/shape/spline_field.hpp"
+#include "registration/similarity/lc2_cost.hpp"
 
 namespace nav::registration {
 

@@ -7,8 +7,8 @@
 #include <tbb/parallel_for.h>
 
 #include "nav/check.hpp"
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/motion/motion_evidence.hpp"
+#include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
 namespace {

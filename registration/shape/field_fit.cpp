@@ -7,7 +7,7 @@
 #include <cmath>
 #include <tbb/parallel_for.h>
 
-#include "registration/lc2/lc2_kernel.hpp"
+#include "registration/similarity/lc2_kernel.hpp"
 
 namespace nav::registration {
 namespace {

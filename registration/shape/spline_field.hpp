@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "registration/lc2/ct_channels.hpp"
+#include "registration/similarity/ct_channels.hpp"
 
 namespace nav::registration {
 

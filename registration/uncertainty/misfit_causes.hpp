@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "registration/lc2/patches.hpp"
 #include "registration/motion/picture_motion.hpp"
 #include "registration/pose_solver.hpp"
+#include "registration/similarity/patches.hpp"
 #include "registration/twist.hpp"
 
 /// How causes of a misfit move patches, each in the cheapest way: numbers of a cause, what of the

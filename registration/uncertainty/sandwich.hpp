@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "registration/lc2/lc2_cost.hpp"
-#include "registration/lc2/sweep_points.hpp"
 #include "registration/search/costs_around.hpp"
+#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/sweep_points.hpp"
 #include "registration/uncertainty/pose_uncertainty.hpp"
 
 namespace nav::registration {

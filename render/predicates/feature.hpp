@@ -14,9 +14,9 @@
 #include "nav/volume.hpp"
 
 namespace nav::render {
-namespace derived {
+namespace features {
 class LayerModel;
-}  // namespace derived
+}  // namespace features
 
 /// A derived quantity of an ultrasound volume, one number per voxel, for predicates: SNR,
 /// vesselness, confidence, gradients. Kept in 16 bits between the least and the greatest value,
@@ -69,17 +69,19 @@ class LabelVolume {
   /// i fastest.
   [[nodiscard]] std::span<const std::uint32_t> bits() const { return *bits_; }
   /// The same labels as what they are rastered from: surfaces of the same grid. Bit n is layer n.
-  [[nodiscard]] LabelVolume with_layers(std::shared_ptr<const derived::LayerModel> layers) const {
+  [[nodiscard]] LabelVolume with_layers(std::shared_ptr<const features::LayerModel> layers) const {
     LabelVolume other = *this;
     other.layers_ = std::move(layers);
     return other;
   }
   /// Null: there is nothing but the voxels.
-  [[nodiscard]] const std::shared_ptr<const derived::LayerModel>& layers() const { return layers_; }
+  [[nodiscard]] const std::shared_ptr<const features::LayerModel>& layers() const {
+    return layers_;
+  }
 
  private:
   LabelVolume() = default;
-  std::shared_ptr<const derived::LayerModel> layers_;
+  std::shared_ptr<const features::LayerModel> layers_;
   VoxelGrid grid_;
   std::shared_ptr<const std::vector<std::uint32_t>> bits_;
   std::string name_;

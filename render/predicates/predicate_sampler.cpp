@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "nav/index.hpp"
-#include "render/derived/labels.hpp"
+#include "render/features/labels.hpp"
 
 namespace nav::render {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "nav/index.hpp"
 #include "registration/acceptance.hpp"
-#include "registration/lc2/coarse_pictures.hpp"
 #include "registration/prepared.hpp"
+#include "registration/similarity/coarse_pictures.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 

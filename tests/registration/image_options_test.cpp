@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "registration/acceptance.hpp"
-#include "registration/lc2/mutual_information.hpp"
 #include "registration/motion/volume_sweep.hpp"
 #include "registration/prepared.hpp"
+#include "registration/similarity/mutual_information.hpp"
 #include "registration/stretch.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"

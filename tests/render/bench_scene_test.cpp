@@ -12,7 +12,7 @@
 #include "bench/render_live.hpp"
 #include "bench/scene_set.hpp"
 #include "bench/whole_scene.hpp"
-#include "render/derived/confidence.hpp"
+#include "render/features/confidence.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::bench {
@@ -73,7 +73,7 @@ TEST(PredicateBenchTest, MeasuresWhatAnEngineHoldsAndAnEditOfTheSet) {
 }
 
 TEST(ConfidenceOfPhantomsTest, SaysItsErrorWithinAFactor) {
-  using namespace render::derived;
+  using namespace render::features;
   constexpr double kFactor = 2.5;
   const auto neck = neck_phantom(64);
   ASSERT_TRUE(test::has_value(neck));

@@ -10,8 +10,8 @@
 
 #include "nav/diagnostics.hpp"
 #include "registration/background.hpp"
-#include "render/derived/service.hpp"
 #include "render/engine.hpp"
+#include "render/features/service.hpp"
 #include "sim/ultrasound.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -113,7 +113,7 @@ TEST(ThreadsTest, ASimulatorIsReadByManyThreads) {
 }
 
 TEST(ThreadsTest, FeaturesAreAskedForGivenUpAndReadByManyThreads) {
-  using namespace render::derived;
+  using namespace render::features;
   const auto volume = ScalarVolume::of(scene().ct, std::nullopt);
   const auto request_of = [&](int window) {
     return DerivedRequest{volume, SnrOptions{.window_voxels = window}, {}};

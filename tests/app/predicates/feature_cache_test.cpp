@@ -26,13 +26,13 @@
 namespace nav::app {
 namespace {
 
-using render::derived::ConfidenceOptions;
-using render::derived::DerivedOptions;
-using render::derived::DerivedRequest;
-using render::derived::DerivedVolume;
-using render::derived::ScalarVolume;
-using render::derived::ScanLines;
-using render::derived::SnrOptions;
+using render::features::ConfidenceOptions;
+using render::features::DerivedOptions;
+using render::features::DerivedRequest;
+using render::features::DerivedVolume;
+using render::features::ScalarVolume;
+using render::features::ScanLines;
+using render::features::SnrOptions;
 
 ScalarVolume block(int side, std::int16_t first = 0) {
   VoxelGrid grid;

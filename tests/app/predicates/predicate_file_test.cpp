@@ -40,7 +40,7 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
     file.hue_mean = render::spec::HueMean::kLinear;
     file.vessels = {1.5, 2.5, true};
     file.smoothing_mm = 1.75;
-    file.snr = {9, render::derived::WindowWeights::kGaussian};
+    file.snr = {9, render::features::WindowWeights::kGaussian};
     file.confidence.alpha = 1;
     file.confidence.beta = 45;
     file.confidence.gamma = 0.25;
@@ -55,7 +55,7 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
     EXPECT_EQ(back->hue_mean, render::spec::HueMean::kLinear);
     EXPECT_EQ(back->smoothing_mm, 1.75);
     EXPECT_EQ(back->snr.window_voxels, 9);
-    EXPECT_EQ(back->snr.weights, render::derived::WindowWeights::kGaussian);
+    EXPECT_EQ(back->snr.weights, render::features::WindowWeights::kGaussian);
     EXPECT_EQ(back->confidence.alpha, 1);
     EXPECT_EQ(back->confidence.beta, 45);
     EXPECT_EQ(back->confidence.gamma, 0.25);

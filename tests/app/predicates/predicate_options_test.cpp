@@ -21,7 +21,7 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Paint;
+using render::features::Paint;
 using E = render::PredicateExpression;
 
 /// Bright above black in one half, dark in the other.

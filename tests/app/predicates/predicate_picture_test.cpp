@@ -12,8 +12,8 @@
 namespace nav::app {
 namespace {
 
-using render::derived::Paint;
-using render::derived::Stroke;
+using render::features::Paint;
+using render::features::Stroke;
 
 render::PredicateModel model_of(int count, const std::string& prefix = "predicate ") {
   render::PredicateModel model;

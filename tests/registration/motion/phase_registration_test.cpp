@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "registration/lc2/shadow_mask.hpp"
 #include "registration/motion/moving_registration.hpp"
+#include "registration/similarity/shadow_mask.hpp"
 #include "tests/registration/synthetic.hpp"
 
 namespace nav::registration {

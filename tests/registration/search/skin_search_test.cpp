@@ -9,8 +9,8 @@
 
 #include "nav/stopwatch.hpp"
 #include "registration/acceptance.hpp"
-#include "registration/lc2/patches.hpp"
 #include "registration/search/body_surface.hpp"
+#include "registration/similarity/patches.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 

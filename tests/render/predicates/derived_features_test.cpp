@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>
 #include <random>
 
-#include "render/derived/snr.hpp"
+#include "render/features/snr.hpp"
 #include "render/predicates/registry.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
@@ -44,7 +44,7 @@ PredicateScene asking_for(const std::vector<std::string>& kinds) {
 }
 
 TEST(DerivedFeaturesTest, ComputeNothingThatNoPredicateAsksFor) {
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   PredicateScene scene = asking_for({"intensity"});
   ASSERT_TRUE(test::has_value(add_derived_features(tube(), {}, service, scene)));
   EXPECT_TRUE(scene.features.volumes.empty());
@@ -53,7 +53,7 @@ TEST(DerivedFeaturesTest, ComputeNothingThatNoPredicateAsksFor) {
 
 TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
   const auto volume = tube();
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   DerivedFeatureOptions options;
   options.vesselness.smallest_radius_mm = options.vesselness.largest_radius_mm = 2;
   options.vesselness.scales = 1;
@@ -82,7 +82,7 @@ TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackHasTheSameFeatures) {
     PredicateScene scene = asking_for(kinds);
     scene.intensity = {1.0 * black, 255.0 + black};
     scene.scan = ParallelScan{{{0, -10, 0}}, {{0, 1, 0}}};
-    derived::DerivedVolumes service;
+    features::DerivedVolumes service;
     const auto shifted =
         std::make_shared<const Volume>(*Volume::create(volume->grid(), std::move(voxels), "tube"));
     EXPECT_TRUE(test::has_value(add_derived_features(shifted, {}, service, scene)));
@@ -128,11 +128,11 @@ std::shared_ptr<const Volume> saturated() {
 
 TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotTakeTheStepsOfTheSnrOfTissue) {
   const auto volume = saturated();
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   PredicateScene scene = asking_for({"snr"});
   ASSERT_TRUE(test::has_value(add_derived_features(volume, {}, service, scene)));
   const FeatureVolume& snr = scene.features.volumes.at(feature::kSnr);
-  const auto truth = derived::signal_to_noise(derived::ScalarVolume::of(volume));
+  const auto truth = features::signal_to_noise(features::ScalarVolume::of(volume));
   ASSERT_TRUE(test::has_value(truth));
   EXPECT_LT(snr.quantum(), 0.016);
   int tissue = 0;
@@ -170,7 +170,7 @@ TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
   DerivedFeatureOptions options;
   options.unknown = kNone;
   options.gradient.smoothing_mm = 1;
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   const auto volume = with(kNone);
   ASSERT_TRUE(test::has_value(add_derived_features(volume, options, service, scene)));
   for (const char* name : {feature::kSnr, feature::kGradientMagnitude}) {
@@ -196,7 +196,7 @@ TEST(DerivedFeaturesTest, GradientsAreSharesOfWhitePerMillimetre) {
   PredicateScene scene = asking_for({"gradient_magnitude", "gradient_angle"});
   scene.intensity = {20, 220};
   scene.scan = ParallelScan{{{0, 0, 0}}, {{std::sin(0.6), std::cos(0.6), 0}}};
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   DerivedFeatureOptions options;
   options.gradient.smoothing_mm = 0;
   ASSERT_TRUE(test::has_value(add_derived_features(ramp, options, service, scene)));
@@ -210,7 +210,7 @@ TEST(DerivedFeaturesTest, GradientsAreSharesOfWhitePerMillimetre) {
 }
 
 TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   PredicateScene scene = asking_for({"confidence"});
   const auto refused = add_derived_features(tube(), {}, service, scene);
   ASSERT_FALSE(refused.has_value());
@@ -223,7 +223,7 @@ TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
 TEST(DerivedFeaturesTest, ConfidenceFollowsDirectionsPerVoxelAsItDoesOneForAll) {
   const auto volume = tube();
   const VoxelGrid& grid = volume->grid();
-  derived::DerivedVolumes service;
+  features::DerivedVolumes service;
   PredicateScene parallel = asking_for({"confidence"});
   parallel.scan = ParallelScan{grid.at({0, 0, 0}), {{0, 1, 0}}};
   ASSERT_TRUE(test::has_value(add_derived_features(volume, {}, service, parallel)));

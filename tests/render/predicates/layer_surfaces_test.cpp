@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
-#include "render/derived/labels.hpp"
 #include "render/engine.hpp"
+#include "render/features/labels.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -14,8 +14,8 @@ namespace nav::render {
 namespace {
 
 using E = PredicateExpression;
-using derived::LayerModel;
-using derived::LayerSurface;
+using features::LayerModel;
+using features::LayerSurface;
 
 constexpr double kSideMm = 16;
 constexpr int kControl = 9;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "render/derived/derived_features.hpp"
+#include "render/features/derived_features.hpp"
 #include "render/predicates/predicate_sampler.hpp"
 #include "tests/render/scene_support.hpp"
 
@@ -46,7 +46,7 @@ inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double
                                  render::PredicateScene& predicates) {
   render::DerivedFeatureOptions options;
   options.gradient.smoothing_mm = smoothing_mm;
-  render::derived::DerivedVolumes service;
+  render::features::DerivedVolumes service;
   return render::add_derived_features(ct, options, service, predicates);
 }
 

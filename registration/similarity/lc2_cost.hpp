@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "nav/transform.hpp"
+#include "registration/similarity/ct_channels.hpp"
+#include "registration/similarity/lc2_kernel.hpp"
+#include "registration/similarity/patch_channels.hpp"
+#include "registration/similarity/patch_loss.hpp"
+#include "registration/similarity/patches.hpp"
+#include "registration/twist.hpp"
+
+namespace nav::registration {
+
+using Pose = Transform<frames::Ct, frames::Reference>;
+
+/// E = Σ wᵢ sᵢ of a patch set at a pose, with the derivatives of E/2.
+struct CostTerms {
+  double cost = 0;                        ///< [0, 1]; a patch that is not finite counts as 1.
+  Vector6d gradient = Vector6d::Zero();   ///< By a twist [rad | mm] about the centre, Ct.
+  Matrix6d hessian = Matrix6d::Zero();    ///< Gauss–Newton, the same twist.
+  int non_finite = 0;                     ///< Patches whose term was not finite.
+  std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
+  /// wᵢ Hᵢ, the same, of terms(); empty of mutual information, which has no such parts.
+  std::vector<Matrix6d> patch_hessians;
+  std::vector<double> patch_costs;  ///< wᵢ sᵢ, the same; empty of mutual information.
+};
+
+/// ct_from_reference followed by the change to Grid axes.
+struct GridPose {
+  Eigen::Matrix3d rotation;  ///< May reflect.
+  Eigen::Vector3d translation_mm;
+};
+
+GridPose grid_pose(const CtChannels& ct, const Pose& pose);
+
+/// Patch i of a set at a pose.
+PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose);
+
+/// Twist about a patch centre from the twist about a common centre, r apart (Grid):
+/// t_patch = t + ω × r.
+Matrix6d patch_from_common(const Eigen::Vector3d& r);
+
+/// Grid twist from Ct twist. A rotation is an axial vector: it changes sign under reflection.
+Matrix6d grid_from_ct(const CtChannels& ct);
+
+/// One level's similarity, LC² unless told otherwise: thread-safe to read. Keeps references to both
+/// parts.
+class Lc2Cost {
+ public:
+  /// Preconditions: ridge > 0, threads >= 1, otherwise a Bug.
+  Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads,
+          Similarity similarity = Similarity::kLc2);
+
+  /// Cost only; a bit more than half the time of terms().
+  [[nodiscard]] CostTerms cost(const Pose& ct_from_reference, bool keep_patches = false) const;
+  /// Cost, gradient and Gauss–Newton Hessian by a twist about centre_ct_mm. Sums are taken over
+  /// fixed chunks, so that the number of threads does not change a bit.
+  [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
+                                bool keep_patches = false) const;
+  /// The same without the Hessian, which is 0, for less time; mutual information has both always.
+  [[nodiscard]] CostTerms gradient(const Pose& ct_from_reference,
+                                   const Eigen::Vector3d& centre_ct_mm,
+                                   bool keep_patch_gradients = false) const;
+  [[nodiscard]] const PatchSet& patches() const { return patches_; }
+  [[nodiscard]] const CtChannels& ct() const { return ct_; }
+  [[nodiscard]] Similarity similarity() const { return similarity_; }
+  /// One patch's part of terms(), without its weight; s is NaN where it is not finite. Not of
+  /// mutual information, which has no such parts.
+  [[nodiscard]] PatchTerms patch(const PlacedPatch& placed, bool with_hessian = true) const;
+  /// The same with other patches, which must outlive it.
+  [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
+    return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_).where(near_);
+  }
+  /// The same with the CT as it is near each patch, by its index; null: as ct() has it. Neither
+  /// mutual information nor patch(), which look at ct(), nor two evaluations at once.
+  [[nodiscard]] Lc2Cost where(PatchChannels* near) const {
+    Lc2Cost same(*this);
+    same.near_ = near;
+    return same;
+  }
+  /// The same with every patch's term under a loss. Mutual information has no terms to lose.
+  [[nodiscard]] Lc2Cost robust(const RobustLoss& loss) const {
+    Lc2Cost same(*this);
+    same.loss_ = loss;
+    return same;
+  }
+
+ private:
+  template <class Visit>
+  void for_each_chunk(const Visit& visit) const;
+  /// Makes what patches at this pose look at outside their boxes, of all at once.
+  void look_ahead(const GridPose& pose) const;
+  /// What patch i looks at; moves it there.
+  [[nodiscard]] const CtChannels& ct_near(std::size_t i, PlacedPatch& placed) const {
+    return near_ != nullptr ? near_->around(patches_.patches[i].index, placed) : ct_;
+  }
+  [[nodiscard]] PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& placed,
+                                    bool with_hessian) const;
+  [[nodiscard]] CostTerms sum_terms(bool with_hessian, const Pose& ct_from_reference,
+                                    const Eigen::Vector3d& centre_ct_mm,
+                                    bool keep_patch_gradients) const;
+
+  const CtChannels& ct_;
+  const PatchSet& patches_;
+  double ridge_;
+  int threads_;
+  Similarity similarity_;
+  RobustLoss loss_;
+  PatchChannels* near_ = nullptr;
+};
+
+}  // namespace nav::registration

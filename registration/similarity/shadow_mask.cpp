@@ -1,0 +1,399 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/similarity/shadow_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <string>
+
+#include "nav/index.hpp"
+#include "registration/similarity/picture_outline.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr int kOutside = -1;
+// Nobody sees farther; what claims to is of another unit, and would be searched for minutes.
+constexpr double kWidestPictureMm = 1000;
+// Along the arc at mid depth: of the widest probes a third of a metre.
+constexpr double kWidestArcMm = 3000;
+
+Error refuse_mask(const std::string& what, const std::string& expected, double found) {
+  std::ostringstream text;
+  text << what << ": expected " << expected << ", found " << found;
+  return {ErrorCode::kUsage, text.str()};
+}
+
+/// Pixels [from, to) of a picture, by their index in it.
+struct PixelRun {
+  std::size_t from = 0, to = 0;
+};
+
+/// Scan line and depth bin of each pixel, the same for all pictures with one grid and outline.
+struct ScanGeometry {
+  int lines = 0;
+  int depths = 0;
+  double bin_mm = 1;
+  /// By pixel, row-major: depth * lines + line, as pixels of a row lie at much the same depth;
+  /// lines * depths outside the outline.
+  std::vector<int> cell_of;
+  std::vector<PixelRun> inside;  ///< By row: from the first pixel that has a cell to the last.
+  std::vector<float> pixels;     ///< Of each cell, at least 1.
+  std::vector<float> empty;      ///< 1 for a cell without a pixel, else 0.
+  [[nodiscard]] std::size_t cells() const {
+    return static_cast<std::size_t>(lines) * static_cast<std::size_t>(depths);
+  }
+};
+
+/// Which line and depth bin a pixel lies in; kOutside: outside the outline.
+struct BeamCell {
+  int line = kOutside, depth = kOutside;
+};
+
+/// Bins of ascending edges. Pixels come one beside the other, so that the bin of one is hardly ever
+/// far from that of the last.
+class Bins {
+ public:
+  /// Of f(first + k size), k = 0, 1, ... until beyond the end. Values before the first edge or
+  /// behind the last belong to the ends.
+  template <class Function>
+  Bins(double first, double end, double size, const Function& f) {
+    for (int k = 0; first + k * size <= end; ++k) edges_.push_back(f(first + k * size));
+    edges_.front() = -std::numeric_limits<double>::infinity();
+    edges_.push_back(std::numeric_limits<double>::infinity());
+  }
+  /// Of value / unit, unit > 0.
+  int of(double value, double unit = 1) {
+    while (value >= edges_[last_ + 1] * unit) ++last_;
+    while (value < edges_[last_] * unit) --last_;
+    return static_cast<int>(last_);
+  }
+
+ private:
+  std::vector<double> edges_;
+  std::size_t last_ = 0;
+};
+
+/// Calls visit(p, i) with where each pixel i lies in the picture, mm, row by row.
+template <class Visit>
+void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
+  const auto& [mm_per_pixel, origin_mm] = frame.grid;
+  std::size_t i = 0;
+  for (int row = 0; row < frame.pixels.height(); ++row) {
+    for (int column = 0; column < frame.pixels.width(); ++column) {
+      // As PixelGrid::at(), without a call for each.
+      visit(Eigen::Vector2d(origin_mm + mm_per_pixel * Eigen::Vector2d(column, row)), i++);
+    }
+  }
+}
+
+/// Beams turn about an apex; lines are line_mm apart at mid depth.
+std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOutline& outline,
+                                   double line_mm, double bin_mm) {
+  const double widest = outline.half_angle_rad;
+  const double line_rad = 2 * line_mm / (outline.radius_min_mm + outline.radius_max_mm);
+  Bins lines(-widest, widest, line_rad, [](double rad) { return std::tan(rad); });
+  Bins depths(outline.radius_min_mm, outline.radius_max_mm, bin_mm, [](double r) { return r * r; });
+  const double steepest = std::tan(widest);
+  const double nearest = outline.radius_min_mm * outline.radius_min_mm;
+  const double farthest = outline.radius_max_mm * outline.radius_max_mm;
+  std::vector<BeamCell> cells(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t i) {
+    // As SectorOutline::contains(), by tangents and squares.
+    const Eigen::Vector2d d = p - outline.apex_mm;
+    const double square = d.squaredNorm();
+    const bool inside =
+        d.y() > 0 && std::abs(d.x()) <= steepest * d.y() && square >= nearest && square <= farthest;
+    if (inside) cells[i] = {lines.of(d.x(), d.y()), depths.of(square)};
+  });
+  return cells;
+}
+
+/// Beams run down the picture.
+std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_mm, double bin_mm) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t) { low = low.cwiseMin(p); });
+  std::vector<BeamCell> cells(frame.pixels.pixels().size());
+  for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t i) {
+    cells[i] = {static_cast<int>((p.x() - low.x()) / line_mm),
+                static_cast<int>((p.y() - low.y()) / bin_mm)};
+  });
+  return cells;
+}
+
+ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm) {
+  ScanGeometry geometry;
+  // Bins no finer than a pixel, so that none stays empty along a line.
+  geometry.bin_mm =
+      std::max({1.0, frame.grid.mm_per_pixel.col(0).norm(), frame.grid.mm_per_pixel.col(1).norm()});
+  const double line_mm = std::max(line_spacing_mm, frame.grid.mm_per_pixel.col(0).norm());
+  const std::vector<BeamCell> cells =
+      frame.outline ? sector_cells(frame, *frame.outline, line_mm, geometry.bin_mm)
+                    : parallel_cells(frame, line_mm, geometry.bin_mm);
+  int first = std::numeric_limits<int>::max();  // Lines beside the picture do not count.
+  int last = kOutside;
+  for (const BeamCell& cell : cells) {
+    if (cell.line == kOutside) continue;
+    first = std::min(first, cell.line);
+    last = std::max(last, cell.line);
+    geometry.depths = std::max(geometry.depths, cell.depth + 1);
+  }
+  geometry.cell_of.assign(cells.size(), 0);
+  if (last == kOutside) return geometry;
+  geometry.lines = last - first + 1;
+  std::vector<int> pixels(geometry.cells(), 0);
+  const std::size_t width = as_size(frame.pixels.width());
+  for (std::size_t begin = 0; begin < cells.size(); begin += width) {
+    PixelRun run{begin + width, begin};
+    for (std::size_t i = begin; i < begin + width; ++i) {
+      geometry.cell_of[i] = geometry.lines * geometry.depths;
+      if (cells[i].line == kOutside) continue;
+      geometry.cell_of[i] = cells[i].depth * geometry.lines + cells[i].line - first;
+      ++pixels[as_size(geometry.cell_of[i])];
+      run.from = std::min(run.from, i);
+      run.to = i + 1;
+    }
+    if (run.from < run.to) geometry.inside.push_back(run);
+  }
+  for (const int count : pixels) {
+    geometry.pixels.push_back(static_cast<float>(std::max(count, 1)));
+    geometry.empty.push_back(count > 0 ? 0.0f : 1.0f);
+  }
+  return geometry;
+}
+
+}  // namespace
+
+bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
+  if (a.pixels.width() != b.pixels.width() || a.pixels.height() != b.pixels.height() ||
+      a.grid.mm_per_pixel != b.grid.mm_per_pixel || a.grid.origin_mm != b.grid.origin_mm ||
+      a.outline.has_value() != b.outline.has_value()) {
+    return false;
+  }
+  return !a.outline || (a.outline->apex_mm == b.outline->apex_mm &&
+                        a.outline->radius_min_mm == b.outline->radius_min_mm &&
+                        a.outline->radius_max_mm == b.outline->radius_max_mm &&
+                        a.outline->half_angle_rad == b.outline->half_angle_rad);
+}
+
+namespace {
+
+/// Mean grey of each (line, depth) cell; kOutside, which is −1, where the picture has no pixel
+/// there. Averaging over the cell tames speckle and the noise floor, whose single pixels can be
+/// bright.
+std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
+  // Two sums of each: neighbouring pixels, mostly of one cell, need not wait for each other.
+  const std::size_t cells = geometry.cells();
+  std::vector<int> sums(2 * (cells + 1), 0);
+  int* even = sums.data();
+  int* odd = even + cells + 1;
+  const std::uint8_t* grey = frame.pixels.pixels().data();
+  const int* cell_of = geometry.cell_of.data();
+  for (const PixelRun& run : geometry.inside) {
+    std::size_t i = run.from;
+    for (; i + 1 < run.to; i += 2) {
+      even[cell_of[i]] += grey[i];
+      odd[cell_of[i + 1]] += grey[i + 1];
+    }
+    if (i < run.to) even[cell_of[i]] += grey[i];
+  }
+  std::vector<float> means(cells);
+  const float* pixels = geometry.pixels.data();
+  const float* empty = geometry.empty.data();
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    means[cell] = static_cast<float>(even[cell] + odd[cell]) / pixels[cell] - empty[cell];
+  }
+  return means;
+}
+
+/// How many cells are of each grey, in two parts: neighbours, mostly of much the same grey, need
+/// not wait for each other. Empty ones come first.
+class GreyHistogram {
+ public:
+  void add(std::span<const float> greys) {
+    int* even = bins_[0].data();
+    int* odd = bins_[1].data();
+    std::size_t i = 0;
+    for (; i + 1 < greys.size(); i += 2) {
+      ++even[bin_of(greys[i])];
+      ++odd[bin_of(greys[i + 1])];
+    }
+    if (i < greys.size()) ++even[bin_of(greys[i])];
+  }
+  /// The least grey that three quarters of the cells do not exceed; 0 without cells.
+  [[nodiscard]] int upper_quartile() const {
+    const auto count = [&](std::size_t bin) { return bins_[0][bin] + bins_[1][bin]; };
+    std::int64_t total = 0;
+    for (std::size_t bin = 1; bin < kBins; ++bin) total += count(bin);
+    std::int64_t seen = 0;
+    std::size_t bin = 1;
+    while (bin + 1 < kBins && 4 * (seen += count(bin)) < 3 * total) ++bin;
+    return static_cast<int>(bin) + kOutside;
+  }
+
+ private:
+  static constexpr std::size_t kBins = 257;
+  static int bin_of(float grey) { return static_cast<int>(std::min(grey, 255.0f)) - kOutside; }
+  std::array<std::array<int, kBins>, 2> bins_{};
+};
+
+/// 75th percentile over all lines and pictures, by depth.
+std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
+  const auto count = as_size(lines);
+  std::vector<int> usual;
+  for (std::size_t depth = 0; depth < as_size(depths); ++depth) {
+    GreyHistogram histogram;
+    for (const auto& cells : means) histogram.add(std::span(cells).subspan(depth * count, count));
+    usual.push_back(histogram.upper_quartile());
+  }
+  return usual;
+}
+
+/// First depth bin of each line that is no longer usable.
+std::vector<int> line_ends(const std::vector<float>& means, const std::vector<int>& usual,
+                           int lines, int depths, const ShadowMaskOptions& options) {
+  std::vector<int> own(static_cast<std::size_t>(lines), 0);
+  for (int depth = 0; depth < depths; ++depth) {
+    // The limit is at least 1, so that black is never an echo.
+    const auto limit = static_cast<float>(std::max(usual[as_size(depth)] - options.drop_grey, 1));
+    const float* grey = &means[as_size(depth) * own.size()];
+    for (std::size_t line = 0; line < own.size(); ++line) {
+      own[line] = grey[line] >= limit ? depth + 1 : own[line];
+    }
+  }
+  std::vector<int> ends(own.size());
+  for (int line = 0; line < lines; ++line) {
+    const int from = std::max(line - options.neighbour_lines, 0);
+    const int to = std::min(line + options.neighbour_lines, lines - 1);
+    ends[static_cast<std::size_t>(line)] =
+        *std::min_element(own.begin() + from, own.begin() + to + 1);
+  }
+  return ends;
+}
+
+/// Where a sweep without an outline shows nothing, wider by the pixels of the edge, which are half
+/// lit.
+std::vector<std::uint8_t> outside_of(const Sweep& sweep) {
+  const Image2d<std::uint8_t>& first = sweep.frames().front().frame.pixels;
+  std::vector<std::uint8_t> dark = never_lit(sweep);
+  const cv::Mat narrow(first.height(), first.width(), CV_8U, dark.data());
+  cv::Mat wider;
+  cv::dilate(narrow, wider, cv::Mat::ones(3, 3, CV_8U));
+  return {wider.datastart, wider.dataend};
+}
+
+Result<void> check_outline(const SectorOutline& outline, const std::string& name) {
+  const bool good = outline.apex_mm.allFinite() && outline.radius_min_mm >= 0 &&
+                    outline.radius_max_mm > outline.radius_min_mm &&
+                    std::isfinite(outline.radius_max_mm) && outline.half_angle_rad > 0 &&
+                    outline.half_angle_rad < M_PI_2;
+  if (!good) {
+    std::ostringstream text;
+    text << name << "expected an outline with 0 <= radius_min < radius_max and a half angle in "
+         << "(0, pi/2), found radii " << outline.radius_min_mm << " and " << outline.radius_max_mm
+         << " mm, half angle " << outline.half_angle_rad << " rad";
+    return Error{ErrorCode::kMalformedData, text.str()};
+  }
+  const double deep_mm = outline.radius_max_mm - outline.radius_min_mm;
+  const double wide_mm = outline.half_angle_rad * (outline.radius_min_mm + outline.radius_max_mm);
+  if (deep_mm <= kWidestPictureMm && wide_mm <= kWidestArcMm) return {};
+  std::ostringstream text;
+  text << name << "expected an outline at most " << kWidestPictureMm << " mm deep and "
+       << kWidestArcMm << " mm wide half way down, found " << deep_mm << " and " << wide_mm
+       << " mm: are its radii in mm?";
+  return Error{ErrorCode::kMalformedData, text.str()};
+}
+
+Result<void> check_geometry(const Sweep& sweep) {
+  for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
+    const UltrasoundFrame& frame = sweep.frames()[i].frame;
+    const std::string name = "sweep frame " + std::to_string(i) + ": ";
+    if (const auto ok = nav::validate(frame.grid); !ok) {
+      return Error{ok.error().code, name + ok.error().message};
+    }
+    const double width_mm = frame.pixels.width() * frame.grid.mm_per_pixel.col(0).norm();
+    const double height_mm = frame.pixels.height() * frame.grid.mm_per_pixel.col(1).norm();
+    if (!(std::max(width_mm, height_mm) <= kWidestPictureMm)) {
+      std::ostringstream text;
+      text << name << "expected a picture of at most " << kWidestPictureMm
+           << " mm along either side, found one of " << width_mm << " x " << height_mm
+           << " mm: is the size of its pixels in mm?";
+      return Error{ErrorCode::kMalformedData, text.str()};
+    }
+    if (!frame.outline) continue;
+    if (auto ok = check_outline(*frame.outline, name); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const ShadowMaskOptions& options) {
+  if (!(options.near_field_mm >= 0 && options.near_field_mm < 1e3)) {
+    return refuse_mask("near_field_mm", "0 to 1000", options.near_field_mm);
+  }
+  if (options.drop_grey < 1 || options.drop_grey > 254) {
+    return refuse_mask("drop_grey", "1 to 254", options.drop_grey);
+  }
+  if (options.neighbour_lines < 0 || options.neighbour_lines > 1000) {
+    return refuse_mask("neighbour_lines", "0 to 1000", options.neighbour_lines);
+  }
+  if (!(options.line_spacing_mm > 0 && options.line_spacing_mm < 100)) {
+    return refuse_mask("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
+  }
+  return {};
+}
+
+Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
+                                                        const ShadowMaskOptions& options) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  if (const auto ok = check_geometry(sweep); !ok) return ok.error();
+  const auto& frames = sweep.frames();
+  const UltrasoundFrame& first = frames.front().frame;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (!same_geometry(first, frames[i].frame)) {
+      return Error{ErrorCode::kMalformedData,
+                   "sweep frame " + std::to_string(i) +
+                       ": expected the pixel grid and outline of frame 0, found others"};
+    }
+  }
+  const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);
+  std::vector<std::vector<float>> means;
+  means.reserve(frames.size());
+  for (const auto& tracked : frames) means.push_back(cell_means(tracked.frame, geometry));
+  const std::vector<int> usual = usual_grey(means, geometry.lines, geometry.depths);
+  const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
+
+  const std::vector<std::uint8_t> outside =
+      first.outline ? std::vector<std::uint8_t>() : outside_of(sweep);
+  std::vector<Image2d<std::uint8_t>> masks;
+  masks.reserve(frames.size());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const std::vector<int> ends =
+        line_ends(means[f], usual, geometry.lines, geometry.depths, options);
+    std::vector<std::uint8_t> usable(geometry.cells() + 1, 0);
+    for (int depth = near; depth < geometry.depths; ++depth) {
+      std::uint8_t* row = &usable[as_size(depth) * ends.size()];
+      for (std::size_t line = 0; line < ends.size(); ++line) row[line] = depth < ends[line] ? 1 : 0;
+    }
+    std::vector<std::uint8_t> mask(geometry.cell_of.size(), 0);
+    for (const PixelRun& run : geometry.inside) {
+      for (std::size_t i = run.from; i < run.to; ++i) {
+        mask[i] = usable[as_size(geometry.cell_of[i])];
+      }
+    }
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+      if (outside[i] != 0) mask[i] = 0;
+    }
+    masks.emplace_back(first.pixels.width(), first.pixels.height(), std::move(mask));
+  }
+  return masks;
+}
+
+}  // namespace nav::registration

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "nav/sweep.hpp"
+#include "nav/volume.hpp"
+#include "registration/similarity/ct_channels.hpp"
+#include "registration/similarity/lc2_cost.hpp"
+
+namespace nav::registration {
+
+/// Usable points of a sweep, thinly spread: what overlap and distances of poses are counted on.
+struct SweepPoints {
+  std::vector<Point<frames::Reference>> points;
+  Point<frames::Reference> centroid;  ///< Of the points.
+  double radius_mm = 0;               ///< Farthest point from the centroid.
+  /// Mean of (p − centroid)(p − centroid)ᵀ, mm²: all that distances of poses depend on.
+  Eigen::Matrix3d spread_mm2 = Eigen::Matrix3d::Zero();
+};
+
+/// Every 4 mm or more of the pictures 4 mm or more apart, where the mask allows.
+SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks);
+
+/// Fraction of the points inside the box of voxel centres, [0, 1]; 0 without points.
+double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
+
+/// Mean |M (p − centroid)|² of the points, mm².
+double spread_mm2(const SweepPoints& sweep, const Eigen::Matrix3d& m);
+
+/// RMS distance of the points between two poses, mm; in closed form from their spread.
+double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
+
+/// Box that holds all points at all poses and a margin around. Preconditions: neither is empty.
+CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm);
+
+/// How far apart two poses put the middles of the pictures, RMS, mm.
+double apart_mm(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& a,
+                const Transform<frames::Ct, frames::Reference>& b);
+
+}  // namespace nav::registration

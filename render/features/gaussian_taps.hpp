@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nav/result.hpp"
+#include "nav/volume.hpp"
+#include "render/features/kernels.hpp"
+
+namespace nav::render::features {
+
+/// A sampled Gaussian and its first two derivatives for unit spacing, cut off at a radius, with
+/// moments mended: smoothing keeps constants, the slope of k is 1 and the bend of k^2 is 2 exactly,
+/// so that below half a voxel they become central differences instead of nonsense. Folded.
+struct GaussianTaps {
+  int radius = 1;              ///< >= 1.
+  std::vector<double> smooth;  ///< Sum is 1.
+  std::vector<double> slope;   ///< Per voxel.
+  std::vector<double> bend;    ///< Per voxel squared.
+};
+/// sigma_voxels > 0; truncate: radius in sigmas, > 0.
+GaussianTaps gaussian_taps(double sigma_voxels, double truncate);
+
+/// The widest filter of a feature, and the option that asks for it.
+struct FilterReach {
+  const char* option;
+  double found_mm;  ///< Of the option.
+  double sigma_mm, truncate;
+};
+/// Refuses filters of hundreds of voxels: they are a mistake of units, not a wish.
+Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid, const std::string& name);
+
+/// GaussianTaps rounded to float, with the derivatives scaled; constants still vanish exactly as
+/// far as float sums allow.
+class FloatTaps {
+ public:
+  FloatTaps(const GaussianTaps& taps, double derivative_scale);
+  [[nodiscard]] int radius() const { return static_cast<int>(smooth_.size()) - 1; }
+  [[nodiscard]] FoldedTaps folded() const { return {smooth_.data(), slope_.data(), bend_.data()}; }
+
+ private:
+  std::vector<float> smooth_, slope_, bend_;
+};
+
+}  // namespace nav::render::features
