@@ -2,14 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/engines.hpp"
 
-#include <algorithm>
-#include <thread>
+#include "nav/threads.hpp"
 
 namespace nav::app {
-
-int usable_threads(int wanted) {
-  return std::min(wanted, static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-}
 
 Result<std::unique_ptr<render::Engine>> make_engine(const std::string& name, int threads,
                                                     Diagnostics& diagnostics) {

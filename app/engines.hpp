@@ -16,8 +16,4 @@ namespace nav::app {
 Result<std::unique_ptr<render::Engine>> make_engine(const std::string& name, int threads,
                                                     Diagnostics& diagnostics);
 
-/// The threads asked for, but at most one per core: more are of no use, and TBB would say so on
-/// standard error. 0 (all cores) stays.
-int usable_threads(int wanted);
-
 }  // namespace nav::app

@@ -7,10 +7,6 @@
 
 namespace nav::app {
 
-std::string digest_of(const std::string& text) {
-  return io::sha256_hex(std::as_bytes(std::span(text.data(), text.size())));
-}
-
 Result<OutputFolder> OutputFolder::create(const std::filesystem::path& path) {
   const auto refuse = [&](const std::string& found) {
     return Error{ErrorCode::kIo,
@@ -92,6 +88,6 @@ Result<void> OutputFolder::write_text(const std::string& name, const std::string
   return io::write_file(path_ / name, std::string_view(text));
 }
 
-std::string OutputFolder::image_digest() const { return digest_of(picture_digests_); }
+std::string OutputFolder::image_digest() const { return io::sha256_hex(picture_digests_); }
 
 }  // namespace nav::app

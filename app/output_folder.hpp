@@ -55,7 +55,4 @@ class OutputFolder {
 Result<void> forget_earlier_reports(const std::filesystem::path& folder,
                                     const std::set<std::string>& files = {});
 
-/// SHA-256 of a text.
-std::string digest_of(const std::string& text);
-
 }  // namespace nav::app

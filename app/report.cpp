@@ -47,26 +47,57 @@ constexpr const char* kStyle =
 
 }  // namespace
 
-Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json json_number(const std::optional<double>& value) {
-  return value ? json_number(*value) : Json(nullptr);
+io::Json json_number(double value) {
+  return std::isfinite(value) ? io::Json(value) : io::Json(nullptr);
 }
 
-Json json_of(const Eigen::Matrix4d& matrix) {
-  Json numbers = Json::array();
+io::Json json_number(const std::optional<double>& value) {
+  return value ? json_number(*value) : io::Json(nullptr);
+}
+
+io::Json json_of(const session::TissueFollower::Summary& summary) {
+  io::Json json;
+  json["pictures"] = summary.pictures;
+  json["states"] = summary.states;
+  json["alarms"] = io::Json::array();
+  for (const auto& alarm : summary.alarms) {
+    json["alarms"].push_back(
+        {{"session_s", alarm.session_s}, {"state", alarm.state}, {"cause", alarm.cause}});
+  }
+  json["largest_displacement_mm"] = summary.largest_displacement_mm;
+  json["cost_median"] = json_number(summary.cost_median);
+  json["update_ms_median"] = json_number(1e3 * summary.update_s_median);
+  json["updates_over_limit"] = summary.updates_over_limit;
+  return json;
+}
+
+std::vector<std::pair<std::string, std::string>> rows_of(
+    const session::TissueFollower::Summary& summary) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const auto& [state, count] : summary.states) rows.emplace_back(state, std::to_string(count));
+  for (const auto& alarm : summary.alarms) {
+    rows.emplace_back(alarm.state + " at " + quantity(alarm.session_s, 1, "s"), alarm.cause);
+  }
+  rows.emplace_back("largest displacement from the registration",
+                    quantity(summary.largest_displacement_mm, 1, "mm"));
+  rows.emplace_back("time of an update, median", quantity(1e3 * summary.update_s_median, 1, "ms"));
+  return rows;
+}
+
+io::Json json_of(const Eigen::Matrix4d& matrix) {
+  io::Json numbers = io::Json::array();
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) numbers.push_back(matrix(row, column));
   }
   return numbers;
 }
 
-Json json_of(const tracking::FrameLedger& ledger) {
-  Json json;
+io::Json json_of(const tracking::FrameLedger& ledger) {
+  io::Json json;
   json["received"] = ledger.received();
   json["shown"] = ledger.shown();
   json["superseded"] = ledger.superseded();
-  json["rejected"] = Json::object();
+  json["rejected"] = io::Json::object();
   for (const auto& [cause, count] : ledger.rejected()) json["rejected"][cause] = count;
   json["balanced"] = ledger.balanced();
   return json;
@@ -78,7 +109,7 @@ void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diag
   }
 }
 
-Json json_of(const registration::Decision& decision) {
+io::Json json_of(const registration::Decision& decision) {
   return {{"accepted", decision.accepted},
           {"verdict", registration::to_string(decision.verdict())},
           {"reasons", decision.reasons},
@@ -86,10 +117,10 @@ Json json_of(const registration::Decision& decision) {
 }
 
 namespace {
-Json as_json(const std::vector<registration::Misfit>& misfits) {
-  Json list = Json::array();
+io::Json as_json(const std::vector<registration::Misfit>& misfits) {
+  io::Json list = io::Json::array();
   for (const registration::Misfit& misfit : misfits) {
-    Json values = Json::array();
+    io::Json values = io::Json::array();
     for (const double value : misfit.values) values.push_back(json_number(value));
     list.push_back(
         {{"cause", registration::to_string(misfit.cause)},
@@ -98,15 +129,15 @@ Json as_json(const std::vector<registration::Misfit>& misfits) {
          {"noise_mm", json_number(misfit.noise_mm)},
          {"gain", json_number(misfit.gain)},
          {"unnoticed", json_number(misfit.unnoticed)},
-         {"unnoticed_along",
-          misfit.unnoticed_along.size() == 3 ? Json(misfit.unnoticed_along) : Json(nullptr)},
+         {"unnoticed_along", misfit.unnoticed_along.size() == 3 ? io::Json(misfit.unnoticed_along)
+                                                                : io::Json(nullptr)},
          {"values", values}});
   }
   return list;
 }
 
-Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
-                    const Point<frames::Ct>& target) {
+io::Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
+                        const Point<frames::Ct>& target) {
   constexpr double kMost = 0.95;
   return {{"valid", bootstrap.valid},
           {"fault", bootstrap.fault},
@@ -120,9 +151,9 @@ Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
 }
 }  // namespace
 
-Json json_of(const registration::ImageRegistrationResult& result,
-             const registration::Decision& decision, const Point<frames::Ct>& target) {
-  Json json = json_of(decision);
+io::Json json_of(const registration::ImageRegistrationResult& result,
+                 const registration::Decision& decision, const Point<frames::Ct>& target) {
+  io::Json json = json_of(decision);
   json["iterations"] = result.iterations;
   json["seconds"] = result.total_s;
   json["termination"] = registration::to_string(result.termination);
@@ -132,12 +163,12 @@ Json json_of(const registration::ImageRegistrationResult& result,
   json["overlap"] = json_number(result.overlap);
   json["patches"] = result.patches;
   json["z_score"] = json_number(result.z_score);
-  json["margin"] = result.margin ? json_number(*result.margin) : Json(nullptr);
+  json["margin"] = result.margin ? json_number(*result.margin) : io::Json(nullptr);
   json["split_disagreement_mm"] = json_number(result.split_disagreement_mm);
   json["halves_disagreement_mm"] = json_number(result.halves_disagreement_mm);
   json["basin"] = {{"rise", json_number(result.basin.rise)},
                    {"shift_mm", json_number(result.basin.shift_mm)}};
-  json["regions"] = Json::array();
+  json["regions"] = io::Json::array();
   for (const auto& region : result.regions) {
     const Eigen::Vector3d& c = region.centre.mm;
     json["regions"].push_back({{"along", region.along},
@@ -150,11 +181,11 @@ Json json_of(const registration::ImageRegistrationResult& result,
   json["misfits"] = as_json(result.misfits);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
   json["clustered_target_error_rms_mm"] =
-      result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : Json(nullptr);
+      result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : io::Json(nullptr);
   json["bootstrap"] = bootstrap_json(result.bootstrap, target);
   json["covariance_valid"] = result.covariance_valid;
   json["covariance_fault"] = result.covariance_fault;
-  Json covariance = Json::array();
+  io::Json covariance = io::Json::array();
   for (int i = 0; i < 6; ++i) {
     for (int k = 0; k < 6; ++k) {
       covariance.push_back(json_number(result.uncertainty.covariance(i, k)));
@@ -168,25 +199,25 @@ Json json_of(const registration::ImageRegistrationResult& result,
   return json;
 }
 
-Json json_of(const std::optional<render::StepChoice>& step) {
+io::Json json_of(const std::optional<render::StepChoice>& step) {
   if (!step) return nullptr;
   return {{"step_voxels", step->step_voxels},
           {"pixel_error", step->pixel_error},
           {"estimated_rms", json_number(step->rms)},
-          {"reached", std::isnan(step->rms) ? Json() : Json(step->reached)}};
+          {"reached", std::isnan(step->rms) ? io::Json() : io::Json(step->reached)}};
 }
 
-Json json_of(const render::HuWindow& window) {
+io::Json json_of(const render::HuWindow& window) {
   return {{"level", window.level}, {"width", window.width}};
 }
 
-Json json_of(const std::optional<render::GreyWindow>& window) {
+io::Json json_of(const std::optional<render::GreyWindow>& window) {
   if (!window) return nullptr;
   return {{"level", window->level_hu}, {"width", window->width_hu}};
 }
 
-Json json_of(const std::vector<DiagnosticEntry>& entries) {
-  Json list = Json::array();
+io::Json json_of(const std::vector<DiagnosticEntry>& entries) {
+  io::Json list = io::Json::array();
   for (const DiagnosticEntry& entry : entries) {
     list.push_back({{"severity", to_string(entry.severity)},
                     {"source", entry.source},
@@ -196,9 +227,9 @@ Json json_of(const std::vector<DiagnosticEntry>& entries) {
   return list;
 }
 
-Result<void> write_json(const Json& json, const std::string& where) {
+Result<void> write_json(const io::Json& json, const std::string& where) {
   // Bytes that are not UTF-8 (file names, header fields) must not stop a report.
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string text = json.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
   if (where == "-") {
     std::cout << text << std::flush;
     if (!std::cout) return Error{ErrorCode::kIo, "standard output: could not be written"};

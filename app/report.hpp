@@ -7,46 +7,48 @@
 #include <utility>
 #include <vector>
 
-#include "app/json.hpp"
-#include "app/navigator.hpp"
 #include "app/output_folder.hpp"
+#include "io/json.hpp"
 #include "nav/diagnostics.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
 #include "render/engine.hpp"
 #include "render/quality/step_search.hpp"
 #include "render/slices/slice.hpp"
+#include "session/registration_file.hpp"
+#include "session/tissue_follower.hpp"
 
 namespace nav::app {
 
-Json json_of(const tracking::FrameLedger& ledger);
-Json json_of(const registration::Decision& decision);
-/// What the pose of a registration is called in JSON. One that was refused has a name of its own,
-/// so that nobody takes it who does not ask for it.
-inline constexpr const char* kAcceptedPose = "ct_from_reference_mm";
-inline constexpr const char* kRefusedPose = "refused_ct_from_reference_mm";
+io::Json json_of(const tracking::FrameLedger& ledger);
+io::Json json_of(const registration::Decision& decision);
+/// Key of the pose of an accepted or a rejected registration.
 inline const char* pose_key(const registration::Decision& decision) {
-  return decision.accepted ? kAcceptedPose : kRefusedPose;
+  return decision.accepted ? session::kAcceptedPose : session::kRefusedPose;
 }
-Json json_of(const registration::ImageRegistrationResult& result,
-             const registration::Decision& decision, const Point<frames::Ct>& target);
-Json json_of(const std::vector<DiagnosticEntry>& entries);
+io::Json json_of(const session::TissueFollower::Summary& summary);
+/// The same as rows of a table.
+std::vector<std::pair<std::string, std::string>> rows_of(
+    const session::TissueFollower::Summary& summary);
+io::Json json_of(const registration::ImageRegistrationResult& result,
+                 const registration::Decision& decision, const Point<frames::Ct>& target);
+io::Json json_of(const std::vector<DiagnosticEntry>& entries);
 /// Null where the user gave a step.
-Json json_of(const std::optional<render::StepChoice>& step);
-Json json_of(const render::HuWindow& window);
+io::Json json_of(const std::optional<render::StepChoice>& step);
+io::Json json_of(const render::HuWindow& window);
 /// Null where nothing is projected.
-Json json_of(const std::optional<render::GreyWindow>& window);
+io::Json json_of(const std::optional<render::GreyWindow>& window);
 /// One line of the log for each warning that a registration was accepted with.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// 16 numbers, row-major.
-Json json_of(const Eigen::Matrix4d& matrix);
+io::Json json_of(const Eigen::Matrix4d& matrix);
 /// A number, or null when it is not finite (JSON has no NaN).
-Json json_number(double value);
+io::Json json_number(double value);
 /// The same; null where there is none.
-Json json_number(const std::optional<double>& value);
+io::Json json_number(const std::optional<double>& value);
 
 /// Writes JSON where --json asked: a file, or standard output for "-".
-Result<void> write_json(const Json& json, const std::string& where);
+Result<void> write_json(const io::Json& json, const std::string& where);
 
 /// The parts of an HTML report.
 struct HtmlReport {

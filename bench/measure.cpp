@@ -32,13 +32,6 @@ std::size_t resident_bytes() {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Repeats& repeats) {
   std::vector<std::vector<double>> cpu(tasks.size());
   std::vector<std::vector<double>> wall(tasks.size());

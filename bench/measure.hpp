@@ -10,6 +10,7 @@
 #include "nav/check.hpp"
 #include "nav/image.hpp"
 #include "nav/result.hpp"
+#include "nav/statistics.hpp"
 
 namespace nav::bench {
 
@@ -17,8 +18,6 @@ namespace nav::bench {
 double process_time_s();
 /// Memory of the process that is in RAM, bytes; 0 where the system does not say.
 std::size_t resident_bytes();
-/// NaN for no values.
-double median(std::vector<double> values);
 
 /// The pixels in the middle of parts of factor × factor of a picture. factor: odd, so that they are
 /// those of a picture of so many fewer pixels.

@@ -26,4 +26,8 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
   return text;
 }
 
+std::string sha256_hex(std::string_view text) {
+  return sha256_hex(std::as_bytes(std::span(text.data(), text.size())));
+}
+
 }  // namespace nav::io

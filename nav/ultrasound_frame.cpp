@@ -64,4 +64,22 @@ bool SectorOutline::contains(const Eigen::Vector2d& p_image_mm) const {
          std::abs(std::atan2(d.x(), d.y())) <= half_angle_rad;
 }
 
+std::pair<Eigen::Vector2d, Eigen::Vector2d> box_mm(const UltrasoundFrame& frame) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
+  Eigen::Vector2d high = -low;
+  for (const double column : {0.0, frame.pixels.width() - 1.0}) {
+    for (const double row : {0.0, frame.pixels.height() - 1.0}) {
+      const Eigen::Vector2d p = frame.grid.at(column, row).mm.head<2>();
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  return {low, high};
+}
+
+double extent_mm(const UltrasoundFrame& frame) {
+  const auto [low, high] = box_mm(frame);
+  return (high - low).norm();
+}
+
 }  // namespace nav

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
@@ -51,5 +52,10 @@ struct UltrasoundFrame {
   PixelGrid grid;
   std::optional<SectorOutline> outline;
 };
+
+/// Lower and upper corner of the box around the image's pixel centres, Image frame, mm.
+std::pair<Eigen::Vector2d, Eigen::Vector2d> box_mm(const UltrasoundFrame& frame);
+/// Length of that box's diagonal, mm.
+double extent_mm(const UltrasoundFrame& frame);
 
 }  // namespace nav

@@ -12,7 +12,7 @@
 #include "app/bench/bench_json.hpp"
 #include "app/engines.hpp"
 #include "app/report.hpp"
-#include "app/view/presenter.hpp"
+#include "app/views/presenter.hpp"
 #include "bench/scene_set.hpp"
 #include "bench/whole_scene.hpp"
 #include "io/ct.hpp"
@@ -61,7 +61,7 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   const auto& approach = procedure.phases().back();
   const Timestamp middle = procedure.frame_time(approach.first_frame + approach.frame_count / 2);
   const sim::UltrasoundSimulator simulator(procedure.phantom(), procedure.options().probe, 1);
-  Epoch epoch;
+  session::Epoch epoch;
   epoch.now = middle;
   epoch.ct_from_image = procedure.ct_from_image(middle);
   epoch.ct_from_needle = procedure.ct_from_needle(middle);
@@ -75,11 +75,11 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   return scene;
 }
 
-Result<Json> agreement(const render::Scene& scene, Console& console) {
+Result<io::Json> agreement(const render::Scene& scene, Console& console) {
   auto reference = render::make_reference_engine();
   const auto truth = reference->render(scene);
   if (!truth) return truth.error();
-  Json rows = Json::array();
+  io::Json rows = io::Json::array();
   std::printf("\n%-10s %22s %10s %10s   against the reference at the same step\n", "engine",
               "pixels within 2/255", "max /255", "rms /255");
   for (const char* name : {"cpu", "gl"}) {
@@ -325,8 +325,8 @@ Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, i
 }
 
 /// What a live session asks for; returns the agreement of the engines on its scene.
-Result<Json> measure_live(const BenchRenderOptions& options, int width, int height,
-                          BenchRenderReport& report, Console& console) {
+Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int height,
+                              BenchRenderReport& report, Console& console) {
   console.begin("a live session");
   const sim::Procedure procedure(sim::ProcedureOptions{});
   auto ct = bench::simulated_ct();
@@ -363,7 +363,7 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
   const int width = options.quick ? 200 : options.width;
   const int height = options.quick ? 150 : options.height;
   BenchRenderReport report;
-  Json agreements;
+  io::Json agreements;
   if (asks_for(options.parts, "compare")) {
     if (auto ok = measure_comparison(options, width, height, report, console); !ok) return ok;
   }
@@ -379,7 +379,7 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
     if (auto ok = measure_skip_bounds(options, report, console); !ok) return ok;
   }
   if (!options.json) return {};
-  Json json;
+  io::Json json;
   json["verb"] = "bench render";
   json["version"] = SONDE_VERSION;
   json["quick"] = options.quick;
@@ -400,7 +400,7 @@ Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& cons
   console.end();
   std::cout << bench::to_text(*points) << std::flush;
   if (!options.json) return {};
-  Json json;
+  io::Json json;
   json["verb"] = "bench scaling";
   json["version"] = SONDE_VERSION;
   json["points"] = json_of(*points);

@@ -8,8 +8,8 @@
 
 namespace nav::app {
 
-Json json_of(const bench::DerivedBenchReport& report) {
-  Json timings = Json::array();
+io::Json json_of(const bench::DerivedBenchReport& report) {
+  io::Json timings = io::Json::array();
   for (const auto& t : report.timings) {
     timings.push_back({{"feature", t.feature},
                        {"cpu_s", t.taken.cpu_s},
@@ -22,7 +22,7 @@ Json json_of(const bench::DerivedBenchReport& report) {
                        {"itk_wall_s", json_number(t.peer_taken.wall_s)},
                        {"itk_over_sonde", json_number(t.ratio())}});
   }
-  Json errors = Json::array();
+  io::Json errors = io::Json::array();
   for (const auto& e : report.errors) {
     errors.push_back({{"feature", e.feature},
                       {"setting", e.setting},
@@ -46,7 +46,7 @@ Result<void> run_bench_derived(const BenchDerivedOptions& options, Console& cons
   console.end();
   std::cout << bench::to_text(*report) << std::flush;
   if (!options.json) return {};
-  Json json;
+  io::Json json;
   json["verb"] = "bench derived";
   json["version"] = SONDE_VERSION;
   json["quick"] = options.quick;

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "app/console.hpp"
-#include "app/json.hpp"
 #include "bench/derived.hpp"
+#include "io/json.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {
@@ -25,6 +25,6 @@ struct BenchDerivedOptions {
 Result<void> run_bench_derived(const BenchDerivedOptions& options, Console& console);
 
 /// `side`, `timings` and `errors`, as docs/bench-json.md says.
-Json json_of(const bench::DerivedBenchReport& report);
+io::Json json_of(const bench::DerivedBenchReport& report);
 
 }  // namespace nav::app

@@ -11,9 +11,9 @@ namespace nav::app {
 namespace {
 
 /// Worst over the errors of each scene, and the median of those.
-Json summary(const bench::RenderBenchReport& report, const std::string& name,
-             std::optional<bool> shaded) {
-  Json scenes = Json::object();
+io::Json summary(const bench::RenderBenchReport& report, const std::string& name,
+                 std::optional<bool> shaded) {
+  io::Json scenes = io::Json::object();
   std::vector<double> all;
   for (const auto& ratio : report.ratios) {
     if (ratio.name != name || (shaded && ratio.shaded != *shaded)) continue;
@@ -22,15 +22,15 @@ Json summary(const bench::RenderBenchReport& report, const std::string& name,
     if (std::isfinite(least)) all.push_back(least);
   }
   const double least = all.empty() ? std::nan("") : *std::min_element(all.begin(), all.end());
-  return {{"median", json_number(bench::median(all))},
+  return {{"median", json_number(median(all))},
           {"worst", json_number(least)},
           {"scenes", std::move(scenes)}};
 }
 
 /// Sonde's time to 5e-3 rms over VTK's cheapest picture, besides the summary.
-Json fixed_point_summary(const bench::RenderBenchReport& report) {
-  Json out = summary(report, "cpu_vs_vtk_fixedpoint", {});
-  Json scenes = Json::object();
+io::Json fixed_point_summary(const bench::RenderBenchReport& report) {
+  io::Json out = summary(report, "cpu_vs_vtk_fixedpoint", {});
+  io::Json scenes = io::Json::object();
   for (const auto& ratio : report.ratios) {
     if (ratio.name != "cpu_vs_vtk_fixedpoint") continue;
     scenes[ratio.scene] = json_number(ratio.fine_over_their_cheapest);
@@ -48,13 +48,13 @@ double median_skip(const BenchRenderReport& report, SkipMeasure measure,
   for (const auto& one : report.skipping) {
     if (one.scene.find(containing) != std::string::npos) ratios.push_back((one.*measure)());
   }
-  return bench::median(std::move(ratios));
+  return median(std::move(ratios));
 }
 
-Json skip_summary(const BenchRenderReport& report) {
+io::Json skip_summary(const BenchRenderReport& report) {
   constexpr SkipMeasure kSkipping = &bench::SkipRatio::ratio;
   constexpr SkipMeasure kAll = &bench::SkipRatio::brute_ratio;
-  Json scenes = Json::object();
+  io::Json scenes = io::Json::object();
   bool identical = true;
   for (const auto& one : report.skipping) {
     scenes[one.scene] = {{"skipping", one.ratio()}, {"and_early_end", one.brute_ratio()}};
@@ -65,11 +65,11 @@ Json skip_summary(const BenchRenderReport& report) {
           {"and_early_end_median", json_number(median_skip(report, kAll))},
           {"and_early_end_vessels_only", json_number(median_skip(report, kAll, "vessels-only"))},
           {"full_volume_overhead", json_number(report.full_volume_overhead)},
-          {"bit_identical", report.skipping.empty() ? Json() : Json(identical)},
+          {"bit_identical", report.skipping.empty() ? io::Json() : io::Json(identical)},
           {"scenes", std::move(scenes)}};
 }
 
-Json as_json(const bench::CutawayCost& cutaway) {
+io::Json as_json(const bench::CutawayCost& cutaway) {
   return {{"fraction", json_number(cutaway.own_fraction())},
           {"fraction_at_most", json_number(cutaway.own_fraction_at_most())},
           {"net_fraction", json_number(cutaway.net_fraction())},
@@ -83,15 +83,15 @@ Json as_json(const bench::CutawayCost& cutaway) {
           {"samples_with_cutaway", cutaway.cutaway_samples}};
 }
 
-Json as_json(const bench::ImageUpdate& update) {
+io::Json as_json(const bench::ImageUpdate& update) {
   return {{"cpu_ms", update.cpu_ms},
           {"wall_ms", update.wall_ms},
           {"volume_samples", update.samples},
           {"bit_identical", update.identical}};
 }
 
-Json as_json(const bench::SkipBound& bound) {
-  Json bricks = Json::array();
+io::Json as_json(const bench::SkipBound& bound) {
+  io::Json bricks = io::Json::array();
   for (const bench::BrickOracle& one : bound.oracle.bricks) {
     bricks.push_back({{"edge", one.edge}, {"occupied", one.occupied}, {"samples", one.samples}});
   }
@@ -109,9 +109,9 @@ Json as_json(const bench::SkipBound& bound) {
           {"bricks", std::move(bricks)}};
 }
 
-Json ratios_of(const BenchRenderReport& report) {
+io::Json ratios_of(const BenchRenderReport& report) {
   const bench::RenderBenchReport& comparison = report.comparison;
-  Json json;
+  io::Json json;
   json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
   json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
   json["gl_vs_vtk_gpu"] = summary(comparison, "gl_vs_vtk_gpu", {});
@@ -126,15 +126,15 @@ Json ratios_of(const BenchRenderReport& report) {
   json["gl_dense_vs_vtk_gpu"] = summary(comparison, "gl_dense_vs_vtk_gpu", {});
   json["cpu_vs_vtk_fixedpoint"] = fixed_point_summary(comparison);
   json["samples_skip_off_over_on"] = skip_summary(report);
-  json["cutaway_plane_fraction"] = report.cutaway ? as_json(*report.cutaway) : Json();
-  json["image_update_ms"] = report.update ? as_json(*report.update) : Json();
+  json["cutaway_plane_fraction"] = report.cutaway ? as_json(*report.cutaway) : io::Json();
+  json["image_update_ms"] = report.update ? as_json(*report.update) : io::Json();
   return json;
 }
 
 /// Sonde at the step and pixel error that it takes by itself against VTK's GPU mapper at its
 /// default, one voxel.
-Json default_quality(const bench::RenderBenchReport& report) {
-  Json rows = Json::array();
+io::Json default_quality(const bench::RenderBenchReport& report) {
+  io::Json rows = io::Json::array();
   for (const bench::ChosenStep& chosen : report.chosen) {
     const double step = chosen.choice.step_voxels;
     const auto* ours = bench::find_row(report, chosen.scene, "cpu",
@@ -159,7 +159,7 @@ Json default_quality(const bench::RenderBenchReport& report) {
   return rows;
 }
 
-Json as_json(const bench::Interaction& one) {
+io::Json as_json(const bench::Interaction& one) {
   return {{"scene", one.scene},
           {"side", one.side},
           {"step", one.step},
@@ -175,14 +175,14 @@ Json as_json(const bench::Interaction& one) {
           {"refined_ms", one.refined_ms}};
 }
 
-Json as_json(const bench::CostTable& table) {
-  Json elements = Json::array();
+io::Json as_json(const bench::CostTable& table) {
+  io::Json elements = io::Json::array();
   for (const auto& cost : table.elements) {
-    Json row{{"element", cost.element},
-             {"ms", cost.ms},
-             {"scatter_ms", cost.scatter_ms},
-             {"samples", cost.samples},
-             {"gradients", cost.gradients}};
+    io::Json row{{"element", cost.element},
+                 {"ms", cost.ms},
+                 {"scatter_ms", cost.scatter_ms},
+                 {"samples", cost.samples},
+                 {"gradients", cost.gradients}};
     if (cost.has_idle) {
       row["idle_ms"] = cost.idle_ms;
       row["idle_scatter_ms"] = cost.idle_scatter_ms;
@@ -191,7 +191,7 @@ Json as_json(const bench::CostTable& table) {
     }
     elements.push_back(std::move(row));
   }
-  Json changes = Json::array();
+  io::Json changes = io::Json::array();
   for (const auto& cost : table.changes) {
     changes.push_back({{"change", cost.change},
                        {"ms", cost.ms},
@@ -206,8 +206,8 @@ Json as_json(const bench::CostTable& table) {
           {"changes", std::move(changes)}};
 }
 
-Json as_json(const bench::AdaptiveCurve& curve) {
-  Json points = Json::array();
+io::Json as_json(const bench::AdaptiveCurve& curve) {
+  io::Json points = io::Json::array();
   for (const auto& p : curve.points) {
     points.push_back({{"step", p.step_voxels},
                       {"adaptive_error", p.adaptive_error},
@@ -220,17 +220,17 @@ Json as_json(const bench::AdaptiveCurve& curve) {
           {"fixed_over_adaptive", json_number(curve.fixed_over_adaptive)}};
 }
 
-void add_comparison(const bench::RenderBenchReport& report, Json& json) {
+void add_comparison(const bench::RenderBenchReport& report, io::Json& json) {
   json["gl_device"] = report.gl_device;
   json["time"] = report.of_device ? "wall" : "process";
   json["reference"] = {{"width", report.reference_width},
                        {"height", report.reference_height},
                        {"step", report.reference_step}};
-  json["self_convergence"] = Json::object();
+  json["self_convergence"] = io::Json::object();
   for (const auto& truth : report.truths) {
     json["self_convergence"][truth.scene] = truth.self_convergence;
   }
-  json["results"] = Json::array();
+  json["results"] = io::Json::array();
   for (const auto& row : report.rows) {
     json["results"].push_back({{"scene", row.scene},
                                {"engine", row.engine},
@@ -243,9 +243,9 @@ void add_comparison(const bench::RenderBenchReport& report, Json& json) {
                                {"rms_own", json_number(row.rms_own)},
                                {"error", row.error()}});
   }
-  json["equal_error"] = Json::array();
+  json["equal_error"] = io::Json::array();
   for (const auto& ratio : report.ratios) {
-    Json levels = Json::array();
+    io::Json levels = io::Json::array();
     for (const auto& level : ratio.levels) {
       levels.push_back({{"rms", level.rms}, {"ratio", json_number(level.ratio)}});
     }
@@ -256,13 +256,13 @@ void add_comparison(const bench::RenderBenchReport& report, Json& json) {
 
 }  // namespace
 
-Json json_of(const BenchRenderReport& report) {
-  Json json;
+io::Json json_of(const BenchRenderReport& report) {
+  io::Json json;
   add_comparison(report.comparison, json);
   json["ratios"] = ratios_of(report);
   json["default_quality"] = default_quality(report.comparison);
   for (const char* key : {"interaction", "skip_bounds", "adaptive", "scene_costs"}) {
-    json[key] = Json::array();
+    json[key] = io::Json::array();
   }
   for (const char* key : {"transfer_function_edit", "costs"}) json[key] = nullptr;
   for (const auto& one : report.interaction) json["interaction"].push_back(as_json(one));
@@ -282,8 +282,8 @@ Json json_of(const BenchRenderReport& report) {
   return json;
 }
 
-Json json_of(const std::vector<bench::ScalingPoint>& points) {
-  Json json = Json::array();
+io::Json json_of(const std::vector<bench::ScalingPoint>& points) {
+  io::Json json = io::Json::array();
   for (const auto& p : points) {
     json.push_back({{"axis", p.axis},
                     {"look", p.look},

@@ -35,8 +35,8 @@ struct BenchRenderReport {
 };
 
 /// Keys as docs/bench-json.md has them, from gl_device on.
-Json json_of(const BenchRenderReport& report);
-Json json_of(const std::vector<bench::ScalingPoint>& points);
+io::Json json_of(const BenchRenderReport& report);
+io::Json json_of(const std::vector<bench::ScalingPoint>& points);
 
 /// The numbers beside the comparison as text: skipping, cutaway, update, interaction, edit.
 /// Precondition: they were measured.

@@ -17,7 +17,7 @@ namespace {
 /// A --volume that is none: what predicates read, derived.
 constexpr std::string_view kFeatures = "features";
 
-Json row_json(const bench::PredicateBenchRow& row) {
+io::Json row_json(const bench::PredicateBenchRow& row) {
   return {{"scene", row.scene},
           {"standard_cpu_ms", row.standard_cpu_ms},
           {"predicate_cpu_ms", row.predicate_cpu_ms},
@@ -36,8 +36,8 @@ Json row_json(const bench::PredicateBenchRow& row) {
           {"set_edit_whole_ms", row.edit.whole_ms}};
 }
 
-Json gl_json(const bench::GlPredicateReport& report) {
-  Json rows = Json::array();
+io::Json gl_json(const bench::GlPredicateReport& report) {
+  io::Json rows = io::Json::array();
   for (const auto& row : report.rows) {
     rows.push_back({{"scene", row.scene},
                     {"standard_ms", row.standard_ms},
@@ -66,18 +66,18 @@ Json gl_json(const bench::GlPredicateReport& report) {
           {"scenes", std::move(rows)}};
 }
 
-Json report_json(const bench::PredicateBenchReport& report) {
-  Json rows = Json::array();
+io::Json report_json(const bench::PredicateBenchReport& report) {
+  io::Json rows = io::Json::array();
   for (const auto& row : report.rows) rows.push_back(row_json(row));
   const auto of_gl = [&](double (bench::GlPredicateReport::*value)() const) {
-    return report.gl ? Json((*report.gl.*value)()) : Json();
+    return report.gl ? io::Json((*report.gl.*value)()) : io::Json();
   };
   const auto maybe_of_gl = [&](std::optional<double> (bench::GlPredicateReport::*value)() const) {
-    return report.gl ? json_number((*report.gl.*value)()) : Json();
+    return report.gl ? json_number((*report.gl.*value)()) : io::Json();
   };
   using Gl = bench::GlPredicateReport;
   return {{"scenes", std::move(rows)},
-          {"gl", report.gl ? gl_json(*report.gl) : Json()},
+          {"gl", report.gl ? gl_json(*report.gl) : io::Json()},
           {"rays_checked", report.rays_checked},
           {"naive_termination_error", report.naive_error},
           {"engine_megabytes", json_number(report.megabytes)},
@@ -96,8 +96,8 @@ Json report_json(const bench::PredicateBenchReport& report) {
             {"cpu_vs_paper_shader", maybe_of_gl(&Gl::cpu_vs_paper_shader)}}}};
 }
 
-Json report_json(const bench::TwoVolumesReport& report) {
-  Json rows = Json::array();
+io::Json report_json(const bench::TwoVolumesReport& report) {
+  io::Json rows = io::Json::array();
   const std::string unit = report.engine == "cpu" ? "_cpu_ms" : "_ms";
   for (const auto& row : report.rows) {
     rows.push_back({{"step_voxels", row.step_voxels},
@@ -118,7 +118,7 @@ Json report_json(const bench::TwoVolumesReport& report) {
 }
 
 /// Of `two_volumes`, by the names of the engines.
-Result<Json> measure_two(const bench::PredicateBenchOptions& options, Console& console) {
+Result<io::Json> measure_two(const bench::PredicateBenchOptions& options, Console& console) {
   std::vector<bench::EngineMaker> engines;
   if (options.cpu) engines.emplace_back([] { return render::make_cpu_engine({.threads = 1}); });
   if (options.gl) {
@@ -134,7 +134,7 @@ Result<Json> measure_two(const bench::PredicateBenchOptions& options, Console& c
                                              options.height, options.repeats, engines);
   if (!measured) return measured.error();
   console.end();
-  Json json;
+  io::Json json;
   for (const bench::TwoVolumesReport& report : *measured) {
     std::cout << bench::to_text(report) << std::flush;
     if (report.engine == "cpu") {
@@ -147,7 +147,7 @@ Result<Json> measure_two(const bench::PredicateBenchOptions& options, Console& c
 }
 
 /// What predicates read and what takes long to derive, beside ITK.
-Result<Json> measure_features(bool quick, int threads, Console& console) {
+Result<io::Json> measure_features(bool quick, int threads, Console& console) {
   bench::DerivedBenchOptions derived;
   derived.features = {"snr", "vesselness", "confidence"};
   derived.threads = threads;
@@ -192,20 +192,20 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
     console.end();
     std::cout << bench::to_text(*report) << std::flush;
   }
-  Json two;
+  io::Json two;
   if (std::string_view("two-volumes").starts_with(bench.volume)) {
     auto measured = measure_two(bench, console);
     if (!measured) return measured.error();
     two = *std::move(measured);
   }
-  Json features;
+  io::Json features;
   if (bench.cpu && (bench.volume.empty() || only_features)) {
     auto measured = measure_features(options.quick, options.threads, console);
     if (!measured) return measured.error();
     features = *std::move(measured);
   }
   if (!options.json) return {};
-  Json json;
+  io::Json json;
   json["verb"] = "bench predicates";
   json["version"] = SONDE_VERSION;
   json["quick"] = options.quick;

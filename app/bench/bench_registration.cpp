@@ -62,7 +62,7 @@ class RegistrationBench {
     kept = std::move(*measured);
     return {};
   }
-  [[nodiscard]] Json json() const;
+  [[nodiscard]] io::Json json() const;
 
   const BenchRegistrationOptions& options_;
   Console& console_;
@@ -271,8 +271,8 @@ void RegistrationBench::write(const std::vector<bench::Trial>& trials) {
   if (trials_.is_open()) trials_ << bench::to_csv(trials) << std::flush;
 }
 
-Json RegistrationBench::json() const {
-  Json json;
+io::Json RegistrationBench::json() const {
+  io::Json json;
   json["verb"] = "bench registration";
   json["version"] = SONDE_VERSION;
   json["quick"] = options_.quick;
@@ -280,30 +280,31 @@ Json RegistrationBench::json() const {
   json["effort"] = registration::to_string(options_.effort);
   json["model"] = options_.model == sim::AcousticModel::kRays ? "rays" : "scatterers";
   const auto& headline = evaluation_ ? evaluation_ : development_;
-  json["summary"] = headline ? json_of(*headline) : Json::object();
-  Json& summary = json["summary"];
+  json["summary"] = headline ? json_of(*headline) : io::Json::object();
+  io::Json& summary = json["summary"];
   const auto ratios = peer_ ? peer_->ratios : std::nullopt;
-  summary["cpu_ratio_elastix"] = ratios ? json_number(ratios->cpu) : Json(nullptr);
-  summary["solve_cpu_ratio_elastix"] = ratios ? json_number(ratios->solve) : Json(nullptr);
+  summary["cpu_ratio_elastix"] = ratios ? json_number(ratios->cpu) : io::Json(nullptr);
+  summary["solve_cpu_ratio_elastix"] = ratios ? json_number(ratios->solve) : io::Json(nullptr);
   summary["end_to_end_cpu_ratio_elastix"] =
-      ratios ? json_number(ratios->end_to_end) : Json(nullptr);
-  summary["peer_ours"] = ratios ? Json(ratios->ours) : Json(nullptr);
-  summary["peer_theirs"] = ratios ? Json(ratios->theirs) : Json(nullptr);
+      ratios ? json_number(ratios->end_to_end) : io::Json(nullptr);
+  summary["peer_ours"] = ratios ? io::Json(ratios->ours) : io::Json(nullptr);
+  summary["peer_theirs"] = ratios ? io::Json(ratios->theirs) : io::Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";
-  summary["cpu_ratio_elastix_reason"] = ratios ? Json(nullptr) : Json(reason);
+  summary["cpu_ratio_elastix_reason"] = ratios ? io::Json(nullptr) : io::Json(reason);
   add_totals(evaluation_faults_.empty() ? development_faults_ : evaluation_faults_, summary);
   const bool evaluated = evaluation_ || !evaluation_faults_.empty();
   json["summary_seeds"] = evaluated ? "evaluation" : "development";
   if (development_) json["development"] = json_of(*development_);
   json["faults"] = json_of(development_faults_, "development");
-  for (const Json& row : json_of(evaluation_faults_, "evaluation")) json["faults"].push_back(row);
+  for (const io::Json& row : json_of(evaluation_faults_, "evaluation"))
+    json["faults"].push_back(row);
   json["starts"] = json_of(starts_);
   json["curve"] = json_of(curve_);
   json["bootstrap"] = json_of(bootstrap_);
   json["skin"] = json_of(skin_);
   json["motion"] = json_of(motion_);
   json["live"] = json_of(live_);
-  json["peer"] = peer_ ? json_of(*peer_) : Json::array();
+  json["peer"] = peer_ ? json_of(*peer_) : io::Json::array();
   return json;
 }
 

@@ -4,8 +4,8 @@
 
 namespace nav::app {
 
-Json json_of(const bench::CohortSummary& s) {
-  Json distances = Json::array();
+io::Json json_of(const bench::CohortSummary& s) {
+  io::Json distances = io::Json::array();
   for (const auto& row : s.distances) {
     distances.push_back({{"global", row.global},
                          {"start_mm", row.start_mm},
@@ -15,7 +15,7 @@ Json json_of(const bench::CohortSummary& s) {
                          {"false_accepts", row.false_accepts},
                          {"error_median_mm", json_number(row.error_median_mm)}});
   }
-  Json hopeless = Json::array();
+  io::Json hopeless = io::Json::array();
   for (const auto& row : s.hopeless) {
     hopeless.push_back({{"kind", bench::to_string(row.kind)},
                         {"trials", row.trials},
@@ -54,8 +54,8 @@ Json json_of(const bench::CohortSummary& s) {
           {"hopeless", hopeless}};
 }
 
-Json json_of(const bench::PeerComparison& comparison) {
-  Json rows = Json::array();
+io::Json json_of(const bench::PeerComparison& comparison) {
+  io::Json rows = io::Json::array();
   for (const auto& row : comparison.rows) {
     rows.push_back({{"name", row.name},
                     {"start_mm", row.start_mm},
@@ -69,8 +69,8 @@ Json json_of(const bench::PeerComparison& comparison) {
   return rows;
 }
 
-Json json_of(const std::vector<bench::StartPoint>& points) {
-  Json rows = Json::array();
+io::Json json_of(const std::vector<bench::StartPoint>& points) {
+  io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"path", p.path},
                     {"own_ct", p.own_ct},
@@ -90,8 +90,8 @@ Json json_of(const std::vector<bench::StartPoint>& points) {
   return rows;
 }
 
-Json json_of(const std::vector<bench::EffortPoint>& points) {
-  Json rows = Json::array();
+io::Json json_of(const std::vector<bench::EffortPoint>& points) {
+  io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"axis", p.axis},
                     {"x", p.x},
@@ -105,8 +105,8 @@ Json json_of(const std::vector<bench::EffortPoint>& points) {
   return rows;
 }
 
-Json json_of(const std::vector<bench::SkinCurvePoint>& points) {
-  Json rows = Json::array();
+io::Json json_of(const std::vector<bench::SkinCurvePoint>& points) {
+  io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"axis", p.axis},
                     {"x", p.x},
@@ -122,8 +122,8 @@ Json json_of(const std::vector<bench::SkinCurvePoint>& points) {
   return rows;
 }
 
-Json json_of(const std::vector<bench::MotionPoint>& points) {
-  Json rows = Json::array();
+io::Json json_of(const std::vector<bench::MotionPoint>& points) {
+  io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"breathing", sim::to_string(p.kind)},
                     {"pictures", p.pictures},
@@ -139,15 +139,15 @@ Json json_of(const std::vector<bench::MotionPoint>& points) {
   return rows;
 }
 
-Json json_of(const bench::BootstrapCurve& curve) {
+io::Json json_of(const bench::BootstrapCurve& curve) {
   if (curve.points.empty()) return nullptr;
-  Json json;
-  json["replicates"] = Json::array();
+  io::Json json;
+  json["replicates"] = io::Json::array();
   for (const auto& p : curve.points) {
     json["replicates"].push_back(
         {{"replicates", p.replicates}, {"cpu_us", p.cpu_us}, {"off", json_number(p.off)}});
   }
-  json["solved"] = Json::array();
+  json["solved"] = io::Json::array();
   for (const auto& r : curve.references) {
     json["solved"].push_back({{"patient", r.patient},
                               {"path", bench::to_string(r.path)},
@@ -163,10 +163,10 @@ Json json_of(const bench::BootstrapCurve& curve) {
   return json;
 }
 
-Json json_of(const bench::LiveCurve& curve) {
+io::Json json_of(const bench::LiveCurve& curve) {
   if (curve.points.empty()) return nullptr;
-  Json json;
-  json["settings"] = Json::array();
+  io::Json json;
+  json["settings"] = io::Json::array();
   for (const auto& p : curve.points) {
     json["settings"].push_back({{"breathing", sim::to_string(p.kind)},
                                 {"window", p.window},
@@ -188,8 +188,8 @@ Json json_of(const bench::LiveCurve& curve) {
   return json;
 }
 
-Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds) {
-  Json rows = Json::array();
+io::Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds) {
+  io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"seeds", seeds},
                     {"fault", bench::to_string(p.fault.kind)},
@@ -211,15 +211,15 @@ Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& se
   return rows;
 }
 
-void add_totals(const std::vector<bench::FaultPoint>& points, Json& summary) {
+void add_totals(const std::vector<bench::FaultPoint>& points, io::Json& summary) {
   int runs = 0;
   int false_accepts = 0;
   for (const auto& p : points) {
     runs += p.runs;
     false_accepts += p.false_accepts;
   }
-  summary["fault_runs"] = points.empty() ? Json(nullptr) : Json(runs);
-  summary["fault_false_accepts"] = points.empty() ? Json(nullptr) : Json(false_accepts);
+  summary["fault_runs"] = points.empty() ? io::Json(nullptr) : io::Json(runs);
+  summary["fault_false_accepts"] = points.empty() ? io::Json(nullptr) : io::Json(false_accepts);
 }
 
 }  // namespace nav::app

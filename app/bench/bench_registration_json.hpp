@@ -19,18 +19,18 @@
 /// Parts of 'sonde bench registration --json'; the keys are in docs/bench-json.md.
 namespace nav::app {
 
-Json json_of(const bench::CohortSummary& s);
-Json json_of(const bench::PeerComparison& comparison);
-Json json_of(const std::vector<bench::StartPoint>& points);
-Json json_of(const std::vector<bench::EffortPoint>& points);
-Json json_of(const std::vector<bench::SkinCurvePoint>& points);
-Json json_of(const std::vector<bench::MotionPoint>& points);
+io::Json json_of(const bench::CohortSummary& s);
+io::Json json_of(const bench::PeerComparison& comparison);
+io::Json json_of(const std::vector<bench::StartPoint>& points);
+io::Json json_of(const std::vector<bench::EffortPoint>& points);
+io::Json json_of(const std::vector<bench::SkinCurvePoint>& points);
+io::Json json_of(const std::vector<bench::MotionPoint>& points);
 /// Null when nothing was measured.
-Json json_of(const bench::BootstrapCurve& curve);
-Json json_of(const bench::LiveCurve& curve);
+io::Json json_of(const bench::BootstrapCurve& curve);
+io::Json json_of(const bench::LiveCurve& curve);
 /// seeds: "development" or "evaluation".
-Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds);
+io::Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds);
 /// Adds "fault_runs" and "fault_false_accepts" of all of them; null without points.
-void add_totals(const std::vector<bench::FaultPoint>& points, Json& summary);
+void add_totals(const std::vector<bench::FaultPoint>& points, io::Json& summary);
 
 }  // namespace nav::app

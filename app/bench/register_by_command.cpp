@@ -7,10 +7,10 @@
 #include <iomanip>
 #include <sstream>
 
-#include "app/json.hpp"
 #include "app/report.hpp"
-#include "app/simulate/simulated_recording.hpp"
+#include "app/verbs/simulate/simulated_recording.hpp"
 #include "bench/registration/child_program.hpp"
+#include "io/json.hpp"
 #include "io/sequence_writer.hpp"
 
 namespace nav::app {
@@ -62,15 +62,16 @@ Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::fil
        "--accept-unknown-orientation", "--ct-from-reference", words_of(start.matrix()), "--effort",
        registration::to_string(effort), "--threads", "1", "--json", report.string()});
   std::ifstream in(report);
-  const Json json = Json::parse(in, nullptr, false);
+  const io::Json json = io::Json::parse(in, nullptr, false);
   const auto refuse = [&](const std::string& found) {
     return Error{ErrorCode::kRefused,
                  "sonde register of " + recording.string() + ": expected a report, found " + found};
   };
   if (!run) return refuse("no process");
-  const Json registration = json.is_object() ? json.value("registration", Json()) : Json();
+  const io::Json registration =
+      json.is_object() ? json.value("registration", io::Json()) : io::Json();
   // The bench judges refused ones too.
-  Json pose_json;
+  io::Json pose_json;
   for (const char* key : {kAcceptedPose, kRefusedPose}) {
     if (registration.contains(key)) pose_json = registration.at(key);
   }

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "app/register/registration_picture.hpp"
 #include "app/report.hpp"
+#include "app/verbs/register/registration_picture.hpp"
 #include "bench/registration/cohort.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "app/view/plane_view.hpp"
+#include "app/views/plane_view.hpp"
 #include "bench/scene_set.hpp"
 #include "io/sequence.hpp"
 #include "render/canvas.hpp"

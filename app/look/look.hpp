@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "app/session/session_config.hpp"
+#include "app/options/session_config.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/volume.hpp"
 #include "render/scene.hpp"

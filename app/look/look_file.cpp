@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "app/json_member.hpp"
 #include "app/look/slicer_preset.hpp"
 #include "io/atomic_file.hpp"
+#include "io/json_member.hpp"
 
 namespace nav::app {
 namespace {
@@ -18,12 +18,12 @@ constexpr int kVersion = 1;
 constexpr std::size_t kMostNodes = 4096;
 
 /// JSON has no infinity: null stands for it.
-Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+io::Json finite_or_null(double x) { return std::isfinite(x) ? io::Json(x) : io::Json(nullptr); }
 
-render::GradientWindow read_window(const Json& json, const std::string& where,
+render::GradientWindow read_window(const io::Json& json, const std::string& where,
                                    std::optional<Error>& error) {
   render::GradientWindow window{0, 0, kInfinity, kInfinity};
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   member.number("zero_below", window.zero_below);
   member.number("full_from", window.full_from);
   member.number("full_to", window.full_to, true);
@@ -32,15 +32,15 @@ render::GradientWindow read_window(const Json& json, const std::string& where,
   return window;
 }
 
-render::TransferComponent read_component(const Json& json, const std::string& where,
+render::TransferComponent read_component(const io::Json& json, const std::string& where,
                                          std::optional<Error>& error) {
   render::TransferComponent component;
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   member.text("name", component.name);
-  member.list("nodes", [&](const Json& node_json, const std::string& at) {
+  member.list("nodes", [&](const io::Json& node_json, const std::string& at) {
     render::TransferNode node{0, {1, 1, 1}, 0, 0.5};
     std::vector<double> rgb{1, 1, 1};
-    JsonMember one(node_json, at, error);
+    io::JsonMember one(node_json, at, error);
     one.required_number("value", node.hu);
     one.numbers("rgb", 3, rgb);
     one.required_number("opacity_per_mm", node.opacity);
@@ -49,18 +49,18 @@ render::TransferComponent read_component(const Json& json, const std::string& wh
     node.rgb = {rgb[0], rgb[1], rgb[2]};
     component.nodes.push_back(node);
   });
-  if (const Json* gradient = member.any("gradient_per_mm"); gradient && !gradient->is_null()) {
+  if (const io::Json* gradient = member.any("gradient_per_mm"); gradient && !gradient->is_null()) {
     component.gradient = read_window(*gradient, where + ".gradient_per_mm", error);
   }
   member.finish();
   return component;
 }
 
-render::Shading read_shading(const Json& json, const std::string& where,
+render::Shading read_shading(const io::Json& json, const std::string& where,
                              std::optional<Error>& error) {
   render::Shading s;
   std::string style = "phong";
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   member.flag("enabled", s.enabled);
   member.text("style", style);
   for (const auto& [key, value] : {std::pair("emphasis", &s.emphasis),
@@ -80,10 +80,10 @@ render::Shading read_shading(const Json& json, const std::string& where,
   return s;
 }
 
-render::Cutaway read_cutaway(const Json& json, const std::string& where,
+render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
                              std::optional<Error>& error) {
   render::Cutaway c;
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   member.angle("theta1_deg", c.theta1_rad);
   member.angle("theta2_deg", c.theta2_rad);
   member.number("overlay_mm", c.overlay_mm, true);
@@ -124,9 +124,9 @@ Result<void> check_in_scene(const std::string& name, const LookFile& look) {
   return Error{ErrorCode::kMalformedData, name + ": " + ok.error().message};
 }
 
-Result<LookFile> look_from_json(const std::string& name, const Json& root) {
+Result<LookFile> look_from_json(const std::string& name, const io::Json& root) {
   std::optional<Error> error;
-  JsonMember member(root, name, error);
+  io::JsonMember member(root, name, error);
   double version = 0;
   std::string title = name;
   std::vector<double> range;
@@ -134,17 +134,17 @@ Result<LookFile> look_from_json(const std::string& name, const Json& root) {
   std::size_t nodes = 0;
   member.number("sonde_look", version);
   member.text("name", title);
-  member.list("components", [&](const Json& json, const std::string& at) {
+  member.list("components", [&](const io::Json& json, const std::string& at) {
     components.push_back(read_component(json, at, error));
     nodes += components.back().nodes.size();
     if (nodes > kMostNodes) member.fail("components", "at most 4096 nodes", nodes);
   });
   member.numbers("value_range", 2, range);
   std::optional<render::Shading> shading;
-  if (const Json* json = member.any("shading"))
+  if (const io::Json* json = member.any("shading"))
     shading = read_shading(*json, name + ".shading", error);
   std::optional<std::optional<render::Cutaway>> cutaway;
-  if (const Json* json = member.any("cutaway")) {
+  if (const io::Json* json = member.any("cutaway")) {
     cutaway.emplace();
     if (!json->is_null()) *cutaway = read_cutaway(*json, name + ".cutaway", error);
   }
@@ -162,27 +162,27 @@ Result<LookFile> look_from_json(const std::string& name, const Json& root) {
   return look;
 }
 
-Json window_json(const render::GradientWindow& w) {
+io::Json window_json(const render::GradientWindow& w) {
   return {{"zero_below", w.zero_below},
           {"full_from", w.full_from},
           {"full_to", finite_or_null(w.full_to)},
           {"zero_above", finite_or_null(w.zero_above)}};
 }
 
-Json component_json(const render::TransferComponent& component) {
-  Json nodes = Json::array();
+io::Json component_json(const render::TransferComponent& component) {
+  io::Json nodes = io::Json::array();
   for (const render::TransferNode& node : component.nodes) {
     nodes.push_back({{"value", node.hu},
                      {"rgb", {node.rgb.x(), node.rgb.y(), node.rgb.z()}},
                      {"opacity_per_mm", node.opacity},
                      {"importance", node.importance}});
   }
-  Json json{{"name", component.name}, {"nodes", std::move(nodes)}};
+  io::Json json{{"name", component.name}, {"nodes", std::move(nodes)}};
   if (component.gradient) json["gradient_per_mm"] = window_json(*component.gradient);
   return json;
 }
 
-Json shading_json(const render::Shading& s) {
+io::Json shading_json(const render::Shading& s) {
   return {{"enabled", s.enabled},
           {"style", s.style == render::ShadingStyle::kGooch ? "gooch" : "phong"},
           {"emphasis", s.emphasis},
@@ -213,7 +213,7 @@ Result<LookFile> read_look_file(const std::filesystem::path& path) {
   if ((*text)[first] != '{' && path.extension() != ".json") {
     return slicer_look_from_vp(name, *text);
   }
-  const auto root = parse_json(name, *text);
+  const auto root = io::parse_json(name, *text);
   if (!root) return root.error();
   try {
     if (root->is_object() && root->contains("volumeProperties")) {
@@ -226,8 +226,8 @@ Result<LookFile> read_look_file(const std::filesystem::path& path) {
 }
 
 std::string to_json_text(const LookFile& look) {
-  Json root{{"sonde_look", kVersion}, {"name", look.transfer.name()}};
-  root["components"] = Json::array();
+  io::Json root{{"sonde_look", kVersion}, {"name", look.transfer.name()}};
+  root["components"] = io::Json::array();
   for (const auto& component : look.transfer.components()) {
     root["components"].push_back(component_json(component));
   }
@@ -235,14 +235,15 @@ std::string to_json_text(const LookFile& look) {
   if (look.shading) root["shading"] = shading_json(*look.shading);
   if (look.cutaway) {
     const auto& c = *look.cutaway;
-    root["cutaway"] = !c ? Json(nullptr) : Json{{"theta1_deg", c->theta1_rad / kRadPerDeg},
-                                                {"theta2_deg", c->theta2_rad / kRadPerDeg},
-                                                {"overlay_mm", finite_or_null(c->overlay_mm)},
-                                                {"around_plane", c->around_plane},
-                                                {"around_needle", c->around_needle},
-                                                {"around_targets", c->around_spheres}};
+    root["cutaway"] = !c ? io::Json(nullptr)
+                         : io::Json{{"theta1_deg", c->theta1_rad / io::kRadPerDeg},
+                                    {"theta2_deg", c->theta2_rad / io::kRadPerDeg},
+                                    {"overlay_mm", finite_or_null(c->overlay_mm)},
+                                    {"around_plane", c->around_plane},
+                                    {"around_needle", c->around_needle},
+                                    {"around_targets", c->around_spheres}};
   }
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return root.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
 }
 
 Result<void> write_look_file(const std::filesystem::path& path, const LookFile& look) {

@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "app/engines.hpp"
+#include "nav/threads.hpp"
 
 namespace nav::app {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "app/json_member.hpp"
 #include "io/atomic_file.hpp"
+#include "io/json_member.hpp"
 #include "render/predicates/registry.hpp"
 #include "render/predicates/set.hpp"
 
@@ -21,7 +21,7 @@ constexpr int kPredicateVersion = 1;
 constexpr const char* kRad = "_rad";
 // File, list and entry; two for each AND or OR; the predicate and its parameters. One combination
 // more is for the model to refuse.
-static_assert(3 + 2 * (render::kDeepestCombination + 1) + 2 <= kDeepestJson);
+static_assert(3 + 2 * (render::kDeepestCombination + 1) + 2 <= io::kDeepestJson);
 
 bool in_radians(const render::PredicateParameter& p) { return p.name.ends_with(kRad); }
 
@@ -37,18 +37,18 @@ std::string interval(double low, double high) {
   return text.str();
 }
 
-PredicateExpression read_kind(const std::string& name, const Json& json, const std::string& where,
-                              std::optional<Error>& error) {
+PredicateExpression read_kind(const std::string& name, const io::Json& json,
+                              const std::string& where, std::optional<Error>& error) {
   PredicateExpression out = PredicateExpression::kind(name);
   const auto kind = render::find_predicate_kind(name);
   if (!kind) {
     if (!error) error = Error{kind.error().code, where + ": " + kind.error().message};
     return out;
   }
-  JsonMember member(json, where + "." + name, error);
+  io::JsonMember member(json, where + "." + name, error);
   for (const render::PredicateParameter& p : (*kind)->parameters()) {
     double value = p.initial;
-    const double unit = in_radians(p) ? kRadPerDeg : 1;
+    const double unit = in_radians(p) ? io::kRadPerDeg : 1;
     double found = value / unit;
     member.number(key_of(p).c_str(), found);
     if (json.is_object() && json.contains(key_of(p))) {
@@ -63,16 +63,16 @@ PredicateExpression read_kind(const std::string& name, const Json& json, const s
   return out;
 }
 
-PredicateExpression read_expression(const Json& json, const std::string& where,
+PredicateExpression read_expression(const io::Json& json, const std::string& where,
                                     std::optional<Error>& error) {
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   if (error) return {};
   if (json.size() != 1) {
     member.fail("", "one of not, all, any, entry or a predicate", json);
     return {};
   }
   const std::string key = json.begin().key();
-  const Json& value = json.begin().value();
+  const io::Json& value = json.begin().value();
   PredicateExpression out;
   if (key == "entry") {
     out.op = Operator::kEntry;
@@ -81,7 +81,7 @@ PredicateExpression read_expression(const Json& json, const std::string& where,
     out = PredicateExpression::negation(read_expression(value, where + ".not", error));
   } else if (key == "all" || key == "any") {
     out.op = key == "all" ? Operator::kAnd : Operator::kOr;
-    member.list(key.c_str(), [&](const Json& one, const std::string& at) {
+    member.list(key.c_str(), [&](const io::Json& one, const std::string& at) {
       out.operands.push_back(read_expression(one, at, error));
     });
   } else {
@@ -91,16 +91,16 @@ PredicateExpression read_expression(const Json& json, const std::string& where,
 }
 
 /// Entry and bar of one member of "predicates".
-void read_entry(const Json& json, const std::string& where, render::PredicateModel& model,
+void read_entry(const io::Json& json, const std::string& where, render::PredicateModel& model,
                 std::vector<render::PredicateHistogram::Bar>& bars, std::optional<Error>& error) {
   render::PredicateEntry entry;
   render::PredicateHistogram::Bar bar{1, 0, 0};
-  JsonMember member(json, where, error);
+  io::JsonMember member(json, where, error);
   member.text("name", entry.name);
   member.number("importance", bar.importance);
   member.number("hue_deg", bar.hue_deg);
   member.number("saturation", bar.saturation);
-  if (const Json* expression = member.any("where")) {
+  if (const io::Json* expression = member.any("where")) {
     entry.expression = read_expression(*expression, where + ".where", error);
   } else {
     member.fail("where", "an expression", nullptr);
@@ -110,7 +110,7 @@ void read_entry(const Json& json, const std::string& where, render::PredicateMod
   bars.push_back(bar);
 }
 
-void read_hue_mean(JsonMember& member, PredicateFile& file) {
+void read_hue_mean(io::JsonMember& member, PredicateFile& file) {
   std::string how = "circular";
   member.text("hue_mean", how);
   if (how != "circular" && how != "linear") member.fail("hue_mean", "circular or linear", how);
@@ -118,7 +118,7 @@ void read_hue_mean(JsonMember& member, PredicateFile& file) {
       how == "linear" ? render::spec::HueMean::kLinear : render::spec::HueMean::kCircular;
 }
 
-void read_vessels(JsonMember& member, VesselScales& vessels) {
+void read_vessels(io::JsonMember& member, VesselScales& vessels) {
   member.number("smallest_radius_mm", vessels.smallest_radius_mm);
   member.number("largest_radius_mm", vessels.largest_radius_mm);
   member.flag("bright", vessels.bright);
@@ -133,7 +133,7 @@ void read_vessels(JsonMember& member, VesselScales& vessels) {
   }
 }
 
-void read_smoothing(JsonMember& member, double& smoothing_mm) {
+void read_smoothing(io::JsonMember& member, double& smoothing_mm) {
   member.number("smoothing_mm", smoothing_mm);
   member.finish();
   if (!(smoothing_mm >= 0 && smoothing_mm <= 20)) {
@@ -141,7 +141,7 @@ void read_smoothing(JsonMember& member, double& smoothing_mm) {
   }
 }
 
-void read_snr(JsonMember& member, render::features::SnrOptions& snr) {
+void read_snr(io::JsonMember& member, render::features::SnrOptions& snr) {
   using render::features::WindowWeights;
   double voxels = snr.window_voxels;
   std::string weights = "uniform";
@@ -159,7 +159,7 @@ void read_snr(JsonMember& member, render::features::SnrOptions& snr) {
   snr.weights = weights == "gaussian" ? WindowWeights::kGaussian : WindowWeights::kUniform;
 }
 
-void read_confidence(JsonMember& member, const std::string& name, std::optional<Error>& error,
+void read_confidence(io::JsonMember& member, const std::string& name, std::optional<Error>& error,
                      render::features::ConfidenceOptions& confidence) {
   member.number("alpha", confidence.alpha);
   member.number("beta", confidence.beta);
@@ -178,9 +178,9 @@ void collect(const PredicateExpression& e, std::vector<PredicateExpression>& dif
   if (e.op == Operator::kKind && !known) different.push_back(e);
 }
 
-Result<PredicateFile> from_json(const std::string& name, const Json& root) {
+Result<PredicateFile> from_json(const std::string& name, const io::Json& root) {
   std::optional<Error> error;
-  JsonMember member(root, name, error);
+  io::JsonMember member(root, name, error);
   member.version("sonde_predicates", kPredicateVersion);
   PredicateFile file{name, {}};
   std::vector<render::PredicateHistogram::Bar> bars;
@@ -194,14 +194,14 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
     member.fail("cutaway_importance", "a number in [0, 1]", file.cutaway_importance);
   }
   read_hue_mean(member, file);
-  member.object("vessels", [&](JsonMember& vessels) { read_vessels(vessels, file.vessels); });
+  member.object("vessels", [&](io::JsonMember& vessels) { read_vessels(vessels, file.vessels); });
   member.object("gradient",
-                [&](JsonMember& gradient) { read_smoothing(gradient, file.smoothing_mm); });
-  member.object("snr", [&](JsonMember& snr) { read_snr(snr, file.snr); });
-  member.object("confidence", [&](JsonMember& confidence) {
+                [&](io::JsonMember& gradient) { read_smoothing(gradient, file.smoothing_mm); });
+  member.object("snr", [&](io::JsonMember& snr) { read_snr(snr, file.snr); });
+  member.object("confidence", [&](io::JsonMember& confidence) {
     read_confidence(confidence, name, error, file.confidence);
   });
-  member.list("predicates", [&](const Json& json, const std::string& at) {
+  member.list("predicates", [&](const io::Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });
   member.finish();
@@ -223,21 +223,21 @@ Result<PredicateFile> from_json(const std::string& name, const Json& root) {
   return file;
 }
 
-Json kind_json(const PredicateExpression& e) {
-  Json values = Json::object();
+io::Json kind_json(const PredicateExpression& e) {
+  io::Json values = io::Json::object();
   const auto parameters = (*render::find_predicate_kind(e.name))->parameters();
   for (std::size_t i = 0; i < e.values.size(); ++i) {
     values[key_of(parameters[i])] =
-        in_radians(parameters[i]) ? e.values[i] / kRadPerDeg : e.values[i];
+        in_radians(parameters[i]) ? e.values[i] / io::kRadPerDeg : e.values[i];
   }
   return {{e.name, std::move(values)}};
 }
 
-Json expression_json(const PredicateExpression& e) {
+io::Json expression_json(const PredicateExpression& e) {
   if (e.op == Operator::kKind) return kind_json(e);
   if (e.op == Operator::kEntry) return {{"entry", e.name}};
   if (e.op == Operator::kNot) return {{"not", expression_json(e.operands.front())}};
-  Json operands = Json::array();
+  io::Json operands = io::Json::array();
   for (const auto& operand : e.operands) operands.push_back(expression_json(operand));
   return {{e.op == Operator::kAnd ? "all" : "any", std::move(operands)}};
 }
@@ -254,14 +254,14 @@ Result<PredicateFile> preset_predicate_file(const std::string& name) {
 
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
-  const auto root = read_json(path, kMostBytes);
+  const auto root = io::read_json(path, kMostBytes);
   if (!root) return root.error();
   return from_json(path.string(), *root);
 }
 
 std::string to_json_text(const PredicateFile& file) {
-  Json root{{"sonde_predicates", kPredicateVersion}, {"name", file.name}};
-  root["predicates"] = Json::array();
+  io::Json root{{"sonde_predicates", kPredicateVersion}, {"name", file.name}};
+  root["predicates"] = io::Json::array();
   for (std::size_t j = 0; j < file.model.entries.size(); ++j) {
     const auto& bar = file.model.histogram.bars()[j];
     root["predicates"].push_back({{"name", file.model.entries[j].name},
@@ -283,7 +283,7 @@ std::string to_json_text(const PredicateFile& file) {
                         {"beta", file.confidence.beta},
                         {"gamma", file.confidence.gamma}};
   root["hue_mean"] = file.hue_mean == render::spec::HueMean::kLinear ? "linear" : "circular";
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return root.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
 }
 
 Result<void> write_predicate_file(const std::filesystem::path& path, const PredicateFile& file) {

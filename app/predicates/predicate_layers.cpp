@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicates/predicate_layers.hpp"
 
-#include "app/json_member.hpp"
+#include "io/json_member.hpp"
 #include "render/features/labels.hpp"
 
 namespace nav::app {
@@ -20,7 +20,7 @@ struct LayerFile {
 };
 
 /// A whole number of a range; 0 when it is none.
-int whole(JsonMember& member, const char* key, int low, int high) {
+int whole(io::JsonMember& member, const char* key, int low, int high) {
   double value = low - 1;
   member.number(key, value);
   if (value >= low && value <= high && value == std::floor(value)) return static_cast<int>(value);
@@ -30,11 +30,11 @@ int whole(JsonMember& member, const char* key, int low, int high) {
 
 Result<LayerFile> read_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 64 << 20;
-  const auto root = read_json(path, kMostBytes);
+  const auto root = io::read_json(path, kMostBytes);
   if (!root) return root.error();
   const std::string name = path.string();
   std::optional<Error> error;
-  JsonMember member(*root, name, error);
+  io::JsonMember member(*root, name, error);
   member.version("sonde_layers", kLayersVersion);
   constexpr int kMostControl = 4096;
   LayerFile file;
@@ -43,12 +43,12 @@ Result<LayerFile> read_file(const std::filesystem::path& path) {
                   whole(member, "rows", 4, kMostControl)};
   const auto count =
       static_cast<std::size_t>(file.control[0]) * static_cast<std::size_t>(file.control[1]);
-  member.list("surfaces", [&](const Json& json, const std::string& at) {
-    JsonMember surface(json, at, error);
+  member.list("surfaces", [&](const io::Json& json, const std::string& at) {
+    io::JsonMember surface(json, at, error);
     std::vector<double> heights;
     surface.numbers("heights_mm", count, heights);
     if (heights.empty()) {
-      surface.fail("heights_mm", std::to_string(count) + " numbers", Json());
+      surface.fail("heights_mm", std::to_string(count) + " numbers", io::Json());
     }
     surface.finish();
     constexpr double kMostHeightMm = 1e6;

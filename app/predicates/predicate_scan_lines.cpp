@@ -8,7 +8,7 @@
 #include <stop_token>
 
 #include "app/interrupt.hpp"
-#include "app/json_member.hpp"
+#include "io/json_member.hpp"
 #include "render/features/scan_lines.hpp"
 
 namespace nav::app {
@@ -26,21 +26,21 @@ struct ScannedPlanes {
   std::vector<SweepPlane> planes;
 };
 
-Eigen::Vector2d read_point(JsonMember& member, const char* key) {
+Eigen::Vector2d read_point(io::JsonMember& member, const char* key) {
   std::vector<double> numbers;
   member.numbers(key, 2, numbers);
-  if (numbers.empty()) member.fail(key, "2 numbers", Json());
+  if (numbers.empty()) member.fail(key, "2 numbers", io::Json());
   for (const double x : numbers) {
     if (!(std::abs(x) <= kFurthestLineMm)) member.fail(key, "numbers within 1e6 mm", x);
   }
   return numbers.empty() ? Eigen::Vector2d::Zero() : Eigen::Vector2d(numbers[0], numbers[1]);
 }
 
-std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& at,
+std::optional<SectorOutline> read_sector(io::JsonMember& plane, const std::string& at,
                                          std::optional<Error>& error) {
-  const Json* json = plane.any("sector");
+  const io::Json* json = plane.any("sector");
   if (json == nullptr || error) return {};
-  JsonMember member(*json, at + ".sector", error);
+  io::JsonMember member(*json, at + ".sector", error);
   SectorOutline sector{read_point(member, "apex_mm"), 0, 0, 0};
   member.number("radius_min_mm", sector.radius_min_mm);
   member.number("radius_max_mm", sector.radius_max_mm);
@@ -53,16 +53,16 @@ std::optional<SectorOutline> read_sector(JsonMember& plane, const std::string& a
     member.fail("radius_max_mm", "more than radius_min_mm, at most 1e6", sector.radius_max_mm);
   }
   if (!(sector.half_angle_rad > 0 && sector.half_angle_rad <= M_PI)) {
-    member.fail("half_angle_deg", "a number in (0, 180]", sector.half_angle_rad / kRadPerDeg);
+    member.fail("half_angle_deg", "a number in (0, 180]", sector.half_angle_rad / io::kRadPerDeg);
   }
   return sector;
 }
 
-CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Error>& error) {
+CtFromImage read_pose(io::JsonMember& plane, const std::string& at, std::optional<Error>& error) {
   const CtFromImage none{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()};
   std::vector<double> numbers;
   plane.numbers("ct_from_image", 16, numbers);
-  if (numbers.empty()) plane.fail("ct_from_image", "16 numbers, row by row", Json());
+  if (numbers.empty()) plane.fail("ct_from_image", "16 numbers, row by row", io::Json());
   for (const double x : numbers) {
     if (!(std::abs(x) <= kFurthestLineMm)) plane.fail("ct_from_image", "numbers within 1e6", x);
   }
@@ -77,19 +77,19 @@ CtFromImage read_pose(JsonMember& plane, const std::string& at, std::optional<Er
 
 Result<ScannedPlanes> read_scanned_planes(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 256 << 20;
-  const auto root = read_json(path, kMostBytes);
+  const auto root = io::read_json(path, kMostBytes);
   if (!root) return root.error();
   const std::string name = path.string();
   std::optional<Error> error;
-  JsonMember member(*root, name, error);
+  io::JsonMember member(*root, name, error);
   member.version("sonde_scan_lines", kScanLinesVersion);
   ScannedPlanes scanned;
   member.number("reach_mm", scanned.reach_mm);
   if (!(scanned.reach_mm > 0 && scanned.reach_mm <= 100)) {
     member.fail("reach_mm", "a number in (0, 100]", scanned.reach_mm);
   }
-  member.list("planes", [&](const Json& json, const std::string& at) {
-    JsonMember plane(json, at, error);
+  member.list("planes", [&](const io::Json& json, const std::string& at) {
+    io::JsonMember plane(json, at, error);
     const CtFromImage pose = read_pose(plane, at, error);
     const Eigen::Vector2d low = read_point(plane, "low_mm");
     const Eigen::Vector2d high = read_point(plane, "high_mm");
@@ -97,7 +97,7 @@ Result<ScannedPlanes> read_scanned_planes(const std::filesystem::path& path) {
     plane.finish();
   });
   member.finish();
-  if (!error && scanned.planes.empty()) member.fail("planes", "at least one", Json::array());
+  if (!error && scanned.planes.empty()) member.fail("planes", "at least one", io::Json::array());
   if (error) return *error;
   return scanned;
 }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <sstream>
 
-#include "app/json_member.hpp"
+#include "io/json_member.hpp"
 #include "render/predicates/predicate_sampler.hpp"
 
 namespace nav::app {
@@ -49,7 +49,7 @@ void complete(const std::optional<Eigen::Vector3d>& normal, Stroke& stroke) {
   stroke.half_thickness_mm = std::clamp(reach, 1e-3, 1000.0);
 }
 
-Paint read_paint(JsonMember& member) {
+Paint read_paint(io::JsonMember& member) {
   std::string paint = "show";
   member.text("paint", paint);
   if (paint != "show" && paint != "hide" && paint != "erase") {
@@ -69,10 +69,10 @@ struct GivenStroke {
 struct StrokeFault {
   std::string member;  ///< Of the file.
   std::string expected;
-  Json found;
+  io::Json found;
 };
 
-Json json_of_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+io::Json json_of_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// What the mask would refuse without knowing where the stroke comes from.
 std::optional<StrokeFault> fault_of(const GivenStroke& given) {
@@ -101,19 +101,19 @@ Stroke completed(GivenStroke given) {
   return std::move(given.stroke);
 }
 
-Stroke read_stroke(const Json& json, const std::string& where, std::optional<Error>& error) {
-  JsonMember member(json, where, error);
+Stroke read_stroke(const io::Json& json, const std::string& where, std::optional<Error>& error) {
+  io::JsonMember member(json, where, error);
   GivenStroke given;
   Stroke& stroke = given.stroke;
   stroke.paint = read_paint(member);
-  member.list("points_mm", [&](const Json& one, const std::string& at) {
+  member.list("points_mm", [&](const io::Json& one, const std::string& at) {
     const bool good =
         one.is_array() && one.size() == 3 &&
-        std::all_of(one.begin(), one.end(), [](const Json& x) { return x.is_number(); });
+        std::all_of(one.begin(), one.end(), [](const io::Json& x) { return x.is_number(); });
     if (good) {
       stroke.points.push_back({{one[0].get<double>(), one[1].get<double>(), one[2].get<double>()}});
     } else {
-      JsonMember(Json::object(), at, error).fail("", "3 numbers", one);
+      io::JsonMember(io::Json::object(), at, error).fail("", "3 numbers", one);
     }
   });
   if (stroke.points.empty()) member.fail("points_mm", "at least one point", nullptr);
@@ -158,14 +158,14 @@ std::optional<Eigen::Vector3d> vector_of(const std::string& text) {
 
 Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path) {
   constexpr std::uint64_t kMostBytes = 1 << 20;
-  const auto root = read_json(path, kMostBytes);
+  const auto root = io::read_json(path, kMostBytes);
   if (!root) return root.error();
   const std::string name = path.string();
   std::optional<Error> error;
-  JsonMember member(*root, name, error);
+  io::JsonMember member(*root, name, error);
   member.version("sonde_scribbles", kScribblesVersion);
   std::vector<Stroke> strokes;
-  member.list("strokes", [&](const Json& json, const std::string& at) {
+  member.list("strokes", [&](const io::Json& json, const std::string& at) {
     strokes.push_back(read_stroke(json, at, error));
   });
   if (strokes.empty()) member.fail("strokes", "at least one", nullptr);

@@ -7,7 +7,6 @@
 #include <limits>
 #include <sstream>
 
-#include "app/engines.hpp"
 #include "app/predicates/feature_maker.hpp"
 #include "app/predicates/predicate_labels.hpp"
 #include "app/predicates/predicate_layers.hpp"
@@ -16,6 +15,7 @@
 #include "app/predicates/predicate_white.hpp"
 #include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
+#include "nav/threads.hpp"
 #include "render/features/derived_features.hpp"
 #include "render/predicates/registry.hpp"
 

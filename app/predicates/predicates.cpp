@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <tuple>
 
-#include "app/command_line/overwriting.hpp"
 #include "app/engines.hpp"
+#include "app/options/overwriting.hpp"
 #include "app/predicates/predicate_picture.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
-#include "app/view/orthographic.hpp"
+#include "app/views/orthographic.hpp"
 #include "io/picture.hpp"
 #include "render/canvas.hpp"
 #include "render/engine.hpp"

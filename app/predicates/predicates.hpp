@@ -3,7 +3,7 @@
 #pragma once
 
 #include "app/console.hpp"
-#include "app/session/session_config.hpp"
+#include "app/options/session_config.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {

@@ -8,8 +8,8 @@
 #include <new>
 #include <string>
 
-#include "app/command_line/command_line.hpp"
-#include "app/command_line/exit_code.hpp"
+#include "app/options/command_line.hpp"
+#include "app/options/exit_code.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // From the simulated tracker to the rendered picture.
-#include "app/demo.hpp"
+#include "app/verbs/demo.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -30,16 +30,16 @@ DemoOptions small_demo(const std::filesystem::path& out) {
   return options;
 }
 
-Json report_of(const std::filesystem::path& out) {
+io::Json report_of(const std::filesystem::path& out) {
   std::ifstream file(out / "report.json");
-  return Json::parse(file, nullptr, false);
+  return io::Json::parse(file, nullptr, false);
 }
 
 TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
   const test::TemporaryFolder folder;
   Console console(false);
   ASSERT_TRUE(test::has_value(run_demo(small_demo(folder / "one"), console)));
-  const Json report = report_of(folder / "one");
+  const io::Json report = report_of(folder / "one");
   EXPECT_NEAR(report["start_translation_mm"].get<double>(), 10, 0);
   EXPECT_GT(report["start_error_mm"].get<double>(), 5);
   EXPECT_TRUE(report["registration"]["accepted"]);
@@ -57,7 +57,7 @@ TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
   DemoOptions two = small_demo(folder / "two");
   two.output.threads = 2;
   ASSERT_TRUE(test::has_value(run_demo(two, console)));
-  const Json again = report_of(folder / "two");
+  const io::Json again = report_of(folder / "two");
   EXPECT_EQ(again["pose_log_sha256"], report["pose_log_sha256"]);
   EXPECT_EQ(again["image_sha256"], report["image_sha256"]);
   EXPECT_EQ(again["target_error_mm"], report["target_error_mm"]);
@@ -71,7 +71,7 @@ TEST(DemoTest, ARefusedRegistrationNeverShowsThePlane) {
   hopeless.start_error_deg = 70;
   const auto outcome = run_demo(hopeless, console);
   EXPECT_TRUE(test::refuses(outcome, ErrorCode::kRefused, {"refused"}));
-  const Json report = report_of(folder / "out");
+  const io::Json report = report_of(folder / "out");
   EXPECT_FALSE(report["registration"]["accepted"]);
   EXPECT_FALSE(report["registration"]["reasons"].empty());
   EXPECT_TRUE(report["final_tip_to_target_mm"].is_null()) << "no number without a registration";

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "app/navigator.hpp"
+#include "session/navigator.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
 

@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
-#include "app/replay.hpp"
-#include "app/session/registration_file.hpp"
-#include "app/simulate/simulate.hpp"
+#include "app/verbs/replay.hpp"
+#include "app/verbs/simulate/simulate.hpp"
 #include "io/ct.hpp"
 #include "io/picture.hpp"
+#include "session/registration_file.hpp"
 #include "tests/integration/truth_file.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
@@ -25,7 +25,7 @@ constexpr int kViewPixels = 96;
 /// A recorded patient of the abdomen, breathing 10 mm, with CT and truth.
 struct Patient {
   SimulateOptions options;
-  Json truth;
+  io::Json truth;
   Patient(const test::TemporaryFolder& folder, std::uint64_t seed) {
     const std::string name = std::to_string(seed);
     options.out = folder / (name + ".igs.mha");
@@ -38,16 +38,16 @@ struct Patient {
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
-    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    truth = io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   }
 };
 
 /// As 'sonde register' writes it: an accepted registration of a CT at a pose, with the breath.
-std::filesystem::path registration_of(const std::filesystem::path& ct, const Json& pose,
+std::filesystem::path registration_of(const std::filesystem::path& ct, const io::Json& pose,
                                       const test::TemporaryFolder& folder, bool breath = true) {
   CollectingDiagnostics unheard;
-  Json json;
-  json["ct_sha256"] = ct_digest(*io::read_ct(ct, unheard, {}));
+  io::Json json;
+  json["ct_sha256"] = session::ct_digest(*io::read_ct(ct, unheard, {}));
   json["registration"] = {{"accepted", true}, {"ct_from_reference_mm", pose}};
   json["breath"] = {{"accepted", breath}};
   const auto path = folder / "registration.json";
@@ -112,7 +112,7 @@ std::vector<Line> lines_of(const std::filesystem::path& path) {
 }
 
 /// RMS over the places of a picture of how far a pose puts the tissue from where the CT has it, mm.
-double error_mm(const Patient& patient, const Json& frame, const Pose& pose) {
+double error_mm(const Patient& patient, const io::Json& frame, const Pose& pose) {
   const Eigen::Matrix4d now = matrix_of(frame.at("ct_from_image_mm"));
   const Eigen::Matrix4d rest = matrix_of(frame.at("rest_ct_from_image_mm"));
   const Eigen::Matrix4d image_from_pixels = matrix_of(patient.truth.at("image_from_pixels_mm"));
@@ -147,14 +147,14 @@ TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     ASSERT_EQ(lines[i].sequence, i);
     EXPECT_EQ(lines[i].state, "following");
-    const Json& frame = patient.truth.at("frames")[i];
+    const io::Json& frame = patient.truth.at("frames")[i];
     followed += std::pow(error_mm(patient, frame, lines[i].pose), 2);
     still += std::pow(error_mm(patient, frame, accepted), 2);
   }
   const auto count = static_cast<double>(lines.size());
   EXPECT_LT(std::sqrt(followed / count), 0.4 * std::sqrt(still / count));
   EXPECT_LT(std::sqrt(followed / count), 2.5);
-  const Json summary = read_json(json).at("following");
+  const io::Json summary = io::read_json(json).at("following");
   EXPECT_EQ(summary.at("pictures"), lines.size());
   EXPECT_EQ(summary.at("states").at("following"), lines.size());
   EXPECT_TRUE(summary.at("alarms").empty());
@@ -180,7 +180,7 @@ TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
       run_replay(following(patient, other.options.ct, folder), json.string(), console)));
   const auto lines = lines_of(folder / "out" / "following.csv");
   ASSERT_EQ(lines.back().state, "lost");
-  const Json alarms = read_json(json).at("following").at("alarms");
+  const io::Json alarms = io::read_json(json).at("following").at("alarms");
   ASSERT_FALSE(alarms.empty());
   EXPECT_EQ(alarms.back().at("state"), "lost");
   const auto& entries = console.entries();

@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 #include <ostream>
 
-#include "app/replay.hpp"
 #include "app/report.hpp"
-#include "app/session/recorded_session.hpp"
+#include "app/verbs/replay.hpp"
 #include "io/ct.hpp"
+#include "session/recorded_session.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -45,7 +45,7 @@ TEST_P(RecordingTest, EveryPictureIsPairedAndShown) {
   Console console(false);
   ASSERT_TRUE(test::has_value(run_replay(config, std::nullopt, console)));
   std::ifstream file(folder / "out/report.json");
-  const Json report = Json::parse(file, nullptr, false);
+  const io::Json report = io::Json::parse(file, nullptr, false);
   EXPECT_EQ(report["ledger"]["received"], recording.frames);
   EXPECT_EQ(report["ledger"]["shown"], recording.frames);
   EXPECT_TRUE(report["ledger"]["balanced"]);
@@ -87,7 +87,7 @@ TEST(RecordingTest, PicturesLieWhereTheReconstructionOfPlusPutThem) {
   config.source.recording = sequences / "SpinePhantomFreehand.igs.mha";
   config.source.plus_config =
       sequences / "../config/PlusDeviceSet_VolumeReconstructionOnly_SpinePhantom_NN_MEAN.xml";
-  auto session = RecordedSession::open(config, diagnostics);
+  auto session = session::RecordedSession::open(config.source, diagnostics);
   ASSERT_TRUE(test::has_value(session));
   double sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
   std::size_t count = 0;

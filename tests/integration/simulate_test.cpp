@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/simulate/simulate.hpp"
+#include "app/verbs/simulate/simulate.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -8,12 +8,12 @@
 #include <map>
 #include <sstream>
 
-#include "app/command_line/command_line.hpp"
-#include "app/json_member.hpp"
-#include "app/replay.hpp"
-#include "app/session/placement.hpp"
-#include "app/session/recorded_session.hpp"
+#include "app/options/command_line.hpp"
+#include "app/verbs/replay.hpp"
 #include "io/ct.hpp"
+#include "io/json_member.hpp"
+#include "session/placement.hpp"
+#include "session/recorded_session.hpp"
 #include "sim/anatomy/ct_patient.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/needle_bending.hpp"
@@ -26,7 +26,7 @@ namespace nav::app {
 namespace {
 
 template <class To, class From>
-Transform<To, From> transform_of(const Json& numbers) {
+Transform<To, From> transform_of(const io::Json& numbers) {
   return *rigid_from_matrix<To, From>(matrix_of(numbers));
 }
 
@@ -48,7 +48,7 @@ SessionConfig config_of(const SimulateOptions& options) {
 
 std::vector<TrackedFrame> replayed(const SimulateOptions& options, Console& console) {
   std::vector<TrackedFrame> frames;
-  auto session = RecordedSession::open(config_of(options), console);
+  auto session = session::RecordedSession::open(config_of(options).source, console);
   EXPECT_TRUE(session.has_value()) << session.error().message;
   const auto played = session->play([&](const tracking::PairedFrame& paired) {
     if (paired.tracked) frames.push_back(*paired.tracked);
@@ -70,8 +70,8 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     options.compress = true;
     const auto written = run_simulate(options, console);
     ASSERT_TRUE(written) << written.error().message;
-    const Json truth =
-        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    const io::Json truth =
+        io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
     const auto frames = replayed(options, console);
     ASSERT_EQ(frames.size(), truth.at("frames").size());
     ASSERT_EQ(frames.size(), 13u);
@@ -102,7 +102,7 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
 struct Recorded {
   using Pose = Transform<frames::Ct, frames::Reference>;
   SimulateOptions options;
-  Json truth;
+  io::Json truth;
   /// patient_ct: a recorded CT; empty: a patient whose CT is written.
   Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
            const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0,
@@ -120,7 +120,7 @@ struct Recorded {
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
-    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    truth = io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   }
   [[nodiscard]] Pose ct_from_reference() const {
     return transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
@@ -128,10 +128,10 @@ struct Recorded {
 };
 
 /// What 'sonde register' says, whether it accepts or refuses.
-Json registered(const Recorded& sweep, const std::filesystem::path& ct,
-                const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
-                const RegisterOptions& options = {}, double temporal_offset_ms = 0,
-                const std::string& needle_frame = "") {
+io::Json registered(const Recorded& sweep, const std::filesystem::path& ct,
+                    const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
+                    const RegisterOptions& options = {}, double temporal_offset_ms = 0,
+                    const std::string& needle_frame = "") {
   SessionConfig config;
   config.source.needle_frame = needle_frame;
   config.source.recording = sweep.options.out;
@@ -141,26 +141,26 @@ Json registered(const Recorded& sweep, const std::filesystem::path& ct,
   Console console(false);
   const auto done = run_register(config, options, report.string(), console);
   EXPECT_TRUE(done || done.error().code == ErrorCode::kRefused) << done.error().message;
-  Json json = read_json(report);
+  io::Json json = io::read_json(report);
   EXPECT_EQ(json.at("registration").at("accepted"), done.has_value());
   return json;
 }
 
 /// The pose of a registration, accepted or refused, by the name that says which.
-const Json& pose_of(const Json& registration) {
+const io::Json& pose_of(const io::Json& registration) {
   const bool accepted = registration.at("accepted").get<bool>();
   EXPECT_NE(registration.contains(kAcceptedPose), registration.contains(kRefusedPose));
   return registration.at(accepted ? kAcceptedPose : kRefusedPose);
 }
 
 /// RMS over the targets of the truth file, mm.
-double target_error_mm(const Recorded& sweep, const Json& report) {
+double target_error_mm(const Recorded& sweep, const io::Json& report) {
   const auto found =
       transform_of<frames::Ct, frames::Reference>(pose_of(report.at("registration")));
   const auto back = sweep.ct_from_reference().inverse();
   double sum = 0;
   int count = 0;
-  for (const Json& target : sweep.truth.at("targets_ct_mm")) {
+  for (const io::Json& target : sweep.truth.at("targets_ct_mm")) {
     const auto at = [&](std::size_t axis) { return target.at(axis).get<double>(); };
     const Point<frames::Ct> p{Eigen::Vector3d(at(0), at(1), at(2))};
     sum += (found * (back * p) - p).v.squaredNorm();
@@ -184,7 +184,7 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
     for (const char* effort : {"usual", "quick"}) {
       RegisterOptions options;
       options.effort = effort;
-      const Json own = registered(*patient, patient->options.ct, start, report, options);
+      const io::Json own = registered(*patient, patient->options.ct, start, report, options);
       // A quick one may be right and refused: six pictures agree less with six others than thirty
       // do.
       const bool accepted = own.at("registration").at("accepted").get<bool>();
@@ -193,13 +193,13 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
       EXPECT_EQ(own.at("registration").at("basin").at("shift_mm"), 0);
       EXPECT_GE(own.at("registration").at("regions").size(), 6u);
       EXPECT_LT(target_error_mm(*patient, own), 1);
-      const Json wrong = registered(*patient, other.options.ct, start, report, options);
+      const io::Json wrong = registered(*patient, other.options.ct, start, report, options);
       EXPECT_FALSE(wrong.at("registration").at("accepted"));
       EXPECT_EQ(pose_of(wrong.at("registration")).size(), 16U);
     }
   }
   // Nobody says where the probe stood: the CT's skin does.
-  const Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
+  const io::Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
   EXPECT_TRUE(found.at("registration").at("accepted")) << found.at("registration").dump(1);
   EXPECT_LT(target_error_mm(sweep, found), 1);
   EXPECT_EQ(found.at("start").at("kind"), "skin");
@@ -229,7 +229,7 @@ TEST(RegisterTest, PointsWithoutLandmarksAreWarnedOfWhatTheyCannotShow) {
   const auto report = folder / "report.json";
   const auto done = run_register(config, options, report.string(), console);
   ASSERT_TRUE(done) << done.error().message;
-  const Json found = read_json(report).at("registration");
+  const io::Json found = io::read_json(report).at("registration");
   EXPECT_EQ(found.at("verdict"), "warn");
   EXPECT_NE(found.at("warnings").dump().find("an offset that all points share"), std::string::npos)
       << found.at("warnings");
@@ -243,8 +243,8 @@ TEST(SimulateTest, ANeedleIsWarnedOfWhatTheSweepHidesOfTheCalibration) {
   const auto warnings = [&](double sigma_mm, const std::string& needle_frame) {
     RegisterOptions options;
     options.calibration_sigma_mm = sigma_mm;
-    const Json found = registered(fan, fan.options.ct, truth, report, options, 0, needle_frame);
-    const Json& registration = found.at("registration");
+    const io::Json found = registered(fan, fan.options.ct, truth, report, options, 0, needle_frame);
+    const io::Json& registration = found.at("registration");
     EXPECT_TRUE(registration.at("accepted")) << registration.dump(1);
     EXPECT_EQ(found.at("calibration_sigma_mm"), sigma_mm);
     return std::pair(registration.at("warnings").dump(),
@@ -267,13 +267,13 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   const Recorded sweep(folder, 1, "sweep", {}, 150);
   const auto report = folder / "report.json";
   const auto truth = sweep.ct_from_reference();
-  const Json off = registered(sweep, sweep.options.ct, truth, report).at("registration");
+  const io::Json off = registered(sweep, sweep.options.ct, truth, report).at("registration");
   EXPECT_EQ(off.at("verdict"), "refuse");
   EXPECT_NE(off.at("reasons").dump().find("earlier than their poses: raise --temporal-offset-ms"),
             std::string::npos)
       << off.at("reasons");
   ASSERT_FALSE(off.at("misfits").empty());
-  const Json& delay = off.at("misfits").at(0);
+  const io::Json& delay = off.at("misfits").at(0);
   EXPECT_EQ(delay.at("cause"), "delay");
   EXPECT_NEAR(delay.at("values").at(0).get<double>(), -0.15, 0.08);
   EXPECT_GT(delay.at("excess_mm"), 0.6);
@@ -281,23 +281,23 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   EXPECT_LT(delay.at("unnoticed"), 0.15);
   EXPECT_EQ(off.at("misfits").back().at("cause"), "bend");
   EXPECT_GT(off.at("misfits").back().at("unnoticed"), 0.9);
-  const Json corrected = registered(sweep, sweep.options.ct, truth, report, {}, 150);
+  const io::Json corrected = registered(sweep, sweep.options.ct, truth, report, {}, 150);
   EXPECT_NE(corrected.at("registration").at("verdict"), "refuse")
       << corrected.at("registration").at("reasons");
   EXPECT_LT(target_error_mm(sweep, corrected), 0.6);
   // Pictures that are placed by it are read as those that it was made of.
   Console console(false);
-  const auto placed = [&](double temporal_offset_ms) -> Result<Placement> {
+  const auto placed = [&](double temporal_offset_ms) -> Result<session::Placement> {
     SessionConfig config = config_of(sweep.options);
     config.ct.path = sweep.options.ct;
     config.source.temporal_offset_ms = temporal_offset_ms;
     config.placement.registration = report;
-    const auto ct = read_session_ct(config, console);
-    auto session = RecordedSession::open(config, console);
+    const auto ct = session::read_session_ct(config.ct, console);
+    auto session = session::RecordedSession::open(config.source, console);
     if (!ct || !session) return Error{ErrorCode::kIo, "not read"};
-    const auto surveyed = survey(*session, false);
+    const auto surveyed = session::survey(*session, false);
     if (!surveyed) return surveyed.error();
-    return place_ct(config, **ct, *surveyed, session->reference_frame());
+    return session::place_ct(config.placement, **ct, *surveyed, session->reference_frame());
   };
   const auto same = placed(150);
   ASSERT_TRUE(same) << same.error().message;
@@ -314,8 +314,8 @@ TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
   const auto warnings_of = [&](double late_ms) {
     const Recorded sweep(folder, 1, "sweep", {}, late_ms);
     const auto truth = sweep.ct_from_reference();
-    const Json json = registered(sweep, sweep.options.ct, truth, report, {}, late_ms);
-    const Json& registration = json.at("registration");
+    const io::Json json = registered(sweep, sweep.options.ct, truth, report, {}, late_ms);
+    const io::Json& registration = json.at("registration");
     EXPECT_TRUE(registration.at("accepted")) << registration.at("reasons");
     EXPECT_GT(json.at("ledger").at("rejected").at("Probe.before_first_pose"), 0);
     const std::string said = "pictures without a pose: by --temporal-offset-ms";
@@ -364,12 +364,12 @@ TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
     options.columns = 200;
     options.rows = 140;
     ASSERT_TRUE(run_simulate(options, console));
-    auto session = RecordedSession::open(config_of(options), console);
+    auto session = session::RecordedSession::open(config_of(options).source, console);
     ASSERT_TRUE(test::has_value(session));
-    const auto surveyed = survey(*session, false);
+    const auto surveyed = session::survey(*session, false);
     ASSERT_TRUE(test::has_value(surveyed));
     EXPECT_EQ(surveyed->corners.size(), 4 * surveyed->paired);
-    const auto sector = sector_of(*surveyed);
+    const auto sector = session::sector_of(*surveyed);
     ASSERT_EQ(sector.has_value(), std::string(family) == "abdomen");
     if (!sector) continue;
     session->set_outline(*sector);
@@ -400,11 +400,12 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   options.duration_s = 6;
   options.faults = "0.02";
   ASSERT_TRUE(run_simulate(options, console));
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth =
+      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   ASSERT_FALSE(truth.at("faults").empty());
   SessionConfig config = config_of(options);
   config.source.skip_bad_frames = true;
-  auto session = RecordedSession::open(config, console);
+  auto session = session::RecordedSession::open(config.source, console);
   ASSERT_TRUE(session) << session.error().message;
   const auto played = session->play([](const auto&) {});
   ASSERT_TRUE(played);
@@ -423,13 +424,13 @@ TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
     options.duration_s = 1.5;
     options.faults = name + "=0.1";
     ASSERT_TRUE(run_simulate(options, console)) << name;
-    const Json truth =
-        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    const io::Json truth =
+        io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
     ASSERT_FALSE(truth.at("faults").empty()) << name;
-    for (const Json& fault : truth.at("faults")) EXPECT_EQ(fault.at("kind"), name);
+    for (const io::Json& fault : truth.at("faults")) EXPECT_EQ(fault.at("kind"), name);
     SessionConfig config = config_of(options);
     config.source.skip_bad_frames = true;
-    auto session = RecordedSession::open(config, console);
+    auto session = session::RecordedSession::open(config.source, console);
     ASSERT_TRUE(session) << name << ": " << session.error().message;
     ASSERT_TRUE(session->play([](const auto&) {})) << name;
     session->navigator().finish();
@@ -446,12 +447,13 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
   options.needle_bending_mm = 5;
   const auto written = run_simulate(options, console);
   ASSERT_TRUE(written) << written.error().message;
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth =
+      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   const auto ct_from_reference =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   SessionConfig config = config_of(options);
   config.source.needle_frame = "NeedleTip";
-  auto session = RecordedSession::open(config, console);
+  auto session = session::RecordedSession::open(config.source, console);
   ASSERT_TRUE(session) << session.error().message;
   EXPECT_NE(session->description().find("NeedleToTracker"), std::string::npos);
   session->set_placement({ct_from_reference, {SafetyState::kValid, ""}});
@@ -460,8 +462,8 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
     const auto more = session->step([](const auto&) {});
     ASSERT_TRUE(more);
     if (!*more) break;
-    const Json& needle = truth.at("frames").at(seen++).at("needle");
-    const Epoch epoch = session->refresh();
+    const io::Json& needle = truth.at("frames").at(seen++).at("needle");
+    const session::Epoch epoch = session->refresh();
     ASSERT_TRUE(epoch.ct_from_needle) << epoch.needle.cause;
     EXPECT_EQ(epoch.needle.state, SafetyState::kValid) << epoch.needle.cause;
     const auto expected =
@@ -479,7 +481,7 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
     }
   }
   EXPECT_EQ(seen, 13u);
-  const Json& last = truth.at("frames").back().at("needle");
+  const io::Json& last = truth.at("frames").back().at("needle");
   EXPECT_NEAR(last.at("inserted_mm").get<double>(), truth.at("needle").at("path_mm").get<double>(),
               1e-9);
   EXPECT_GT(last.at("tip_error_mm").get<double>(), 5) << "sideways, and a little short";
@@ -494,7 +496,7 @@ TEST(SimulateTest, AnotherBodyChangesNothingForThoseWhoDoNotAskForIt) {
   EXPECT_EQ(replayed(options, console).size(), 13u);
   SessionConfig config = config_of(options);
   config.source.needle_frame = "Stylus";
-  const auto refused = RecordedSession::open(config, console);
+  const auto refused = session::RecordedSession::open(config.source, console);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("Stylus"), std::string::npos);
 }
@@ -551,20 +553,20 @@ SimulateOptions with_ct(const test::TemporaryFolder& folder, double spacing_mm) 
 }
 
 /// The truth of what is written.
-Json simulated(const SimulateOptions& options, Console& console) {
+io::Json simulated(const SimulateOptions& options, Console& console) {
   const auto written = run_simulate(options, console);
   EXPECT_TRUE(written) << written.error().message;
-  return read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  return io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
 }
 
 /// Mean HU of the patient's targets, in the liver, in the CT that is written.
 double mean_at_targets(const SimulateOptions& options, Console& console) {
-  const Json truth = simulated(options, console);
+  const io::Json truth = simulated(options, console);
   const auto ct = io::read_ct(options.ct, console);
   EXPECT_TRUE(test::has_value(ct));
   EXPECT_EQ(truth.at("contrast"), options.contrast);
   double sum = 0;
-  for (const Json& p : truth.at("targets_ct_mm")) {
+  for (const io::Json& p : truth.at("targets_ct_mm")) {
     sum += ct->sample({Eigen::Vector3d(p.at(0), p.at(1), p.at(2))}).value_or(-1000);
   }
   return sum / static_cast<double>(truth.at("targets_ct_mm").size());
@@ -594,17 +596,17 @@ TEST(SimulateTest, ARecordedCtIsThePatient) {
   SimulateOptions options = small(folder);
   options.patient_ct = first.ct;
   options.look_at_mm = {-40, -10, 5};
-  const Json truth = simulated(options, console);
+  const io::Json truth = simulated(options, console);
   EXPECT_EQ(truth.at("family"), "ct");
   EXPECT_TRUE(truth.at("contrast").is_null());
   ASSERT_GT(truth.at("targets_ct_mm").size(), 20u);
   const Eigen::Vector3d aim(options.look_at_mm->data());
   const Eigen::Matrix4d image_from_pixels = matrix_of(truth.at("image_from_pixels_mm"));
-  for (const Json& p : truth.at("targets_ct_mm")) {
+  for (const io::Json& p : truth.at("targets_ct_mm")) {
     EXPECT_LE((Eigen::Vector3d(p.at(0), p.at(1), p.at(2)) - aim).norm(), sim::kAboutMm);
   }
   // The picture in the middle shows what was to be looked at: the plane runs near it.
-  const Json& middle = truth.at("frames").at(truth.at("frames").size() / 2);
+  const io::Json& middle = truth.at("frames").at(truth.at("frames").size() / 2);
   const Eigen::Matrix4d ct_from_image = matrix_of(middle.at("ct_from_image_mm"));
   const Eigen::Vector3d local =
       (image_from_pixels.inverse() * ct_from_image.inverse() * aim.homogeneous()).head<3>();
@@ -643,12 +645,12 @@ TEST(SimulateTest, ARecordedCtThatLiesElsewhereIsWrittenAndBreathesThere) {
   options.breathing = "smooth";
   options.breathing_mm = 10;
   options.breathing_period_s = 1;
-  const Json truth = simulated(options, console);
+  const io::Json truth = simulated(options, console);
   const auto again = io::read_ct(options.ct, console);
   ASSERT_TRUE(test::has_value(again));
   double apart_hu = 0;
-  const Json& targets = truth.at("targets_ct_mm");
-  for (const Json& p : targets) {
+  const io::Json& targets = truth.at("targets_ct_mm");
+  for (const io::Json& p : targets) {
     const Point<frames::Ct> target{Eigen::Vector3d(p.at(0), p.at(1), p.at(2))};
     ASSERT_TRUE(again->sample(target).has_value());
     apart_hu += std::abs(*again->sample(target) - *elsewhere->sample(target)) /
@@ -656,7 +658,7 @@ TEST(SimulateTest, ARecordedCtThatLiesElsewhereIsWrittenAndBreathesThere) {
   }
   EXPECT_LT(apart_hu, 40);  // Noise of 12 HU in each, and larger voxels.
   double deepest = 0;
-  for (const Json& frame : truth.at("frames")) {
+  for (const io::Json& frame : truth.at("frames")) {
     const Eigen::Matrix4d rest_from_now = matrix_of(frame.at("rest_ct_from_image_mm")) *
                                           matrix_of(frame.at("ct_from_image_mm")).inverse();
     deepest = std::max(deepest, (rest_from_now * aim.homogeneous()).z() - aim.z());
@@ -672,7 +674,7 @@ TEST(SimulateTest, PicturesInsideARealCtAreFoundThereAgain) {
   const Recorded sweep(folder, 2, "tilt", file);
   const Recorded::Pose truth = sweep.ct_from_reference();
   const Recorded::Pose start(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(4, -2, 2));
-  const Json found = registered(sweep, file, start, folder / "report.json");
+  const io::Json found = registered(sweep, file, start, folder / "report.json");
   EXPECT_LT(target_error_mm(sweep, found), 0.6);
 }
 
@@ -695,14 +697,14 @@ TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
 /// 'sonde register' of three breaths, 8 mm deep, from 5 mm beside the truth. Errors are those of
 /// the pose at the end of expiration at the patient's targets, whatever the verdict.
 struct Registered {
-  Json report;
+  io::Json report;
   double error_mm, common_mm;
 };
 
 /// The verb from 5 mm beside the truth, with --deformable and more words.
-Json run_verb(const std::filesystem::path& sweep, const std::filesystem::path& ct,
-              const Recorded::Pose& true_pose, const std::vector<std::string>& more,
-              const std::string& json) {
+io::Json run_verb(const std::filesystem::path& sweep, const std::filesystem::path& ct,
+                  const Recorded::Pose& true_pose, const std::vector<std::string>& more,
+                  const std::string& json) {
   const Transform<frames::Ct, frames::Ct> off(Eigen::Quaterniond::Identity(), {3, -4, 0});
   std::ostringstream start;
   start.precision(12);
@@ -714,7 +716,7 @@ Json run_verb(const std::filesystem::path& sweep, const std::filesystem::path& c
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   run_command_line(static_cast<int>(arguments.size()), arguments.data());
-  return read_json(json);
+  return io::read_json(json);
 }
 
 Registered register_breathing(const std::string& breathing) {
@@ -729,13 +731,14 @@ Registered register_breathing(const std::string& breathing) {
   options.duration_s = 12;
   options.frame_rate_hz = 5;
   EXPECT_TRUE(run_simulate(options, console));
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth =
+      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   const auto true_pose =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   Registered out{run_verb(options.out, options.ct, true_pose, {"--breath-period", "4"},
                           (folder / "report.json").string()),
                  0, 0};
-  const auto error = [&](const Json& matrix) {
+  const auto error = [&](const io::Json& matrix) {
     const auto pose = transform_of<frames::Ct, frames::Reference>(matrix);
     double sum = 0;
     for (const auto& at : truth.at("targets_ct_mm")) {
@@ -746,7 +749,7 @@ Registered register_breathing(const std::string& breathing) {
     return std::sqrt(sum / static_cast<double>(truth.at("targets_ct_mm").size()));
   };
   out.error_mm = error(pose_of(out.report.at("registration")));
-  const Json& breath = out.report.at("breath");
+  const io::Json& breath = out.report.at("breath");
   if (breath.contains("common")) out.common_mm = error(pose_of(breath["common"]));
   return out;
 }
@@ -770,12 +773,12 @@ TEST(RegisterBreathingTest, APatientWhoLiesStillNeitherMovesNorBends) {
   EXPECT_FALSE(found.report.at("deformable").at("reason").get<std::string>().empty());
 }
 
-Eigen::Vector3d vector_of(const Json& numbers) {
+Eigen::Vector3d vector_of(const io::Json& numbers) {
   return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
 }
 
 /// The displacement field of a report, by the definition of uniform cubic B-splines.
-Eigen::Vector3d displacement(const Json& field, const Eigen::Vector3d& p) {
+Eigen::Vector3d displacement(const io::Json& field, const Eigen::Vector3d& p) {
   const auto basis = [](double x) {
     const double a = std::abs(x);
     if (a >= 2) return 0.0;
@@ -800,7 +803,7 @@ Eigen::Vector3d displacement(const Json& field, const Eigen::Vector3d& p) {
 
 /// A patient of seed 1 and the CT of his or of seed 2.
 struct Deformed {
-  Json report;
+  io::Json report;
   double rigid_mm = 0, deformed_mm = 0;  ///< Mean over the targets; the first by the common pose.
 };
 
@@ -811,7 +814,8 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   options.out = folder / "sweep.igs.mha";
   options.deform_mm = deform_mm;
   EXPECT_TRUE(run_simulate(options, console));
-  const Json truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth =
+      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   SimulateOptions other = options;
   other.seed = ct_seed;
   other.out = folder / "other.igs.mha";
@@ -821,12 +825,12 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   const auto pose = transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   Deformed out;
   out.report = run_verb(options.out, other.ct, pose, {}, (folder / "report.json").string());
-  const Json& tissue = out.report.at("deformable");
+  const io::Json& tissue = out.report.at("deformable");
   if (!tissue.at("accepted").get<bool>()) return out;
   const auto found =
       transform_of<frames::Ct, frames::Reference>(pose_of(out.report.at("registration")));
   const auto common = transform_of<frames::Ct, frames::Reference>(pose_of(tissue.at("common")));
-  const Json& now = truth.at("deformation").at("targets_now_ct_mm");
+  const io::Json& now = truth.at("deformation").at("targets_now_ct_mm");
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto seen = pose.inverse() * Point<frames::Ct>{vector_of(now[i])};
     const Eigen::Vector3d target = vector_of(truth.at("targets_ct_mm")[i]);
@@ -853,7 +857,7 @@ TEST(RegisterDeformedTest, DeformedTissueIsBentBackAndTheTargetsAreNearerForIt) 
 }
 
 TEST(RegisterDeformedTest, UndeformedTissueIsSaidToBeRigid) {
-  const Json report = register_deformed_patient(0, 1).report;
+  const io::Json report = register_deformed_patient(0, 1).report;
   EXPECT_TRUE(report.at("registration").at("accepted"));
   EXPECT_FALSE(report.at("deformable").at("accepted")) << report.at("deformable");
   EXPECT_EQ(report.at("deformable").at("model"), "rigid");
@@ -861,7 +865,7 @@ TEST(RegisterDeformedTest, UndeformedTissueIsSaidToBeRigid) {
 
 TEST(RegisterDeformedTest, NoDeformationMakesAnotherPatientsCtFit) {
   for (const double mm : {0.0, 8.0}) {
-    const Json report = register_deformed_patient(mm, 2).report;
+    const io::Json report = register_deformed_patient(mm, 2).report;
     EXPECT_FALSE(report.at("registration").at("accepted")) << report.at("deformable");
     EXPECT_FALSE(report.at("deformable").at("accepted")) << report.at("deformable");
   }

@@ -6,18 +6,18 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/json.hpp"
+#include "io/json.hpp"
 
 namespace nav::app {
 
 /// A truth file, or a report.
-inline Json read_json(const std::filesystem::path& path) {
+inline io::Json io::read_json(const std::filesystem::path& path) {
   std::ifstream in(path);
-  return Json::parse(in);
+  return io::Json::parse(in);
 }
 
 /// Of 16 numbers, row-major.
-inline Eigen::Matrix4d matrix_of(const Json& numbers) {
+inline Eigen::Matrix4d matrix_of(const io::Json& numbers) {
   Eigen::Matrix4d m;
   for (int i = 0; i < 16; ++i) m(i / 4, i % 4) = numbers.at(static_cast<std::size_t>(i));
   return m;

@@ -17,8 +17,8 @@ TEST(BenchDerivedJsonTest, EveryFeatureHasACurveAgainstItsDefinition) {
   const auto report = bench::measure_derived(options, [](double) {});
   ASSERT_TRUE(test::has_value(report));
   std::map<std::string, int> points;
-  const Json json = json_of(*report);
-  for (const Json& e : json["errors"]) {
+  const io::Json json = json_of(*report);
+  for (const io::Json& e : json["errors"]) {
     ++points[e["feature"].get<std::string>()];
     EXPECT_GE(e["rms"].get<double>(), 0);
     EXPECT_LE(e["rms"].get<double>(), e["max"].get<double>());
@@ -33,7 +33,7 @@ TEST(BenchDerivedJsonTest, OnlyTheFeaturesAskedForAreMeasured) {
   options.side = 32;
   options.repeats = {1, 0};
   options.features = {"snr", "depth"};
-  const Json json = json_of(*bench::measure_derived(options, [](double) {}));
+  const io::Json json = json_of(*bench::measure_derived(options, [](double) {}));
   ASSERT_EQ(json["timings"].size(), 1U);
   EXPECT_EQ(json["timings"][0]["feature"], "snr");
   for (const char* key : {"cpu_s", "wall_s", "bytes_per_voxel", "itk", "itk_cpu_s"}) {

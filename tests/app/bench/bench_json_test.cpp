@@ -8,16 +8,16 @@ namespace nav::app {
 namespace {
 
 TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
-  const Json json = json_of(BenchRenderReport{});
+  const io::Json json = json_of(BenchRenderReport{});
   for (const char* key : {"interaction", "skip_bounds", "adaptive"}) {
     ASSERT_TRUE(json.contains(key)) << key;
-    EXPECT_EQ(json[key], Json::array()) << key;
+    EXPECT_EQ(json[key], io::Json::array()) << key;
   }
   for (const char* key : {"transfer_function_edit", "costs"}) {
     ASSERT_TRUE(json.contains(key)) << key;
     EXPECT_TRUE(json[key].is_null()) << key;
   }
-  const Json& skipping = json["ratios"]["samples_skip_off_over_on"];
+  const io::Json& skipping = json["ratios"]["samples_skip_off_over_on"];
   ASSERT_TRUE(skipping.contains("bit_identical"));
   EXPECT_TRUE(skipping["bit_identical"].is_null());
 }
@@ -32,7 +32,7 @@ TEST(BenchJsonTest, PicturesThatSkippingChangesAreTold) {
     bench::SkipBound bound;
     bound.found = ratio;
     report.skip_bounds = {bound};
-    const Json json = json_of(report);
+    const io::Json json = json_of(report);
     EXPECT_EQ(json["ratios"]["samples_skip_off_over_on"]["bit_identical"], identical);
     EXPECT_EQ(json["skip_bounds"][0]["bit_identical"], identical);
   }

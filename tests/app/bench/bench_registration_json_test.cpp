@@ -27,8 +27,9 @@ bench::FaultPoint planted() {
 }
 
 TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
-  const Json rows = json_of(std::vector<bench::FaultPoint>{planted()}, "development");
-  const Json expected = Json::parse(R"([{"seeds": "development", "fault": "delay", "size": -200.0,
+  const io::Json rows = json_of(std::vector<bench::FaultPoint>{planted()}, "development");
+  const io::Json expected =
+      io::Json::parse(R"([{"seeds": "development", "fault": "delay", "size": -200.0,
       "unit": "ms", "runs": 20, "solved": 19, "clear": 2, "warned": 3, "refused": 15,
       "false_accepts": 1, "error_mean_mm": 1.5, "error_max_mm": 3.5, "actual_over_predicted": 2.5,
       "named": 12, "named_right": 11, "misfits_cpu_ms": 9.5}])");
@@ -38,7 +39,7 @@ TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
 TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
   bench::FaultPoint point = planted();
   point.error_mean_mm = point.error_max_mm = point.actual_over_predicted = NAN;
-  const Json rows = json_of(std::vector<bench::FaultPoint>{point}, "evaluation");
+  const io::Json rows = json_of(std::vector<bench::FaultPoint>{point}, "evaluation");
   ASSERT_EQ(rows.size(), 1U);
   for (const char* key : {"error_mean_mm", "error_max_mm", "actual_over_predicted"}) {
     EXPECT_TRUE(rows[0].at(key).is_null()) << key;
@@ -59,7 +60,8 @@ TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
   point.predicted_ratio_max = 2.5;
   point.hidden_least_mm = 48;
   point.hidden_most_mm = INFINITY;
-  const Json expected = Json::parse(R"([{"path": "session rock", "own_ct": true, "sweeps": 4,
+  const io::Json expected =
+      io::Json::parse(R"([{"path": "session rock", "own_ct": true, "sweeps": 4,
       "registrations": 31, "same": 29, "accepted": 28, "elsewhere": 2, "split": 1, "apart_mm": 0.125,
       "apart_max_mm": 0.25, "predicted_ratio": 1.5, "predicted_ratio_max": 2.5,
       "hidden_least_mm": 48.0, "hidden_most_mm": null}])");
@@ -67,7 +69,7 @@ TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
 }
 
 TEST(BenchRegistrationJsonTest, FaultsAreSummedUp) {
-  Json summary = Json::object();
+  io::Json summary = io::Json::object();
   add_totals({planted(), planted()}, summary);
   EXPECT_EQ(summary.at("fault_runs"), 40);
   EXPECT_EQ(summary.at("fault_false_accepts"), 2);

@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "app/options/session_config.hpp"
 #include "app/predicates/predicate_labels.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "app/predicates/predicate_white.hpp"
-#include "app/session/session_config.hpp"
 #include "io/ct.hpp"
 #include "nav/diagnostics.hpp"
 #include "tests/support/matchers.hpp"

@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/command_line.hpp"
+
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include "app/options/exit_code.hpp"
+#include "app/options/option_checks.hpp"
+#include "app/options/overwriting.hpp"
+#include "app/options/verbs.hpp"
+#include "app/verbs/devices.hpp"
+#include "app/verbs/info.hpp"
+
+namespace nav::app {
+
+Result<void> print_session(const SessionConfig& config) {
+  const auto text = to_toml(config);
+  if (!text) return text.error();
+  std::cout << *text;
+  return {};
+}
+
+void CommandLine::add_info() {
+  CLI::App* info =
+      app_.add_subcommand("info", "Say what a file is: sequence, CT or PLUS configuration");
+  info->add_option("file", path_, "file, or DICOM folder")->required();
+  info->add_flag("--accept-unknown-orientation", accept_unknown_orientation_,
+                 "take a CT without orientation as LPS");
+  add_json(*info);
+  info->callback([this] {
+    verb_ = [this](Console& console) -> Result<void> {
+      if (auto ok = refuse_overwriting({{"--json", json_}}, {{"file", path_}}); !ok) return ok;
+      return run_info(path_, json(), accept_unknown_orientation_, console);
+    };
+  });
+}
+
+void CommandLine::add_gallery() {
+  CLI::App* gallery = app_.add_subcommand("gallery", "Draw the pictures of docs/gallery.md");
+  gallery->add_option("--out", gallery_.out, "folder to write to")->required();
+  gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
+  gallery->add_option("--only", gallery_.only, "only pictures whose name contains this");
+  gallery->add_option("--width", gallery_.width)
+      ->check(in_range(16, 4096, "pixels"))
+      ->capture_default_str();
+  gallery->add_option("--height", gallery_.height)
+      ->check(in_range(16, 4096, "pixels"))
+      ->capture_default_str();
+  gallery->callback(
+      [this] { verb_ = [this](Console& console) { return run_gallery(gallery_, console); }; });
+}
+
+void CommandLine::add_devices() {
+  CLI::App* list =
+      app_.add_subcommand("devices", "List USB devices, CAN interfaces and simulated devices");
+  add_json(*list);
+  list->callback(
+      [this] { verb_ = [this](Console& console) { return run_devices(json(), console); }; });
+}
+
+int CommandLine::fail(const Error& error) const {
+  std::fprintf(stderr, "sonde: error: %s\n", without_controls(error.message).c_str());
+  return exit_code(error);
+}
+
+int CommandLine::run(int argc, const char* const* argv) {
+  // The session file is the ground that the options stand on: it must be read before they are.
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    std::string file;
+    if (argument == "--session" && i + 1 < argc) file = argv[i + 1];
+    if (argument.starts_with("--session=")) file = argument.substr(10);
+    if (file.empty()) continue;
+    auto config = read_session_config(file);
+    if (!config) return fail(config.error());
+    config_ = std::move(*config);
+  }
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app_.exit(success);
+  } catch (const CLI::ParseError& problem) {
+    return fail({ErrorCode::kUsage, in_words(app_, problem)});
+  }
+  if (const auto ok = refuse_empty(app_); !ok) return fail(ok.error());
+  const auto json =
+      refuse_unwritable({{"--json", json_}}, {config_.output.folder, demo_.output.folder});
+  if (!json) return fail(json.error());
+  Console console(verbose_);
+  const auto outcome = verb_(console);
+  if (outcome) {
+    std::cout << std::flush;
+    if (!std::cout) return fail({ErrorCode::kIo, "standard output: could not be written"});
+    return kExitOk;
+  }
+  console.end("stopped");
+  return fail(outcome.error());
+}
+
+int run_command_line(int argc, const char* const* argv) {
+  try {
+    return CommandLine().run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("sonde: error: out of memory: expected room for what was asked for, found none\n",
+               stderr);
+    return kExitDevice;
+  } catch (const std::exception& bug) {
+    std::string what = bug.what();
+    for (char& c : what) c = c == '\n' ? ' ' : c;
+    std::fprintf(stderr, "sonde: bug: %s\n", what.c_str());
+    return kExitBug;
+  }
+}
+
+}  // namespace nav::app

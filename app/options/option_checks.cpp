@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/option_checks.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <sstream>
+
+namespace nav::app {
+namespace {
+
+/// The verb that was meant, or its part: the last that the parser came to.
+const CLI::App& meant_verb(const CLI::App& app) {
+  const CLI::App* verb = &app;
+  while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
+  return *verb;
+}
+
+/// "sonde bench render".
+std::string full_name(const CLI::App& verb) {
+  if (verb.get_parent() == nullptr) return "sonde";
+  return full_name(*verb.get_parent()) + " " + verb.get_name();
+}
+
+/// Null: no option is called so.
+const CLI::Option* find_option(const CLI::App& app, const std::string& name) {
+  for (const CLI::App* verb = &meant_verb(app); verb != nullptr; verb = verb->get_parent()) {
+    if (const CLI::Option* option = verb->get_option_no_throw(name)) return option;
+  }
+  return nullptr;
+}
+
+/// "a whole number", "3 numbers".
+std::string kind_of(const CLI::Option& option) {
+  const std::string described = option.get_type_name();
+  const std::string type = described.substr(0, described.find(':'));
+  const auto holds = [&](const char* name) { return type.find(name) != std::string::npos; };
+  const std::string noun = holds("INT") ? "whole number" : holds("FLOAT") ? "number" : "value";
+  const int count = option.get_items_expected_min();
+  if (count == 0) return "true or false";
+  return count == 1 ? "a " + noun : std::to_string(count) + " " + noun + "s";
+}
+
+/// What was not given, with what help says of it.
+std::string nothing_for(const CLI::Option& option) {
+  const std::string& description = option.get_description();
+  const std::size_t given = option.results().size();
+  return option.get_name() + ": expected " + kind_of(option) +
+         (description.empty() ? "" : " (" + description + ")") + ", found " +
+         (given == 0 ? "none" : std::to_string(given));
+}
+
+/// Of a value that is not of the option's kind, or a whole number too large to be held.
+std::string not_converted(const CLI::Option& option) {
+  std::string expected = kind_of(option);
+  std::string found;
+  for (const std::string& text : option.results()) found += (found.empty() ? "" : " ") + text;
+  std::int64_t number = 0;
+  const char* const end = found.data() + found.size();
+  const auto read = std::from_chars(found.data(), end, number);
+  if (expected == "a whole number" && read.ptr == end && !found.empty()) {
+    using Limits = std::numeric_limits<int>;
+    expected += " of " + std::to_string(Limits::min()) + " to " + std::to_string(Limits::max());
+  }
+  return option.get_name() + ": expected " + expected + ", found " + found;
+}
+
+std::string wrong_count(const CLI::Option& option) {
+  const std::size_t given = option.results().size();
+  if (given < static_cast<std::size_t>(option.get_items_expected_min())) return nothing_for(option);
+  return option.get_name() + ": expected it once, with " + kind_of(option) + ", found " +
+         std::to_string(given) + " values";
+}
+
+std::string wrong_verb(const CLI::App& app) {
+  const CLI::App& verb = meant_verb(app);
+  std::vector<std::string> names;
+  for (const CLI::App* one : verb.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(one->get_name());
+  }
+  const auto rest = app.remaining(true);
+  return (&verb == &app ? "verb" : full_name(verb)) + ": expected one of " + listed(names) +
+         ", found " + (rest.empty() ? "none" : "'" + rest.front() + "'");
+}
+
+std::string wrong_argument(const CLI::App& app) {
+  const std::string name = full_name(meant_verb(app));
+  const auto rest = app.remaining(true);
+  const std::string found = rest.empty() ? "others" : rest.front();
+  const bool option = found.starts_with('-');
+  return name + ": expected " + (option ? "an option that" : "no further argument than") + " '" +
+         name + " --help' lists, found " + found;
+}
+
+}  // namespace
+
+CLI::Validator whole_number() {
+  const auto refuse = [](const std::string& text) -> std::string {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    std::uint64_t number = 0;
+    const auto end = text.data() + text.size();
+    if (digits && std::from_chars(text.data(), end, number).ec == std::errc()) return "";
+    return "expected a whole number of 0 to 18446744073709551615, found " + text;
+  };
+  return {refuse, "", "whole number"};
+}
+
+CLI::Validator number_of(const std::string& expected) {
+  const auto refuse = [expected](const std::string& text) -> std::string {
+    double number = 0;
+    const bool read = CLI::detail::lexical_cast(text, number);
+    return read ? "" : "expected " + expected + ", found " + text;
+  };
+  return {refuse, expected};
+}
+
+CLI::Validator in_range(double low, double high, const std::string& unit) {
+  std::ostringstream range;
+  range.precision(12);
+  range << low << " to " << high << (unit.empty() ? "" : " ") << unit;
+  const auto refuse = [low, high, expected = range.str()](const std::string& text) -> std::string {
+    double number = 0;
+    const bool read = CLI::detail::lexical_cast(text, number);
+    return read && number >= low && number <= high ? ""
+                                                   : "expected " + expected + ", found " + text;
+  };
+  return {refuse, range.str()};
+}
+
+CLI::Validator among(const std::vector<std::string>& names) {
+  const auto refuse = [names](const std::string& text) -> std::string {
+    const bool known = std::find(names.begin(), names.end(), text) != names.end();
+    return known ? "" : "expected " + listed(names) + ", found " + text;
+  };
+  return {refuse, listed(names)};
+}
+
+std::string as_of_option(const std::string& refusal, const std::string& or_else) {
+  const std::string expected = "expected ";
+  const auto at = refusal.find(expected);
+  if (at == std::string::npos) return refusal;
+  const std::string choices = refusal.substr(at + expected.size());
+  return expected + (or_else.empty() ? "" : or_else + ", ") + choices;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    text += (n == 0 ? "" : n + 1 < names.size() ? ", " : " or ") + names[n];
+  }
+  return text;
+}
+
+std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
+  // The parser tells of the option by its name only, somewhere in its text.
+  const std::string said = problem.what();
+  const auto option_at = [&](std::size_t begin) {
+    return find_option(app, said.substr(begin, said.find_first_of(": ", begin) - begin));
+  };
+  if (dynamic_cast<const CLI::ConversionError*>(&problem) != nullptr) {
+    const auto colon = said.find(": ");
+    const auto* option = colon == std::string::npos ? nullptr : option_at(colon + 2);
+    if (option != nullptr) return not_converted(*option);
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&problem) != nullptr) {
+    if (const auto* option = option_at(0)) return wrong_count(*option);
+  }
+  if (dynamic_cast<const CLI::RequiredError*>(&problem) != nullptr) {
+    const auto* option = option_at(0);
+    return option != nullptr ? nothing_for(*option) : wrong_verb(app);
+  }
+  if (dynamic_cast<const CLI::ExcludesError*>(&problem) != nullptr) {
+    const std::string excludes = " excludes ";
+    const auto at = said.find(excludes);
+    return said.substr(0, at) + ": expected it or " + said.substr(at + excludes.size()) +
+           ", found both";
+  }
+  if (dynamic_cast<const CLI::ExtrasError*>(&problem) != nullptr) return wrong_argument(app);
+  return said;
+}
+
+Result<void> refuse_empty(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    const auto& given = option->results();
+    const std::string name = option->get_name();
+    if (name == "--needle-frame" || std::ranges::find(given, "") == given.end()) continue;
+    return Error{ErrorCode::kUsage, name + ": expected " + kind_of(*option) + ", found ''"};
+  }
+  for (const CLI::App* verb : app.get_subcommands()) {
+    if (auto ok = refuse_empty(*verb); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace nav::app

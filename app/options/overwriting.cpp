@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/overwriting.hpp"
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+#include "io/atomic_file.hpp"
+#include "io/ct.hpp"
+#include "io/sequence.hpp"
+
+namespace nav::app {
+namespace {
+
+bool may_be_replaced(const std::filesystem::path& path) {
+  std::error_code failed;
+  return path.empty() || path == "-" ||
+         std::filesystem::is_other(std::filesystem::status(path, failed));
+}
+
+/// As it would be called from anywhere; it need not be there.
+std::filesystem::path whole_name(const std::filesystem::path& path) {
+  std::error_code failed;
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
+}
+
+bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code failed;
+  if (std::filesystem::equivalent(a, b, failed)) return true;  // Links and other names too.
+  return whole_name(a) == whole_name(b);
+}
+
+/// Whether a file is one of the pictures of a folder, by whatever name and link.
+bool is_picture_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code failed;
+  if (!std::filesystem::is_directory(folder, failed) || !io::is_dicom(file)) return false;
+  std::filesystem::recursive_directory_iterator it(folder, failed);
+  for (; !failed && it != std::filesystem::recursive_directory_iterator(); it.increment(failed)) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(it->path(), file, ignored)) return true;
+  }
+  return false;
+}
+
+/// What files of the inputs are beyond the ones that options name: pixels beside a header.
+std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
+  std::vector<NamedFile> pixels;
+  for (const NamedFile& input : inputs) {
+    for (const auto& file : io::sample_files(input.path)) {
+      pixels.push_back(
+          {"holds the pixels of " + input.path.string() + ", that of " + input.name, file});
+    }
+  }
+  return pixels;
+}
+
+/// Whether a path is in a folder, by its name: neither has to be there.
+bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const auto inside = whole_name(path).lexically_relative(whole_name(folder));
+  return !inside.empty() && *inside.begin() != "..";
+}
+
+bool is_there(const NamedFile& output) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(output.path, failed);
+}
+
+}  // namespace
+
+Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
+                                const std::vector<NamedFile>& inputs) {
+  const bool replaces = std::ranges::any_of(outputs, is_there);
+  const std::vector<NamedFile> pixels = replaces ? pixels_of(inputs) : std::vector<NamedFile>{};
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const NamedFile& out = outputs[i];
+    if (may_be_replaced(out.path)) continue;
+    const auto refuse = [&](const std::string& found) {
+      return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
+                                          out.path.string() + ", which " + found};
+    };
+    std::vector<NamedFile> others = inputs;
+    others.insert(others.end(), outputs.begin(), outputs.begin() + static_cast<std::ptrdiff_t>(i));
+    for (const NamedFile& other : others) {
+      if (other.path.empty()) continue;
+      if (is_picture_of(out.path, other.path)) {
+        return refuse("is a picture of that of " + other.name);
+      }
+      if (same(out.path, other.path)) return refuse("is that of " + other.name);
+    }
+    for (const NamedFile& file : pixels) {
+      if (same(out.path, file.path)) return refuse(file.name);
+    }
+  }
+  return {};
+}
+
+Result<void> refuse_unwritable(const std::vector<NamedFile>& outputs,
+                               const std::vector<std::filesystem::path>& made) {
+  for (const NamedFile& out : outputs) {
+    if (may_be_replaced(out.path)) continue;
+    const bool own_folder = std::ranges::any_of(
+        made, [&](const auto& folder) { return !folder.empty() && lies_below(out.path, folder); });
+    if (own_folder) continue;
+    const auto file = io::AtomicFile::create(out.path);
+    if (!file) return Error{file.error().code, out.name + ": " + file.error().message};
+  }
+  return {};
+}
+
+}  // namespace nav::app

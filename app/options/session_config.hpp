@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/options/cutaway_objects.hpp"
+#include "app/predicates/predicate_options.hpp"
+#include "nav/plan.hpp"
+#include "nav/result.hpp"
+#include "render/quality/step_search.hpp"
+#include "render/transfer/transfer_function.hpp"
+#include "render/transfer/transfer_presets.hpp"
+#include "session/options.hpp"
+
+namespace nav::app {
+
+/// One procedure: what goes in, how it is placed, how it is shown, where it goes. The TOML form is
+/// documented in docs/session-file.md; units stand in the keys, unknown keys are refused, paths are
+/// relative to the file.
+struct SessionConfig {
+  std::filesystem::path file;  ///< Empty when made from the command line.
+
+  using SourceKind = session::SourceKind;
+  using Source = session::SourceOptions;
+  using Placement = session::PlacementOptions;
+  session::CtOptions ct;
+  Source source;
+  session::PlacementOptions placement;
+
+  /// Later members win: preset, nodes, file, then what is said one by one.
+  struct Look {
+    std::string preset = "ct-bone";
+    std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
+    bool shading = true;                        ///< false: off, whatever the file says.
+    double plane_opacity = 1.0;
+    std::filesystem::path file{};        ///< Of a look or a Slicer preset; replaces both above.
+    std::optional<std::string> style{};  ///< phong or gooch.
+    std::optional<double> emphasis{};    ///< [0, 1].
+    std::vector<render::ImportanceRule> importance{};
+    /// Where the ultrasound and the objects of the plan are cut free; absent: as the file says, or
+    /// render::Cutaway's own values.
+    struct Cutaway {
+      std::optional<bool> enabled{};  ///< Absent here and in the file: on.
+      std::optional<double> theta1_deg{};
+      std::optional<double> theta2_deg{};
+      std::optional<double> overlay_mm{};  ///< Infinity: no clear region.
+      std::optional<bool> around_plane{};
+      std::optional<bool> around_needle{};
+      std::optional<bool> around_targets{};
+    } cutaway{};
+    std::filesystem::path save{};          ///< Where the look as it is drawn is stored; empty: not.
+    std::string projection = "composite";  ///< Or maximum, minimum, mean.
+    /// Of projections other than composite; absent: render::window_of_projection()'s.
+    std::optional<double> grey_level_hu{};
+    std::optional<double> grey_width_hu{};
+  } look;
+
+  /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.
+  std::optional<NeedlePlan> plan;
+
+  /// What is cut free beside the plane, the needle and the targets.
+  std::vector<CutawayObject> cutaway_objects;
+
+  /// How the 3D view is sampled.
+  struct Quality {
+    std::string classification = "pre-integrated";  ///< Or post-classified.
+    bool jitter = false;
+    double adaptive_error = 0;  ///< Of render::Quality, [0, 1].
+  } quality;
+
+  /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
+  PredicateOptions predicates;
+
+  /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
+  /// patient's left; elevation from above (superior). Both absent: so that the plane is well seen.
+  struct View {
+    std::optional<double> azimuth_deg = std::nullopt;
+    std::optional<double> elevation_deg = std::nullopt;
+    double distance_mm =
+        0;  ///< 0: so that the CT, or the plane with its surroundings, fills the view.
+    double fov_deg = 30;
+    bool orthographic = false;  ///< Parallel rays; what the view looks at keeps its size.
+    /// Grey window of the flat pictures of the CT, HU. Absent: as suits what they show, by
+    /// ct_window().
+    std::optional<double> window_level = std::nullopt;
+    std::optional<double> window_width = std::nullopt;
+  } view;
+
+  struct Output {
+    std::filesystem::path folder;
+    std::string engine = "cpu";
+    int threads = 0;
+    int width = 800;   ///< Of the 3D view, pixels.
+    int height = 600;  ///< Of the 3D view, pixels.
+    /// Absent: what rms_error needs, found out at the first picture; by predicates half a voxel.
+    std::optional<double> step_voxels = std::nullopt;
+    double rms_error = render::kDefaultRms;  ///< Of the picture of the CT, estimated.
+    double pixel_error = 0;                  ///< Of the engine's quality: rays are spared; 0: none.
+    int frames = 0;                          ///< Most pictures written; 0: all.
+    bool window = false;
+  } output;
+};
+
+/// Reads a session file. Errors name file, line, key, what was expected and what was found.
+Result<SessionConfig> read_session_config(const std::filesystem::path& path);
+
+/// Refuses values out of range, by key.
+Result<void> validate(const SessionConfig& config);
+
+Result<void> validate(const SessionConfig::Look& look);
+
+/// Refuses a path that neither the session nor an option gave, by that option. what: "a CT".
+Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);
+
+/// The resolved form, as TOML: what the program really uses. Refuses, by key, a text that is not
+/// UTF-8, as names of files may be: TOML has no room for it.
+Result<std::string> to_toml(const SessionConfig& config);
+
+}  // namespace nav::app

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/session_files.hpp"
+
+namespace nav::app {
+
+std::vector<NamedFile> session_inputs(const SessionConfig& config) {
+  const PredicateOptions& predicates = config.predicates;
+  std::vector<NamedFile> inputs{{"sweep", config.source.recording},
+                                {"--ct", config.ct.path},
+                                {"--config", config.source.plus_config},
+                                {"--registration", config.placement.registration},
+                                {"--look", config.look.file},
+                                {"--us-volume", predicates.volume},
+                                {"--layers", predicates.layers},
+                                {"--scan-lines", predicates.scan_lines},
+                                {"--scribbles", predicates.scribbles}};
+  for (const auto& labels : predicates.labels) inputs.push_back({"--labels", labels});
+  if (!render::preset_predicates(predicates.set_up)) {
+    inputs.push_back({"--predicates", predicates.set_up});
+  }
+  for (const CutawayObject& object : config.cutaway_objects) {
+    inputs.push_back({"--cutaway-mesh", object.file});
+  }
+  return inputs;
+}
+
+std::vector<NamedFile> files_in(const std::filesystem::path& folder,
+                                const std::vector<std::string>& names) {
+  std::vector<NamedFile> files;
+  if (folder.empty()) return files;
+  for (const std::string& name : names) files.push_back({"--out", folder / name});
+  return files;
+}
+
+Result<void> refuse_overwriting_of(const SessionConfig& config, const std::string& json,
+                                   const std::vector<std::string>& names) {
+  std::vector<NamedFile> inputs = session_inputs(config);
+  const std::vector<NamedFile> outputs = files_in(config.output.folder, names);
+  // A session writes itself again, so it may lie among what it wrote.
+  if (const auto ok = refuse_overwriting(outputs, inputs); !ok) return ok;
+  inputs.push_back({"--session", config.file});
+  const NamedFile look{"--save-look", config.look.save};
+  if (const auto ok = refuse_overwriting({{"--json", json}, look}, inputs); !ok) return ok;
+  // The report may lie there twice: --json says the same.
+  return refuse_overwriting({look}, outputs);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,380 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/demo.hpp"
+
+#include <cstdio>
+#include <random>
+
+#include "app/engines.hpp"
+#include "app/report.hpp"
+#include "app/verbs/register/registration_picture.hpp"
+#include "app/verbs/simulate/simulated_events.hpp"
+#include "app/views/ct_window.hpp"
+#include "app/views/presenter.hpp"
+#include "io/picture.hpp"
+#include "nav/threads.hpp"
+#include "session/pose_log.hpp"
+#include "sim/ct_scanner.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kSweepFrames = 60;
+constexpr int kDefaultApproachPictures = 30;
+constexpr double kFrameRateHz = 20;
+constexpr Duration kRefreshPeriod = std::chrono::milliseconds(100);
+constexpr Duration kStampOffset = std::chrono::milliseconds(30);
+constexpr Duration kImageLatency = std::chrono::milliseconds(45);
+constexpr int kAnimationMs = 120;
+
+constexpr const char* kDemoPoseLogFile = "pose_log.csv";
+constexpr const char* kDemoAnimationFile = "demo.webp";
+constexpr const char* kDemoReportFile = "report.json";
+constexpr const char* kDemoPageFile = "report.html";
+constexpr const char* kSweepSeries = "sweep";
+constexpr const char* kApproachSeries = "approach";
+
+/// The truth turned and moved by a planted error about a centre, in a seeded direction.
+Transform<frames::Ct, frames::Reference> with_error(
+    const Transform<frames::Ct, frames::Reference>& truth, const Point<frames::Ct>& centre,
+    double shift_mm, double turn_rad, std::uint64_t seed) {
+  std::mt19937_64 random(seed * 7919 + 17);
+  const auto unit = [&] {
+    for (;;) {
+      Eigen::Vector3d v;
+      for (int i = 0; i < 3; ++i) {
+        v[i] = static_cast<double>(random() >> 11) * 0x1.0p-52 - 1.0;
+      }
+      if (v.norm() > 0.1 && v.norm() < 1) return Eigen::Vector3d(v.normalized());
+    }
+  };
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad, unit()));
+  const Transform<frames::Ct, frames::Ct> error(turn,
+                                                centre.mm - turn * centre.mm + shift_mm * unit());
+  return error * truth;
+}
+
+/// Everything that the phases of the demo share.
+class Demo {
+ public:
+  Demo(const DemoOptions& options, Console& console, OutputFolder out,
+       const sim::Procedure& procedure, std::shared_ptr<const Volume> ct, Presenter presenter)
+      : options_(options),
+        console_(console),
+        out_(std::move(out)),
+        procedure_(procedure),
+        ct_(std::move(ct)),
+        presenter_(std::move(presenter)),
+        events_(procedure),
+        navigator_(procedure.probe_from_image(), std::nullopt, navigator_options(), console) {
+    presenter_.set_plan(procedure.plan());
+    presenter_.set_focus(procedure.plan().target_ct);
+    presenter_.set_typical_plane(procedure.ct_from_image(procedure.end()),
+                                 procedure.options().probe.depth_mm);
+    presenter_.set_banner("simulated patient " + std::to_string(options.seed));
+    navigator_.set_plan(procedure.plan());
+  }
+
+  Result<void> run();
+
+ private:
+  static session::NavigatorOptions navigator_options() {
+    session::NavigatorOptions options;
+    options.pairing.temporal_offset = kStampOffset;
+    options.frame_period = from_seconds(1 / kFrameRateHz);
+    return options;
+  }
+  Result<void> play(const std::string& name, Timestamp until, bool end_of_stream);
+  void pass_time(Timestamp until);
+  Result<void> register_ct();
+  Result<void> write_report();
+  [[nodiscard]] double target_error_mm(
+      const Transform<frames::Ct, frames::Reference>& estimate) const;
+
+  const DemoOptions& options_;
+  Console& console_;
+  OutputFolder out_;
+  const sim::Procedure& procedure_;
+  std::shared_ptr<const Volume> ct_;
+  Presenter presenter_;
+  SimulatedEvents events_;
+  session::Navigator navigator_;
+  VirtualClock clock_;
+  session::PoseLog log_;
+  std::vector<TrackedFrame> sweep_;
+  std::vector<Image2d<Rgba8>> animation_;
+  std::optional<NeedleGuidance> last_guidance_;
+  std::optional<Transform<frames::Ct, frames::Reference>> start_;
+  std::optional<registration::ImageRegistrationResult> registration_;
+  registration::Decision decision_{false, {"not run"}};
+};
+
+double Demo::target_error_mm(const Transform<frames::Ct, frames::Reference>& estimate) const {
+  const auto target = procedure_.plan().target_ct;
+  return (estimate * (procedure_.ct_from_reference().inverse() * target) - target).v.norm();
+}
+
+/// Takes in what arrives without showing it: nobody looks while the probe changes hands.
+void Demo::pass_time(Timestamp until) {
+  while (clock_.now() < until) {
+    clock_.advance_to(std::min(clock_.now() + kRefreshPeriod, until));
+    while (auto event = events_.next(clock_.now())) navigator_.on_event(*event);
+    navigator_.settle(clock_.now(), false,
+                      [&](const tracking::PairedFrame& paired) { log_.add(paired); });
+  }
+}
+
+Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream) {
+  console_.begin(name);
+  const Timestamp begun = clock_.now();
+  int index = 0;
+  while (clock_.now() < until) {
+    clock_.advance_to(std::min(clock_.now() + kRefreshPeriod, until));
+    while (auto event = events_.next(clock_.now())) navigator_.on_event(*event);
+    const bool last = end_of_stream && clock_.now() == until;
+    navigator_.settle(clock_.now(), last, [&](const tracking::PairedFrame& paired) {
+      log_.add(paired);
+      if (paired.tracked && !registration_) sweep_.push_back(*paired.tracked);
+    });
+    const session::Epoch epoch = navigator_.refresh(clock_.now());
+    if (!epoch.frame) continue;  // Nothing has arrived yet: nothing to show.
+    last_guidance_ = epoch.guidance;
+    auto picture = presenter_.present(epoch);
+    if (!picture) return picture.error();
+    char file[64];
+    std::snprintf(file, sizeof file, "%s_%03d.png", name.c_str(), index++);
+    if (const auto written = out_.write_picture(file, *picture); !written) return written;
+    animation_.push_back(std::move(*picture));
+    console_.progress(to_seconds(clock_.now() - begun) / to_seconds(until - begun));
+  }
+  console_.end(std::to_string(index) + " pictures");
+  return {};
+}
+
+Result<void> Demo::register_ct() {
+  auto sweep = Sweep::create(sweep_, "simulated calibration");
+  if (!sweep) return sweep.error();
+  const Point<frames::Ct> centre = procedure_.ct_from_reference() * sweep->centroid();
+  start_ = with_error(procedure_.ct_from_reference(), centre, options_.start_error_mm,
+                      options_.start_error_deg * M_PI / 180, options_.seed);
+  registration::ImageRegistrationOptions options;
+  options.threads = usable_threads(options_.output.threads > 0 ? options_.output.threads : 2);
+  options.seed = options_.seed;
+  console_.begin("registration");
+  auto result =
+      registration::register_sweep(*ct_, *sweep, *start_, options, console_, [&](double fraction) {
+        console_.progress(fraction);
+        return true;
+      });
+  if (!result) return result.error();
+  registration_ = std::move(*result);
+  decision_ = registration::decide(*registration_, {}, procedure_.plan().target_ct);
+  console_.end(decision_.accepted ? "accepted" : "refused");
+  const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
+  if (const auto written = out_.write_picture(
+          kRegistrationPicture,
+          registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
+                               decision_.accepted, presenter_.window()));
+      !written) {
+    return written;
+  }
+  report_warnings(decision_.warnings, console_);
+  presenter_.set_registration_warnings(decision_.warnings);
+  if (decision_.accepted) {
+    navigator_.set_placement({registration_->ct_from_reference, {SafetyState::kValid, ""}});
+  }
+  return {};
+}
+
+Result<void> Demo::run() {
+  const auto& phases = procedure_.phases();
+  const Timestamp sweep_end = phases.front().end + std::chrono::milliseconds(150);
+  if (auto played = play(kSweepSeries, sweep_end, false); !played) return played;
+  if (auto registered = register_ct(); !registered) return registered;
+  if (decision_.accepted) {
+    pass_time(phases.back().begin);
+    // Two pictures arrive between two refreshes.
+    const Timestamp end = clock_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
+    if (auto played = play(kApproachSeries, end, true); !played) return played;
+  } else {
+    navigator_.settle(clock_.now(), true,
+                      [&](const tracking::PairedFrame& paired) { log_.add(paired); });
+  }
+  navigator_.finish();
+  if (const auto written = io::write_animation(animation_, kAnimationMs, out_ / kDemoAnimationFile);
+      !written) {
+    return written;
+  }
+  out_.list(kDemoAnimationFile);
+  if (auto written = write_report(); !written) return written;
+  console_.say("pictures and report: " + (out_ / kDemoPageFile).string());
+  if (!decision_.accepted) {
+    std::string reasons;
+    for (const std::string& reason : decision_.reasons) {
+      reasons += (reasons.empty() ? "" : "; ") + reason;
+    }
+    return Error{ErrorCode::kRefused, "registration: refused: " + reasons};
+  }
+  return {};
+}
+
+Result<void> Demo::write_report() {
+  const Point<frames::Ct> target = procedure_.plan().target_ct;
+  const double start_mm = target_error_mm(*start_);
+  const double error_mm = target_error_mm(registration_->ct_from_reference);
+  io::Json json;
+  json["verb"] = "demo";
+  json["version"] = SONDE_VERSION;
+  json["simulated"] = true;
+  json["seed"] = options_.seed;
+  json["engine"] = presenter_.engine().name();
+  json["device"] = presenter_.engine().device();
+  json["start_translation_mm"] = options_.start_error_mm;
+  json["start_rotation_deg"] = options_.start_error_deg;
+  json["start_error_mm"] = start_mm;
+  json["target_error_mm"] = json_number(error_mm);
+  json["registration"] = json_of(*registration_, decision_, target);
+  json["ledger"] = json_of(navigator_.ledger());
+  json["rejected_poses"] = navigator_.rejected_poses();
+  json["final_tip_to_target_mm"] =
+      last_guidance_ ? io::Json(last_guidance_->tip_to_target_mm) : io::Json(nullptr);
+  say_sampling(presenter_.step(), options_.output.rms_error, console_);
+  json["sampling"] = json_of(presenter_.step());
+  json["ct_window"] = json_of(presenter_.window());
+  json["grey_window"] = json_of(presenter_.grey());
+  json["views_cast"] = presenter_.views_cast();
+  json["views_reused"] = presenter_.views_reused();
+  json["cast_seconds"] = presenter_.cast_seconds();
+  json["frames"] = out_.files();
+  json["pose_log_sha256"] = io::sha256_hex(log_.text());
+  json["image_sha256"] = out_.image_digest();
+  json["diagnostics"] = json_of(console_.entries());
+  if (auto written = out_.write_text(kDemoPoseLogFile, log_.text()); !written) return written;
+  if (auto written = write_json(json, (out_ / kDemoReportFile).string()); !written) return written;
+  if (options_.json) {
+    if (auto written = write_json(json, *options_.json); !written) return written;
+  }
+
+  HtmlReport html;
+  html.title = "Sonde: simulated procedure";
+  html.warning = !decision_.accepted;
+  html.summary =
+      "Simulated patient " + std::to_string(options_.seed) +
+      ". The CT was registered to a sweep of " + std::to_string(sweep_.size()) +
+      " ultrasound pictures from a start error of " + quantity(start_mm, 1, "mm") +
+      " at the target; " +
+      (decision_.accepted ? "accepted, with a true target error of " + quantity(error_mm, 2, "mm") +
+                                " (known only because the patient is simulated)."
+                          : "refused, so the ultrasound was never drawn inside the CT.");
+  html.pictures = {
+      {kDemoAnimationFile,
+       "The whole procedure: sweep, registration, needle approach. Left: the live "
+       "ultrasound plane inside the CT with needle and target. Right: the ultrasound "
+       "picture and the CT along the same plane."},
+      {kRegistrationPicture, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
+  for (const std::string& file : out_.files()) {
+    if (file.starts_with(kApproachSeries) && file.ends_with("0.png")) {
+      html.pictures.emplace_back(file, file);
+    }
+  }
+  const auto& ledger = navigator_.ledger();
+  html.tables.push_back(
+      {"Registration",
+       {{"decision", decision_.accepted ? "accepted" : "refused"},
+        {"start error at the target", quantity(start_mm, 2, "mm")},
+        {"true target error", quantity(error_mm, 2, "mm")},
+        {"predicted target error, RMS", quantity(registration_->tre_rms_mm(target), 2, "mm")},
+        {"cost before, after", quantity(registration_->initial_cost, 4, "") + ", " +
+                                   quantity(registration_->final_cost, 4, "")},
+        {"overlap", quantity(100 * registration_->overlap, 1, "%")},
+        {"iterations", std::to_string(registration_->iterations)},
+        {"time", quantity(registration_->total_s, 2, "s")}}});
+  for (const std::string& reason : decision_.reasons) {
+    html.tables.back().second.emplace_back("reason", reason);
+  }
+  html.tables.push_back({"Pictures",
+                         {{"received", std::to_string(ledger.received())},
+                          {"shown", std::to_string(ledger.shown())},
+                          {"superseded", std::to_string(ledger.superseded())},
+                          {"rejected", std::to_string(ledger.rejected_total())}}});
+  for (const auto& [cause, count] : ledger.rejected()) {
+    html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(count));
+  }
+  html.tables.push_back(
+      {"Needle",
+       {{"tip to target at the end",
+         last_guidance_ ? quantity(last_guidance_->tip_to_target_mm, 1, "mm") : "withdrawn"}}});
+  html.tables.push_back(
+      {"Rendering",
+       {{"engine", presenter_.engine().name() + ", " + presenter_.engine().device()},
+        {"3D views cast, reused", std::to_string(presenter_.views_cast()) + ", " +
+                                      std::to_string(presenter_.views_reused())},
+        {"mean time per cast view",
+         quantity(1e3 * presenter_.cast_seconds() / std::max(presenter_.views_cast(), 1), 1,
+                  "ms")}}});
+  return out_.write_text(kDemoPageFile, to_html(html));
+}
+
+}  // namespace
+
+std::vector<std::string> demo_outputs() {
+  return {kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile, kDemoReportFile,
+          kDemoPageFile};
+}
+
+Result<void> run_demo(const DemoOptions& options, Console& console) {
+  auto out = OutputFolder::create(options.output.folder);
+  if (!out) return out.error();
+  out->forget_reports();
+  auto engine = make_engine(options.output.engine, options.output.threads, console);
+  if (!engine) return engine.error();
+
+  console.begin("simulated patient");
+  sim::ProcedureOptions procedure_options;
+  procedure_options.seed = options.seed;
+  procedure_options.sweep_frames = kSweepFrames;
+  procedure_options.frame_rate_hz = kFrameRateHz;
+  const int pictures = options.output.frames > 0 ? options.output.frames : kDefaultApproachPictures;
+  procedure_options.approach_frames = std::max(2, 2 * pictures);
+  procedure_options.image_timing = {kStampOffset, kImageLatency};
+  const sim::Procedure procedure(procedure_options);
+  sim::CtOptions ct_options;
+  ct_options.seed = options.seed;
+  auto ct = sim::scan_ct(procedure.phantom(), ct_options);
+  if (!ct) return ct.error();
+  auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
+  console.end("CT of " + std::to_string(shared_ct->grid().voxel_count()) + " voxels");
+
+  // By the plane in which the needle comes.
+  const auto& probe = procedure.options().probe;
+  const Eigen::AlignedBox2d picture_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
+                                       Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
+  const auto window =
+      ct_window(options.view, *shared_ct,
+                values_along(*shared_ct, procedure.ct_from_image(procedure.end()), picture_mm));
+  PresenterOptions look{options.look,
+                        options.view,
+                        options.output.width,
+                        options.output.height,
+                        options.output.step_voxels,
+                        options.output.rms_error,
+                        options.output.pixel_error,
+                        window,
+                        options.quality};
+  auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
+  if (!presenter) return presenter.error();
+  if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
+  warn_of_lost_components(presenter->look().transfer, console);
+  warn_of_units(options.look, *shared_ct, console);
+  const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
+  if (!shapes) return shapes.error();
+  if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
+  const auto fresh =
+      out->forget_earlier_run({kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile},
+                              {kSweepSeries, kApproachSeries});
+  if (!fresh) return fresh;
+  Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));
+  return demo.run();
+}
+
+}  // namespace nav::app

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/devices.hpp"
+
+#include <iostream>
+
+#include "app/report.hpp"
+#include "devices/inventory.hpp"
+#include "sim/session/simulated_devices.hpp"
+
+namespace nav::app {
+
+namespace {
+
+/// How a simulated device is started from a shell.
+std::string start_of(const sim::SimulatedDevice& device) {
+  return "sonde simulate --out FILE --" + device.kind + " " + device.name;
+}
+
+io::Json simulated(bool print) {
+  io::Json list = io::Json::array();
+  for (const auto& device : sim::simulated_devices()) {
+    list.push_back({{"name", device.name},
+                    {"kind", device.kind},
+                    {"description", device.description},
+                    {"start", start_of(device)}});
+    if (!print) continue;
+    std::cout << "simulated " << device.kind << ' ' << device.name << ": " << device.description
+              << "\n  " << start_of(device) << '\n';
+  }
+  return list;
+}
+
+}  // namespace
+
+Result<void> run_devices(const std::optional<std::string>& json, Console& console) {
+  io::Json report;
+  report["verb"] = "devices";
+  report["usb"] = io::Json::array();
+  report["can"] = io::Json::array();
+  // One bus that cannot be asked does not hide the other.
+  if (const auto usb = devices::list_usb(); usb) {
+    for (const auto& device : *usb) {
+      report["usb"].push_back({{"bus", device.bus},
+                               {"address", device.address},
+                               {"vendor_id", device.vendor_id},
+                               {"product_id", device.product_id},
+                               {"product", device.product}});
+      char line[64];
+      std::snprintf(line, sizeof line, "usb %03d:%03d %04x:%04x ", device.bus, device.address,
+                    device.vendor_id, device.product_id);
+      if (!json) std::cout << line << device.product << '\n';
+    }
+  } else {
+    console.report(Severity::kWarning, "devices", usb.error().message);
+  }
+  if (const auto can = devices::list_can(); can) {
+    for (const auto& interface : *can) {
+      report["can"].push_back({{"name", interface.name}, {"up", interface.up}});
+      if (!json) std::cout << "can " << interface.name << (interface.up ? " up" : " down") << '\n';
+    }
+  } else {
+    console.report(Severity::kWarning, "devices", can.error().message);
+  }
+  const bool none = report["usb"].empty() && report["can"].empty();
+  if (!json && none) std::cout << "no devices on USB or CAN\n";
+  report["simulated"] = simulated(!json);
+  report["diagnostics"] = json_of(console.entries());
+  if (json) return write_json(report, *json);
+  return {};
+}
+
+}  // namespace nav::app

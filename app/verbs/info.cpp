@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/info.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <iostream>
+
+#include "app/report.hpp"
+#include "io/ct.hpp"
+#include "io/plus_config.hpp"
+#include "io/sequence.hpp"
+#include "render/transfer/transfer_presets.hpp"
+
+namespace nav::app {
+namespace {
+
+/// What the transforms and times of a whole sequence are like.
+Result<void> describe_frames(io::SequenceReader& reader, io::Json& json) {
+  io::Json transforms = io::Json::object();
+  std::optional<double> first;
+  std::optional<double> last;
+  std::int64_t without_time = 0;
+  std::int64_t without_image = 0;
+  for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
+    const auto frame = reader.frame_fields(i);
+    if (!frame) return frame.error();
+    if (!frame->image_valid) ++without_image;
+    if (frame->timestamp_s) {
+      first = first.value_or(*frame->timestamp_s);
+      last = frame->timestamp_s;
+    } else {
+      ++without_time;
+    }
+    for (const std::string& name : io::transform_names(*frame)) {
+      const auto transform = io::transform(*frame, name);
+      const std::string status = transform ? to_string(transform->status) : "unreadable";
+      io::Json& count = transforms[name][status];
+      count = count.is_null() ? 1 : count.get<int>() + 1;
+    }
+  }
+  json["transforms"] = transforms;
+  json["frames_without_image"] = without_image;
+  json["frames_without_timestamp"] = without_time;
+  json["first_timestamp_s"] = first ? io::Json(*first) : io::Json(nullptr);
+  json["last_timestamp_s"] = last ? io::Json(*last) : io::Json(nullptr);
+  return {};
+}
+
+Result<io::Json> describe_sequence(io::SequenceReader& reader) {
+  const io::SequenceHeader& header = reader.header();
+  io::Json json;
+  json["kind"] = "sequence";
+  json["format"] = header.format;
+  json["dimensions"] = header.depth > 1 ? io::Json{header.width, header.height, header.depth}
+                                        : io::Json{header.width, header.height};
+  // Pixels of a sequence have no size of their own: millimetres come from ImageToProbe.
+  json["spacing_mm"] = nullptr;
+  json["directions"] = nullptr;
+  json["frames"] = header.frame_count;
+  json["readable_frames"] = header.readable_frames;
+  json["components"] = header.components;
+  json["pixel_type"] = io::to_string(header.pixel_type);
+  json["orientation"] = header.orientation;
+  json["image_type"] = header.image_type;
+  json["compressed"] = header.compressed;
+  if (const auto whole = io::check_complete(reader); !whole) return whole.error();
+  if (const auto described = describe_frames(reader, json); !described) return described.error();
+  return json;
+}
+
+io::Json describe_ct(const Volume& ct) {
+  const VoxelGrid& grid = ct.grid();
+  io::Json json;
+  json["kind"] = "ct";
+  json["dimensions"] = {grid.size[0], grid.size[1], grid.size[2]};
+  json["spacing_mm"] = {grid.spacing_mm.x(), grid.spacing_mm.y(), grid.spacing_mm.z()};
+  json["origin_mm"] = {grid.origin_mm.x(), grid.origin_mm.y(), grid.origin_mm.z()};
+  io::Json directions = io::Json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) directions.push_back(grid.directions(row, column));
+  }
+  json["directions"] = directions;
+  json["coordinate_system"] = "LPS";
+  const auto [low, high] = std::minmax_element(ct.hu().begin(), ct.hu().end());
+  json["hu_min"] = *low;
+  json["hu_max"] = *high;
+  const render::ValueRange range = render::value_range(ct);
+  json["value_range"] = {range.low, range.high};
+  json["frames"] = 1;
+  json["transforms"] = io::Json::object();
+  json["first_timestamp_s"] = nullptr;
+  json["last_timestamp_s"] = nullptr;
+  return json;
+}
+
+io::Json describe_config(const io::PlusConfig& config) {
+  io::Json json;
+  json["kind"] = "plus_config";
+  json["version"] = config.version;
+  json["transforms"] = io::Json::object();
+  for (const auto& definition : config.transforms) {
+    json["transforms"][definition.from + "To" + definition.to] = json_of(definition.to_from_from);
+  }
+  json["devices"] = io::Json::array();
+  for (const auto& device : config.devices) {
+    json["devices"].push_back({{"id", device.id},
+                               {"type", device.type},
+                               {"local_time_offset_s", device.local_time_offset_s}});
+  }
+  return json;
+}
+
+bool has_extension(const std::filesystem::path& path, std::initializer_list<const char*> endings) {
+  std::string name = path.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::any_of(endings.begin(), endings.end(),
+                     [&](const char* ending) { return name.ends_with(ending); });
+}
+
+/// A metafile is a sequence when any frame field or an ultrasound key says so.
+bool is_sequence(io::SequenceReader& reader) {
+  const io::SequenceHeader& header = reader.header();
+  if (!header.orientation.empty() || !header.image_type.empty()) return true;
+  if (header.frame_count < 1) return true;
+  const auto frame = reader.frame_fields(0);
+  return frame && !frame->fields.empty();
+}
+
+Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown_orientation,
+                          Console& console) {
+  std::error_code status;
+  if (!std::filesystem::exists(path, status)) {
+    return Error{ErrorCode::kNotFound,
+                 path.string() + ": expected a file or folder, found nothing"};
+  }
+  if (has_extension(path, {".xml"})) {
+    const auto config = io::read_plus_config(path);
+    if (!config) return config.error();
+    return describe_config(*config);
+  }
+  if (has_extension(path, {".mha", ".mhd", ".nrrd", ".nhdr"})) {
+    auto reader = io::SequenceReader::open(path);
+    if (reader && is_sequence(*reader)) return describe_sequence(*reader);
+    if (!reader && has_extension(path, {".igs.mha", ".igs.mhd", ".igs.nrrd"})) {
+      return reader.error();
+    }
+  }
+  io::CtOptions options;
+  options.accept_unknown_orientation = accept_unknown_orientation;
+  const auto ct = io::read_ct(path, console, options);
+  if (!ct) return ct.error();
+  return describe_ct(*ct);
+}
+
+void print(const io::Json& json, const std::string& indent) {
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_object() && !value.empty()) {
+      std::cout << indent << key << '\n';
+      print(value, indent + "  ");
+    } else {
+      std::cout << indent << key << ": "
+                << value.dump(-1, ' ', false, io::Json::error_handler_t::replace) << '\n';
+    }
+  }
+}
+
+}  // namespace
+
+Result<void> run_info(const std::filesystem::path& path, const std::optional<std::string>& json,
+                      bool accept_unknown_orientation, Console& console) {
+  auto described = describe(path, accept_unknown_orientation, console);
+  if (!described) return described.error();
+  io::Json report;
+  report["file"] = path.string();
+  report.update(*described);
+  report["diagnostics"] = json_of(console.entries());
+  if (json) return write_json(report, *json);
+  report.erase("diagnostics");
+  print(report, "");
+  return {};
+}
+
+}  // namespace nav::app

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/register/landmark_outcome.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "app/verbs/register/landmark_file.hpp"
+#include "registration/landmarks/robust_landmarks.hpp"
+#include "registration/landmarks/tre_map.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr double kLandmarkMapStepMm = 20;
+
+/// The pairs with the axes of their errors that agree.
+Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
+                                                  const std::vector<std::string>& rejected) {
+  std::vector<registration::AnisotropicLandmark> kept;
+  for (const auto& one : list.shaped) {
+    if (std::find(rejected.begin(), rejected.end(), one.name) == rejected.end())
+      kept.push_back(one);
+  }
+  return registration::register_anisotropic_landmarks(kept);
+}
+
+/// Pairs whose CT points may be swapped without a residual that anybody would see.
+std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pairs) {
+  std::vector<SwappedLandmarks> out;
+  if (pairs.size() > kMostSwapped) return out;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::swap(pairs[i].ct, pairs[j].ct);
+      const auto fit = registration::register_landmarks(pairs);
+      std::swap(pairs[i].ct, pairs[j].ct);
+      if (!fit || fit->fre_rms_mm > registration::LandmarkLimits{}.max_fre_rms_mm) continue;
+      out.push_back({pairs[j].name, pairs[i].name, fit->fre_rms_mm, fit->ct_from_reference});
+    }
+  }
+  return out;
+}
+
+/// LandmarkOutcome::mirrored_fre_rms_mm.
+std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
+  for (auto& pair : pairs) pair.reference.mm.x() = -pair.reference.mm.x();
+  const auto fit = registration::register_landmarks(pairs);
+  if (!fit || fit->fre_rms_mm > registration::LandmarkLimits{}.max_fre_rms_mm) return {};
+  return fit->fre_rms_mm;
+}
+
+Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
+  registration::RobustLandmarkOptions options;
+  if (!list.sigmas_given) options.inlier_sigmas = registration::LandmarkLimits{}.max_fre_rms_mm;
+  const auto robust = registration::register_landmarks_robustly(list.pairs, options);
+  if (!robust && robust.error().code != ErrorCode::kRefused) return robust.error();
+  const std::vector<std::string> rejected = robust ? robust->rejected : std::vector<std::string>{};
+  auto fit = !list.shaped.empty() ? refine(list, rejected)
+             : robust             ? Result(robust->fit)
+                                  : registration::register_landmarks(list.pairs);
+  if (!fit) return fit.error();
+  LandmarkOutcome outcome{std::move(*fit),
+                          {},
+                          options.inlier_sigmas,
+                          !list.shaped.empty(),
+                          robust ? "" : robust.error().message};
+  std::vector<registration::LandmarkPair> kept;
+  for (const auto& pair : list.pairs) {
+    if (std::find(rejected.begin(), rejected.end(), pair.name) == rejected.end()) {
+      kept.push_back(pair);
+      continue;
+    }
+    const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
+    outcome.rejected.push_back({pair.name, off});
+  }
+  if (!robust) return outcome;  // It is refused anyway.
+  outcome.mirrored_fre_rms_mm = mirrored(kept);
+  outcome.swapped = swapped(std::move(kept));
+  return outcome;
+}
+
+}  // namespace
+
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+                                               Diagnostics& diagnostics) {
+  const auto list = read_landmarks(path);
+  if (!list) return list.error();
+  auto outcome = fit_list(*list);
+  if (!outcome) {
+    return Error{outcome.error().code, path.string() + ": " + outcome.error().message};
+  }
+  for (const RejectedLandmark& one : outcome->rejected) {
+    diagnostics.report(Severity::kWarning, "landmarks",
+                       path.string() + ": landmark '" + one.name + "' is not used: expected it " +
+                           "within " + quantity(outcome->gate_sigmas, 2, "sigmas") +
+                           " of the fit of the others, found it " +
+                           quantity(one.distance_mm, 1, "mm") + " off");
+  }
+  if (!outcome->no_majority.empty()) {
+    diagnostics.report(Severity::kWarning, "landmarks",
+                       path.string() + ": " + outcome->no_majority + "; all pairs are used");
+  }
+  return outcome;
+}
+
+registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target) {
+  auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
+  if (!outcome.no_majority.empty()) {
+    decision.refuse(outcome.no_majority);
+  }
+  if (!decision.accepted) return decision;
+  constexpr std::size_t kNoneToSpare = 3;
+  if (outcome.fit.residuals.size() <= kNoneToSpare) {
+    decision.warnings.push_back(
+        "landmarks used: expected at least 4, so that a wrong one is seen, found 3");
+  } else if (outcome.mirrored_fre_rms_mm) {
+    decision.warnings.push_back(
+        "landmarks: expected some off the plane of the others, found all so near it that they fit "
+        "mirrored within " +
+        quantity(*outcome.mirrored_fre_rms_mm, 2, "mm") +
+        " too: left and right are not told apart");
+  }
+  constexpr double kSameTurnDeg = 5;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const auto here = outcome.fit.ct_from_reference;
+  for (const SwappedLandmarks& pair : outcome.swapped) {
+    const auto& there = pair.ct_from_reference;
+    const double moved_mm = (there * (here.inverse() * target) - target).v.norm();
+    const double turned_deg = kDegrees * there.rotation().angularDistance(here.rotation());
+    if (moved_mm <= registration::LandmarkLimits{}.max_tre_rms_mm && turned_deg <= kSameTurnDeg) {
+      continue;
+    }
+    decision.warnings.push_back("landmarks '" + pair.one + "' and '" + pair.other +
+                                "' may be swapped: then they fit within " +
+                                quantity(pair.fre_rms_mm, 2, "mm") + ", turned by " +
+                                quantity(turned_deg, 0, "degrees") + ", the target " +
+                                quantity(moved_mm, 1, "mm") + " away");
+  }
+  return decision;
+}
+
+io::Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
+                 const Point<frames::Ct>& target, const Volume* ct) {
+  const auto& fit = outcome.fit;
+  io::Json json = json_of(decision);
+  json["fre_rms_mm"] = fit.fre_rms_mm;
+  json["fle_rms_mm"] = json_number(fit.fle_rms_mm);
+  json["sigma_scale"] = json_number(fit.sigma_scale);
+  json["anisotropic"] = outcome.shaped;
+  json["target_error_rms_mm"] = json_number(registration::predicted_tre_rms_mm(fit, target));
+  json["landmarks"] = io::Json::array();
+  for (const auto& residual : fit.residuals) {
+    json["landmarks"].push_back({{"name", residual.name},
+                                 {"residual_mm", residual.distance_mm},
+                                 {"leave_one_out_mm", json_number(residual.leave_one_out_mm)}});
+  }
+  json["gate_sigmas"] = outcome.gate_sigmas;
+  json["rejected"] = io::Json::array();
+  for (const auto& one : outcome.rejected) {
+    json["rejected"].push_back({{"name", one.name}, {"distance_mm", one.distance_mm}});
+  }
+  if (ct != nullptr) {
+    const double limit = registration::LandmarkLimits{}.max_tre_rms_mm;
+    const auto map = registration::tre_map(fit.uncertainty, ct->grid(), kLandmarkMapStepMm);
+    json["error_map"] = {{"step_mm", map.step_mm},
+                         {"worst_rms_mm", map.worst_mm()},
+                         {"limit_mm", limit},
+                         {"fraction_within_limit", map.fraction_within(limit)}};
+  }
+  json[pose_key(decision)] = app::json_of(fit.ct_from_reference.matrix());
+  return json;
+}
+
+}  // namespace nav::app

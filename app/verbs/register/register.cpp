@@ -1,0 +1,500 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cmath>
+#include <iomanip>
+#include <map>
+#include <sstream>
+
+#include "app/verbs/register/landmark_outcome.hpp"
+#include "app/verbs/register/register_shape.hpp"
+#include "app/verbs/register/registration_picture.hpp"
+#include "app/verbs/replay.hpp"
+#include "app/views/ct_window.hpp"
+#include "nav/stopwatch.hpp"
+#include "nav/threads.hpp"
+#include "registration/acceptance.hpp"
+#include "registration/search/skin_search.hpp"
+#include "registration/uncertainty/misfit.hpp"
+#include "session/placement.hpp"
+#include "session/recorded_session.hpp"
+#include "session/registration_file.hpp"
+
+namespace nav::app {
+namespace {
+
+std::string joined(const std::vector<std::string>& reasons) {
+  std::string text;
+  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
+  return text;
+}
+
+io::Json as_json(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
+
+/// What was refined beside the pose; null when nothing was.
+io::Json as_json(const registration::Stretch& stretch, const std::string& model) {
+  if (model == "none") return nullptr;
+  io::Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
+  for (int i = 0; i < 9; ++i) json["strain"].push_back(stretch.strain(i / 3, i % 3));
+  const Eigen::Vector3d& c = stretch.centre_mm;
+  json["centre_reference_mm"] = {c.x(), c.y(), c.z()};
+  return json;
+}
+
+Result<void> deliver(const io::Json& json, const SessionConfig& config,
+                     const std::optional<std::string>& json_file) {
+  if (!config.output.folder.empty()) {
+    auto out = OutputFolder::create(config.output.folder);
+    if (!out) return out.error();
+    if (auto written = write_json(json, (*out / "report.json").string()); !written) {
+      return written;
+    }
+  }
+  return write_json(json, json_file.value_or("-"));
+}
+
+struct Ground {
+  std::shared_ptr<const Volume> ct;  ///< Absent for landmarks alone.
+  std::optional<LandmarkOutcome> landmarks;
+};
+
+Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& options,
+                           Console& console) {
+  Ground ground;
+  if (!config.ct.path.empty()) {
+    auto ct = session::read_session_ct(config.ct, console);
+    if (!ct) return ct.error();
+    ground.ct = std::move(*ct);
+  }
+  if (!options.landmarks.empty()) {
+    auto outcome = register_landmark_file(options.landmarks, console);
+    if (!outcome) return outcome.error();
+    ground.landmarks = std::move(*outcome);
+  }
+  return ground;
+}
+
+Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
+                                   const Ground& ground,
+                                   const std::optional<std::string>& json_file, Console& console) {
+  const auto& fit = ground.landmarks->fit;
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
+  io::Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = "landmarks";
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ground.ct ? io::Json(session::ct_digest(*ground.ct)) : io::Json(nullptr);
+  json["target_ct_mm"] = as_json(target);
+  const auto decision = decide(*ground.landmarks, target);
+  report_warnings(decision.warnings, console);
+  json["reference_frame"] = config.source.reference_frame.empty()
+                                ? io::Json(nullptr)
+                                : io::Json(config.source.reference_frame);
+  json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
+/// Start of a registration by shape: landmarks, or the declared matrix.
+Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig& config,
+                                                             const Ground& ground) {
+  if (ground.landmarks) return ground.landmarks->fit.ct_from_reference;
+  if (config.placement.ct_from_reference) {
+    return rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
+  }
+  return Error{ErrorCode::kUsage,
+               "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
+}
+
+/// What landmarks say of a pose by shape: an offset that all points share (of the pointer, or of
+/// the segmentation) goes into that pose unseen, and landmarks are what can show it. Adds a reason
+/// where the two poses are farther apart at the target than their predicted errors explain, a
+/// warning where there are none.
+io::Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
+                        const Point<frames::Ct>& target, registration::Decision& decision) {
+  constexpr double kSigmas = 3;
+  if (!ground.landmarks) {
+    if (decision.accepted) {
+      decision.warnings.emplace_back(
+          "points: expected --landmarks beside them, which show an offset that all points share, "
+          "found none: it is not in the predicted error");
+    }
+    return nullptr;
+  }
+  const auto& fit = ground.landmarks->fit;
+  const Point<frames::Ct> there =
+      fit.ct_from_reference * (result.ct_from_reference.inverse() * target);
+  const double apart_mm = (there - target).v.norm();
+  const double limit_mm = kSigmas * std::hypot(result.tre_rms_mm(target),
+                                               registration::predicted_tre_rms_mm(fit, target));
+  if (!(apart_mm <= limit_mm)) {
+    std::ostringstream text;
+    text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
+         << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
+    decision.refuse(text.str());
+  }
+  return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
+}
+
+Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
+                               const Ground& ground, const std::optional<std::string>& json_file,
+                               Console& console) {
+  const auto start = shape_start(config, ground);
+  if (!start) return start.error();
+  const auto result = register_shape_files(options.shape, *start);
+  if (!result) return result.error();
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
+  auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  const io::Json opinion = second_opinion(ground, *result, target, decision);
+  report_warnings(decision.warnings, console);
+  io::Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = options.shape.surface.empty() ? "vessels" : "surface";
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = ground.ct ? io::Json(session::ct_digest(*ground.ct)) : io::Json(nullptr);
+  json["points"] = options.shape.points.string();
+  json["shape"] =
+      (options.shape.surface.empty() ? options.shape.centre_lines : options.shape.surface).string();
+  json["start"] = {{"kind", ground.landmarks ? "landmarks" : "declared"},
+                   {"ct_from_reference_mm", json_of(start->matrix())}};
+  json["target_ct_mm"] = as_json(target);
+  json["reference_frame"] = config.source.reference_frame.empty()
+                                ? io::Json(nullptr)
+                                : io::Json(config.source.reference_frame);
+  json["registration"] = json_of(*result, decision, target);
+  json["registration"]["landmarks"] = opinion;
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
+/// The value of an option whose name, by to_string(), was given.
+template <class T>
+Result<T> one_of(const std::string& option, const std::string& found,
+                 std::initializer_list<T> values) {
+  std::string expected;
+  for (const T value : values) {
+    const std::string name = to_string(value);
+    if (found == name) return value;
+    expected += (expected.empty() ? "" : ", ") + name;
+  }
+  return Error{ErrorCode::kUsage, option + ": expected one of " + expected + ", found " + found};
+}
+
+struct Solver {
+  registration::ImageRegistrationOptions options;
+  registration::AcceptanceLimits limits;
+};
+
+Result<Solver> choose_solver(const RegisterOptions& options) {
+  using enum registration::Similarity;
+  using registration::Effort;
+  using registration::PatchLoss;
+  using registration::StretchModel;
+  const auto effort = one_of("--effort", options.effort, {Effort::kQuick, Effort::kUsual});
+  if (!effort) return effort.error();
+  const bool moves = options.motion.breath_period_s || options.motion.deformable;
+  if (*effort == Effort::kQuick && moves) {
+    return Error{ErrorCode::kUsage,
+                 "--effort quick: expected no --breath-period and no --deformable, found one"};
+  }
+  const auto similarity =
+      one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
+  if (!similarity) return similarity.error();
+  const auto loss = one_of("--loss", options.loss,
+                           {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
+  if (!loss) return loss.error();
+  const auto stretch =
+      one_of("--stretch", options.stretch,
+             {StretchModel::kNone, StretchModel::kSoundSpeed, StretchModel::kAffine});
+  if (!stretch) return stretch.error();
+  registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
+  if (options.time_limit_s) solver.time_limit_s = *options.time_limit_s;
+  solver.similarity = *similarity;
+  solver.loss.kind = *loss;
+  solver.stretch = *stretch;
+  solver.calibration_sigma_mm = options.calibration_sigma_mm;
+  if (const auto ok = registration::validate(solver); !ok) return ok.error();
+  return Solver{solver, registration::limits_for(*effort)};
+}
+
+/// A needle that is tracked by itself is off by what the pose took up of a wrong calibration, which
+/// pictures do not show: a warning where that may be a lot and is not predicted; else empty.
+std::string hidden_from_needle(const SessionConfig& config, const RegisterOptions& options,
+                               const registration::ImageRegistrationResult& result) {
+  constexpr double kMostUnnoticedMm = 2;
+  if (config.source.needle_frame.empty() || options.calibration_sigma_mm > 0) return "";
+  for (const registration::Misfit& misfit : result.misfits) {
+    const bool calibration = misfit.cause == registration::MisfitCause::kCalibration;
+    if (!calibration || !(misfit.unnoticed > kMostUnnoticedMm)) continue;
+    return "needle: " + registration::unnoticed_in_words({misfit}) +
+           ": turn the probe about another axis too, or say how well it is calibrated "
+           "(--calibration-sigma-mm)";
+  }
+  return "";
+}
+
+Result<Sweep> read_sweep(session::RecordedSession& session, const std::string& calibration_id) {
+  std::vector<TrackedFrame> frames;
+  const auto played = session.play([&](const tracking::PairedFrame& paired) {
+    if (paired.tracked) frames.push_back(*paired.tracked);
+  });
+  if (!played) return played.error();
+  return Sweep::create(std::move(frames), calibration_id);
+}
+
+/// How the probe was held, where that is declared. Directions of the patient, Ct (LPS).
+Result<registration::SkinSearchOptions> choose_search(const SessionConfig& config,
+                                                      const RegisterOptions& options) {
+  const std::map<std::string, Eigen::Vector3d> directions = {
+      {"left", {1, 0, 0}},      {"right", {-1, 0, 0}},   {"posterior", {0, 1, 0}},
+      {"anterior", {0, -1, 0}}, {"superior", {0, 0, 1}}, {"inferior", {0, 0, -1}}};
+  registration::SkinSearchOptions search;
+  if (options.marker_towards.empty()) return search;
+  const auto found = directions.find(options.marker_towards);
+  if (found == directions.end()) {
+    return Error{ErrorCode::kUsage,
+                 "--marker-towards: expected right, left, anterior, posterior, superior or "
+                 "inferior, found " +
+                     options.marker_towards};
+  }
+  if (config.placement.ct_from_reference || !config.placement.registration.empty() ||
+      !options.landmarks.empty()) {
+    return Error{ErrorCode::kUsage,
+                 "--marker-towards: expected no start pose, which says how the probe was held, "
+                 "found one"};
+  }
+  search.marker_towards = found->second;
+  return search;
+}
+
+/// From the start that was given; without one all over the body, which is then what the start's
+/// kind says, or from the centre rule where the CT shows no skin that the sweep fits on.
+Result<registration::ImageRegistrationResult> register_from(
+    session::Placement& start, const Volume& ct, const Sweep& sweep,
+    const registration::ImageRegistrationOptions& solver,
+    const registration::SkinSearchOptions& search, Console& console) {
+  const auto progress = [&](double fraction) {
+    console.progress(fraction);
+    return true;
+  };
+  registration::ImageRegistrationOptions from_start = solver;
+  if (start.kind == "centred") {
+    const auto begin = std::chrono::steady_clock::now();
+    auto found = registration::register_on_skin(ct, sweep, solver, search, console, progress);
+    if (found) start.kind = "skin";
+    // The one who set the limit is told, rather than one who maintains a device.
+    if (!found && found.error().code == ErrorCode::kTimeout) {
+      return Error{ErrorCode::kRefused, found.error().message};
+    }
+    // Nowhere held as declared: no other pose is an answer.
+    if (found || search.marker_towards || found.error().code != ErrorCode::kRefused) return found;
+    from_start.time_limit_s = std::max(solver.time_limit_s - seconds_since(begin), 1e-9);
+    console.report(Severity::kWarning, "register",
+                   found.error().message + "; the search begins from: " + start.statement);
+  }
+  return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, from_start,
+                                      console, progress);
+}
+
+/// A sweep, and where its registration begins.
+struct OpenedSweep {
+  session::RecordedSession session;
+  session::SweepSurvey survey;
+  session::Placement start;
+  Sweep sweep;
+};
+
+Result<OpenedSweep> open_sweep(const SessionConfig& config, const Ground& ground,
+                               Console& console) {
+  auto session = session::RecordedSession::open(config.source, console);
+  if (!session) return session.error();
+  auto surveyed = session::survey(*session, config.source.skip_bad_frames);
+  if (!surveyed) return surveyed.error();
+  if (!surveyed->warning.empty()) {
+    console.report(Severity::kWarning, "recording", surveyed->warning);
+  }
+  auto start =
+      session::place_ct(config.placement, *ground.ct, *surveyed, session->reference_frame());
+  if (!start) return start.error();
+  if (start->kind == "declared" && !start->outside.empty()) {
+    console.report(Severity::kWarning, "start", start->outside);
+  }
+  if (ground.landmarks) {
+    start->placement.ct_from_reference = ground.landmarks->fit.ct_from_reference;
+    start->kind = "landmarks";
+  }
+  auto sweep = read_sweep(*session, config.source.plus_config.string());
+  if (!sweep) return sweep.error();
+  return OpenedSweep{std::move(*session), std::move(*surveyed), std::move(*start),
+                     std::move(*sweep)};
+}
+
+/// report.json of a sweep, without what its motion adds.
+io::Json report_of(const SessionConfig& config, const RegisterOptions& options, const Volume& ct,
+                   const OpenedSweep& opened, const Point<frames::Ct>& target) {
+  io::Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = "image";
+  json["sweep"] = config.source.recording.string();
+  json["ct"] = config.ct.path.string();
+  json["ct_sha256"] = session::ct_digest(ct);
+  json["recording"] = json_of(opened.survey.recording);
+  json["reference"] = opened.session.reference_statement();
+  json["reference_frame"] = opened.session.reference_frame();
+  const session::Placement& start = opened.start;
+  json["start"] = {{"kind", start.kind},
+                   {"ct_from_reference_mm",
+                    start.kind == "skin" ? io::Json(nullptr)
+                                         : json_of(start.placement.ct_from_reference.matrix())}};
+  json["target_ct_mm"] = as_json(target);
+  json["effort"] = options.effort;
+  json["similarity"] = options.similarity;
+  json["loss"] = options.loss;
+  json["calibration_sigma_mm"] = options.calibration_sigma_mm;
+  return json;
+}
+
+/// The picture of the sweep's middle before and after.
+Result<void> write_registration_picture(const SessionConfig& config, const Volume& ct,
+                                        const OpenedSweep& opened,
+                                        const Transform<frames::Ct, frames::Reference>& answer,
+                                        bool accepted) {
+  if (config.output.folder.empty()) return {};
+  auto out = OutputFolder::create(config.output.folder);
+  if (!out) return out.error();
+  const auto& frames = opened.sweep.frames();
+  const auto window = ct_window(config.view, ct, values_along(ct, answer, frames));
+  return out->write_picture(
+      kRegistrationPicture,
+      registration_picture(ct, frames[frames.size() / 2], opened.start.placement.ct_from_reference,
+                           answer, accepted, window));
+}
+
+Result<void> register_by_pictures(const SessionConfig& config, const RegisterOptions& options,
+                                  const Ground& ground, const std::optional<std::string>& json_file,
+                                  Console& console) {
+  if (!ground.ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
+  const Volume& ct = *ground.ct;
+  if (const auto ok = validate(options.motion); !ok) return ok;
+  auto chosen = choose_solver(options);
+  if (!chosen) return chosen.error();
+  registration::ImageRegistrationOptions& solver = chosen->options;
+  if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
+  const auto search = choose_search(config, options);
+  if (!search) return search.error();
+  auto opened = open_sweep(config, ground, console);
+  if (!opened) return opened.error();
+
+  console.begin("registration");
+  const auto begin = std::chrono::steady_clock::now();
+  const auto result = register_from(opened->start, ct, opened->sweep, solver, *search, console);
+  if (!result) return result.error();
+  const Point<frames::Ct> target = options.target_ct
+                                       ? Point<frames::Ct>{*options.target_ct}
+                                       : result->ct_from_reference * opened->sweep.centroid();
+  console.end(
+      registration::in_words(registration::decide(*result, chosen->limits, target).verdict()));
+  auto motion = refine_motion(ct, opened->sweep, *result, target, options.motion, solver,
+                              chosen->limits, console);
+  if (!motion) return motion.error();
+  motion->result.total_s = seconds_since(begin);
+  const auto& answer = motion->result;
+  auto& decision = motion->decision;
+  if (const auto hidden = hidden_from_needle(config, options, answer);
+      decision.accepted && !hidden.empty()) {
+    decision.warnings.push_back(hidden);
+  }
+  report_warnings(decision.warnings, console);
+  // Told already, before the registration; what is accepted keeps it.
+  const std::string& moved = opened->survey.warning;
+  if (decision.accepted && !moved.empty()) decision.warnings.push_back(moved);
+  if (const auto blind = registration::unnoticed_in_words(answer.misfits); !blind.empty()) {
+    console.report(Severity::kInfo, "registration", blind);
+  }
+
+  io::Json json = report_of(config, options, ct, *opened, target);
+  json["registration"] = json_of(answer, decision, target);
+  json["stretch"] = as_json(answer.stretch, options.stretch);
+  json.update(motion->json);
+  json["ledger"] = json_of(opened->session.navigator().ledger());
+  json["diagnostics"] = json_of(console.entries());
+  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (auto written = write_registration_picture(config, ct, *opened, answer.ct_from_reference,
+                                                decision.accepted);
+      !written) {
+    return written;
+  }
+  if (!decision.accepted) {
+    return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
+  }
+  return {};
+}
+
+/// Options that contradict, or lack what they are of.
+Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOptions& options,
+                                   const Ground& ground) {
+  const auto refuse = [](const std::string& text) { return Error{ErrorCode::kUsage, text}; };
+  const bool by_shape = !options.shape.points.empty();
+  const bool by_pictures = !config.source.recording.empty();
+  const bool moves = options.motion.breath_period_s || options.motion.deformable;
+  if (by_shape && moves) {
+    return refuse(std::string("--points: expected no ") +
+                  (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
+                  ", which is of a sweep, found both");
+  }
+  if (!options.marker_towards.empty() && (by_shape || !by_pictures)) {
+    return refuse("--marker-towards: expected a sweep, found none");
+  }
+  if (by_shape && !by_pictures) return {};
+  if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
+    return refuse("--surface, --centre-lines: expected --points and no sweep, found otherwise");
+  }
+  if (!by_pictures && moves) {
+    return refuse("--breath-period, --deformable: expected a sweep, found none");
+  }
+  if (!by_pictures && !ground.landmarks) {
+    return refuse("register: expected a sweep or --landmarks, found neither");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::string> register_outputs() {
+  return {"report.json", "report.html", kRegistrationPicture};
+}
+
+Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
+                          const std::optional<std::string>& json_file, Console& console) {
+  // A run that stops must not leave the answer of an earlier one behind.
+  std::error_code ignored;
+  if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
+    std::filesystem::remove(*json_file, ignored);
+  }
+  if (auto ok = forget_earlier_reports(config.output.folder, {kRegistrationPicture}); !ok) {
+    return ok;
+  }
+  const auto ground = read_ground(config, options, console);
+  if (!ground) return ground.error();
+  if (const auto ok = refuse_contradictions(config, options, *ground); !ok) return ok;
+  if (!config.source.recording.empty()) {
+    return register_by_pictures(config, options, *ground, json_file, console);
+  }
+  if (!options.shape.points.empty()) {
+    return register_by_shape(config, options, *ground, json_file, console);
+  }
+  return register_by_landmarks(config, options, *ground, json_file, console);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/register/register_shape.hpp"
+
+#include "io/surface_file.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr double kPieceMm = 3;
+constexpr double kVesselPieceMm = 1;
+constexpr double kVesselPointsMm = 1.5;
+
+template <class Frame>
+std::vector<registration::CentreLine<Frame>> lines_of(
+    const std::vector<std::vector<Eigen::Vector3d>>& groups) {
+  std::vector<registration::CentreLine<Frame>> lines;
+  for (const auto& group : groups) {
+    lines.emplace_back();
+    for (const auto& p : group) lines.back().push_back({p});
+  }
+  return lines;
+}
+
+Result<registration::Shape> read_shape(const ShapeFiles& files) {
+  if (!files.surface.empty()) {
+    const auto mesh = io::read_surface(files.surface);
+    if (!mesh) return mesh.error();
+    return registration::surface_shape(*mesh, kPieceMm);
+  }
+  const auto groups = io::read_point_groups(files.centre_lines);
+  if (!groups) return groups.error();
+  return registration::curve_shape(lines_of<frames::Ct>(*groups), kVesselPieceMm,
+                                   files.centre_lines.string());
+}
+
+Result<std::vector<Point<frames::Reference>>> read_points(const ShapeFiles& files) {
+  const auto groups = io::read_point_groups(files.points);
+  if (!groups) return groups.error();
+  const auto lines = lines_of<frames::Reference>(*groups);
+  if (files.surface.empty()) return registration::points_along(lines, kVesselPointsMm);
+  std::vector<Point<frames::Reference>> points;
+  for (const auto& line : lines) points.insert(points.end(), line.begin(), line.end());
+  return points;
+}
+
+io::Json as_json(const registration::DistanceSummary& distances) {
+  return {{"mean_mm", distances.mean_mm},
+          {"median_mm", distances.median_mm},
+          {"rms_mm", distances.rms_mm},
+          {"p95_mm", distances.p95_mm}};
+}
+
+}  // namespace
+
+Result<registration::ShapeRegistration> register_shape_files(
+    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start) {
+  if (files.surface.empty() == files.centre_lines.empty()) {
+    return Error{ErrorCode::kUsage,
+                 std::string("--points: expected one of --surface and --centre-lines, found ") +
+                     (files.surface.empty() ? "neither" : "both")};
+  }
+  const auto shape = read_shape(files);
+  if (!shape) return shape.error();
+  const auto points = read_points(files);
+  if (!points) return points.error();
+  const auto field = registration::ShapeField::create(*shape);
+  if (!field) return field.error();
+  auto result = registration::register_points(*points, *field, start);
+  if (!result) {
+    return Error{result.error().code, files.points.string() + ": " + result.error().message};
+  }
+  return result;
+}
+
+io::Json json_of(const registration::ShapeRegistration& result,
+                 const registration::Decision& decision, const Point<frames::Ct>& target) {
+  io::Json json = json_of(decision);
+  json["points"] = result.points;
+  json["trimmed"] = result.trimmed;
+  json["distance_before"] = as_json(result.before);
+  json["distance"] = as_json(result.after);
+  json["scale_mm"] = result.scale_mm;
+  json["discrepancy_mm"] = json_number(result.discrepancy_mm);
+  json["iterations"] = result.iterations;
+  json["converged"] = result.converged;
+  json["margin"] = result.margin ? json_number(*result.margin) : io::Json(nullptr);
+  json["sliding"] = io::Json::array();
+  for (const auto& one : result.sliding) json["sliding"].push_back(one.description);
+  json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
+  json[pose_key(decision)] = json_of(result.ct_from_reference.matrix());
+  return json;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/report.hpp"
+#include "nav/result.hpp"
+#include "registration/shape/shape_registration.hpp"
+
+namespace nav::app {
+
+/// Files of 'sonde register --points'.
+struct ShapeFiles {
+  std::filesystem::path points;        ///< Tracked, Reference, mm (io::read_point_groups).
+  std::filesystem::path surface;       ///< Mesh in CT coordinates; or:
+  std::filesystem::path centre_lines;  ///< Branches of vessels in CT coordinates; points hold
+                                       ///< branches then.
+};
+
+/// Lays tracked points onto a surface, or vessels onto centre lines, from a start pose. Errors name
+/// the file.
+Result<registration::ShapeRegistration> register_shape_files(
+    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start);
+
+/// docs/json.md, registration by surface or vessels.
+io::Json json_of(const registration::ShapeRegistration& result,
+                 const registration::Decision& decision, const Point<frames::Ct>& target);
+
+}  // namespace nav::app

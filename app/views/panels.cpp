@@ -1,0 +1,322 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/views/panels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "app/views/plane_view.hpp"
+#include "render/letters.hpp"
+
+namespace nav::app {
+namespace {
+
+using render::Canvas;
+using render::rgb8;
+
+constexpr Rgba8 kBackground = rgb8(0x101418);
+constexpr Rgba8 kFaint = rgb8(0x7a8590);
+constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
+constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
+
+/// Depth marks every 10 mm at the right edge and the dot that marks the probe's marked side.
+void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
+  const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
+  for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
+    const double y = view.pixel_of({0, depth}).y();
+    const double length = depth % 50 == 0 ? 10 : 5;
+    canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1, kFaint);
+  }
+  const Eigen::Vector2d right_end = frame.grid.at(frame.pixels.width() - 1, 0).mm.head<2>();
+  const Eigen::Vector2d dot = view.pixel_of(right_end);
+  canvas.circle({std::min(dot.x(), view.x + view.width - 18.0), std::max(dot.y(), view.y + 8.0)}, 2,
+                4, kNeedleColour);
+}
+
+/// What lies within this of the plane is drawn in it, mm: about half the thickness of a beam.
+constexpr double kSliceHalfMm = 2;
+
+/// Where the needle goes through the plane: a dot where its shaft does, a ring where it would if it
+/// went on.
+void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& hub,
+                   const Eigen::Vector3d& tip, const Eigen::Vector3d& ahead) {
+  const auto mark = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius,
+                        double width) {
+    const bool in_plane = std::max(std::abs(a.z()), std::abs(b.z())) <= kSliceHalfMm;
+    if (in_plane || (a.z() > 0) == (b.z() > 0)) return;
+    const Eigen::Vector3d there = a + (b - a) * (a.z() / (a.z() - b.z()));
+    const Eigen::Vector2d p = view.pixel_of(there.head<2>());
+    if (view.contains(p)) canvas.circle(p, radius, width, kNeedleColour);
+  };
+  mark(hub, tip, 2, 4);
+  mark(tip, ahead, 5, 1.5);
+}
+
+/// Needle and target where they meet the plane.
+void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
+  const session::Epoch& epoch = context.epoch;
+  if (!epoch.ct_from_image) return;
+  const auto image_from_ct = epoch.ct_from_image->inverse();
+  if (context.plan) {
+    const Eigen::Vector3d target = (image_from_ct * context.plan->target_ct).mm;
+    const auto ring = [&](double r, double width) {
+      const double cut = r * r - target.z() * target.z();
+      if (!(cut > 0)) return;
+      canvas.circle(view.pixel_of(target.head<2>()), std::sqrt(cut) / view.mm_per_px, width,
+                    kTargetColour);
+    };
+    ring(context.plan->target_radius_mm, 1.5);
+    if (context.plan->margin_mm > 0) {
+      ring(context.plan->target_radius_mm + context.plan->margin_mm, 0.7);
+    }
+  }
+  if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;
+  const auto image_from_needle = image_from_ct * *epoch.ct_from_needle;
+  const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
+  const Eigen::Vector3d hub =
+      (image_from_needle * Point<frames::Needle>{{0, 0, -context.needle_length_mm}}).mm;
+  constexpr double kAheadMm = 150;
+  const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, kAheadMm}}).mm;
+  const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
+                           double dash) {
+    // In short pieces, so that nothing leaves the panel or lies off the plane.
+    constexpr int kPieces = 150;
+    for (int i = 0; i < kPieces; ++i) {
+      if (dash > 0 && i / 4 % 2 == 1) continue;
+      const Eigen::Vector3d from = a + (b - a) * i / kPieces;
+      const Eigen::Vector3d to = a + (b - a) * (i + 1) / kPieces;
+      if (std::abs(from.z()) > kSliceHalfMm || std::abs(to.z()) > kSliceHalfMm) continue;
+      const Eigen::Vector2d p = view.pixel_of(from.head<2>());
+      const Eigen::Vector2d q = view.pixel_of(to.head<2>());
+      if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, kNeedleColour);
+    }
+  };
+  segment(hub, tip, 2, 0);
+  segment(tip, ahead, 1, 1);
+  draw_crossing(canvas, view, hub, tip, ahead);
+}
+
+/// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
+std::string shorten(const Canvas& canvas, int size, std::string words, int width) {
+  if (canvas.text_width(size, words) <= width) return words;
+  while (!words.empty() && canvas.text_width(size, words + "...") > width) {
+    render::drop_last_letter(words);
+  }
+  return words + "...";
+}
+
+/// A line of words at the left of a panel, cut to its width.
+void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
+                int size = 15) {
+  const std::string shown = shorten(canvas, size, words, width - 16);
+  // On a ground of its own: a picture below may be as bright as the words.
+  canvas.fill(x + 1, y - size - 2, canvas.text_width(size, shown) + 14, size + 9, kBackground);
+  canvas.text(x + 8, y, size, shown, colour);
+}
+
+/// Whole sentences, numbers among them, from a base line on; returns the next one.
+int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
+  constexpr int kSize = 13;
+  constexpr int kLineHeight = 24;
+  for (const std::string& line : render::wrapped(kSize, words, width - 16)) {
+    draw_label(canvas, 0, y, width, line, colour_of(SafetyState::kDegraded), kSize);
+    y += kLineHeight;
+  }
+  return y;
+}
+
+/// What the colours of predicates mean, from the lower left corner of the 3D view upwards; at most
+/// half of its height, then it says how many more there are.
+void draw_legend(Canvas& canvas, int width, int height, const std::vector<LegendEntry>& legend) {
+  constexpr int kSize = 13;
+  constexpr int kLineHeight = 20;
+  constexpr int kSwatch = 12;
+  constexpr int kLeft = 8;
+  const auto room = static_cast<std::size_t>(height / 2 / kLineHeight);
+  const std::size_t shown = legend.size() <= room ? legend.size() : room - 1;
+  const auto rows = static_cast<int>(std::min(legend.size(), room));
+  int y = height - kLineHeight * rows;
+  const auto line = [&](const std::string& words) {
+    const int x = kLeft + kSwatch;
+    draw_label(canvas, x, y, width - x, words, kWords, kSize);
+  };
+  for (std::size_t i = 0; i < shown; ++i) {
+    const LegendEntry& entry = legend[i];
+    const int number = canvas.text_width(kSize, " " + entry.importance_words());
+    line(shorten(canvas, kSize, entry.name, width / 2 - number) + " " + entry.importance_words());
+    canvas.fill(kLeft, y - kSwatch, kSwatch, kSwatch, entry.colour);
+    y += kLineHeight;
+  }
+  if (shown < legend.size()) line("and " + std::to_string(legend.size() - shown) + " more");
+}
+
+void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
+  const session::Epoch& epoch = context.epoch;
+  const int half = height / 2;
+  const bool live = epoch.frame && epoch.ultrasound.state <= SafetyState::kDegraded;
+  if (live) {
+    const PlaneView view = fit(epoch.frame->frame, x, 0, width, half);
+    draw_ultrasound(canvas, view, epoch.frame->frame);
+    draw_scale(canvas, view, epoch.frame->frame);
+    if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
+  }
+  draw_label(canvas, x, 20, width, "Ultrasound", kWords);
+  if (!live) {
+    draw_label(canvas, x, half / 2, width, "withdrawn: " + epoch.ultrasound.cause,
+               colour_of(epoch.ultrasound.state), 13);
+  }
+  const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
+  if (placed) {
+    const PlaneView view = fit(epoch.frame->frame, x, half, width, height - half);
+    canvas.copy(render::slice_along_image(context.ct, *epoch.ct_from_image, view.origin_mm,
+                                          view.mm_per_px, view.width, view.height, context.window),
+                view.x, view.y);
+    draw_guidance(canvas, view, context);
+    draw_label(canvas, x, height - 9, width,
+               words_of_window(context.window.level, context.window.width), kFaint, 13);
+  }
+  draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kWords);
+  if (!placed) {
+    draw_label(canvas, x, half + half / 2, width, "withdrawn: " + epoch.plane.cause,
+               colour_of(epoch.plane.state), 13);
+  }
+  canvas.fill(x, 0, 1, height, kFaint);
+  canvas.fill(x, half, width, 1, kFaint);
+}
+
+/// A lamp with the name of an input and its state. Returns where it ends.
+int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safety& safety) {
+  const Rgba8 colour = colour_of(safety.state);
+  canvas.fill(x, y - 12, 14, 14, colour);
+  x = canvas.text(x + 22, y, 15, input, kFaint) + 6;
+  return canvas.text(x, y, 15, to_string(safety.state), colour) + 18;
+}
+
+void draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
+  const session::Epoch& epoch = context.epoch;
+  canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
+  const int base = y + height / 2 + 6;
+  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.ultrasound);
+  x = draw_lamp(canvas, x, base, "CT", epoch.placement);
+  const bool has_needle = context.plan || context.needle_expected;
+  if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
+  const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
+  if (epoch.guidance) {
+    const std::string numbers = guidance_words(*epoch.guidance);
+    // A number is drawn whole or not at all.
+    if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kWords);
+  } else {
+    const std::string& cause =
+        has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
+    if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kWords);
+  }
+  if (end > x && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
+}
+
+/// Width of the flat panels beside a 3D view.
+constexpr int side_of(int height) { return height * 2 / 3; }
+
+/// Which way the patient lies, at the edges of the 3D view.
+void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
+  const ViewLetters letters_of = view_letters(camera);
+  constexpr int kSize = 16;
+  const auto centred = [&](int x, int y, const std::string& letters) {
+    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kWords);
+  };
+  centred(20, height / 2, letters_of.left);
+  centred(width - 20, height / 2, letters_of.right);
+  centred(width / 2, 20, letters_of.up);
+  centred(width / 2, height - 8, letters_of.down);
+}
+
+}  // namespace
+
+Rgba8 colour_of(SafetyState state) {
+  switch (state) {
+    case SafetyState::kValid:
+      return rgb8(0x2fd060);
+    case SafetyState::kDegraded:
+      return rgb8(0xffb400);
+    case SafetyState::kStale:
+      return rgb8(0x9a9a9a);
+    case SafetyState::kLost:
+      return rgb8(0xe04040);
+  }
+  return rgb8(0xe04040);
+}
+
+std::string words_of_window(double level, double width) {
+  std::ostringstream text;
+  text << "L " << level << "  W " << width;
+  return text.str();
+}
+
+std::string guidance_words(const NeedleGuidance& guidance) {
+  char numbers[160];
+  std::snprintf(
+      numbers, sizeof numbers, "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
+      guidance.tip_to_target_mm, guidance.lateral_mm, guidance.angle_to_plan_rad * 180 / M_PI);
+  return numbers;
+}
+
+std::string patient_direction(const Eigen::Vector3d& direction_ct) {
+  const Eigen::Vector3d d = direction_ct.normalized();
+  std::array<std::pair<double, char>, 3> axes = {{{std::abs(d.x()), d.x() > 0 ? 'L' : 'R'},
+                                                  {std::abs(d.y()), d.y() > 0 ? 'P' : 'A'},
+                                                  {std::abs(d.z()), d.z() > 0 ? 'S' : 'I'}}};
+  std::stable_sort(axes.begin(), axes.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr double kNoticeable = 1.0 / 3;
+  std::string letters;
+  for (const auto& [size, letter] : axes) {
+    if (size > kNoticeable) letters += letter;
+  }
+  return letters;
+}
+
+ViewLetters view_letters(const render::Camera& camera) {
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  const Eigen::Vector3d right = forward.cross(camera.up_ct.v).normalized();
+  const Eigen::Vector3d up = right.cross(forward);
+  return {patient_direction(-right), patient_direction(right), patient_direction(up),
+          patient_direction(-up)};
+}
+
+bool has_panels(int width, int height) {
+  constexpr int kSmallestHeight = 300;
+  constexpr int kSmallestWidth = 400;
+  return height >= kSmallestHeight && width + side_of(height) >= kSmallestWidth;
+}
+
+Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
+  constexpr int kBar = 40;
+  const int side = side_of(view_3d.height());
+  Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
+  canvas.copy(view_3d, 0, 0);
+  if (has_panels(view_3d.width(), view_3d.height())) {
+    draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
+    if (context.grey) {
+      draw_label(canvas, 0, 20, view_3d.width() / 3,
+                 words_of_window(context.grey->level_hu, context.grey->width_hu), kFaint, 13);
+    }
+    const int next = draw_note(canvas, 44, view_3d.width(), context.note);
+    draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);
+    draw_legend(canvas, view_3d.width(), view_3d.height(), context.legend);
+    draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
+    draw_status(canvas, view_3d.height(), kBar, context);
+  } else {
+    // Whose picture it is, that it is not registered and what it leaves out are said however small
+    // it is.
+    draw_note(canvas, view_3d.height() + 16, canvas.width(), context.banner);
+    const int next = draw_note(canvas, 16, canvas.width(), context.note);
+    draw_note(canvas, next, canvas.width(), context.warning);
+  }
+  return canvas.picture();
+}
+
+}  // namespace nav::app

@@ -1,0 +1,299 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/views/presenter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "app/views/orthographic.hpp"
+#include "app/views/panels.hpp"
+#include "app/views/window_words.hpp"
+#include "render/predicates/registry.hpp"
+#include "render/projection_window.hpp"
+
+namespace nav::app {
+
+namespace {
+
+bool shows_plane(const session::Epoch& epoch) {
+  return epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost;
+}
+
+}  // namespace
+
+Result<Presenter> Presenter::create(const PresenterOptions& options,
+                                    std::shared_ptr<const Volume> ct,
+                                    std::unique_ptr<render::Engine> engine) {
+  auto look = resolve_look(options.look, *ct);
+  if (!look) return look.error();
+  const auto& components = look->transfer.components();
+  const bool by_gradient = std::any_of(components.begin(), components.end(),
+                                       [](const auto& c) { return c.gradient.has_value(); });
+  if (by_gradient && options.quality.adaptive_error > 0) {
+    std::ostringstream text;
+    text << "quality.adaptive_error: expected 0 beside " << look->transfer.name()
+         << ", whose gradients are classified cell by cell, found "
+         << options.quality.adaptive_error;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return Presenter(options, std::move(*look), std::move(ct), std::move(engine));
+}
+
+Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
+                     std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
+    : options_(options),
+      look_(std::move(look)),
+      ct_(std::move(ct)),
+      engine_(std::move(engine)),
+      focus_ct_(ct_->grid().centre()) {}
+
+Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
+  const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
+  if (!look_.cutaway && any && !options_.look.cutaway.enabled) {
+    return Error{ErrorCode::kUsage,
+                 "cutaway_objects: expected a look file that cuts, or look.cutaway.enabled = true, "
+                 "beside them, found a look file that does not cut"};
+  }
+  if (!look_.cutaway) return {};
+  look_.cutaway->polygons = shapes.polygons;
+  look_.cutaway->boxes = shapes.boxes;
+  look_.cutaway->meshes = shapes.meshes;
+  return {};
+}
+
+Eigen::Vector3d Presenter::direction_to_eye() const {
+  // LPS: anterior is -y, the patient's left +x, superior +z.
+  const auto& view = options_.view;
+  if (typical_plane_ && !view.azimuth_deg && !view.elevation_deg) {
+    constexpr double kOffNormalRad = 0.6;
+    const Eigen::Vector3d front_and_feet(0, -0.8, -0.6);
+    Eigen::Vector3d normal = (*typical_plane_ * Direction<frames::Image>{{0, 0, 1}}).v;
+    if (normal.dot(front_and_feet) < 0) normal = -normal;
+    const Eigen::Vector3d deep = (*typical_plane_ * Direction<frames::Image>{{0, 1, 0}}).v;
+    return std::cos(kOffNormalRad) * normal - std::sin(kOffNormalRad) * deep;
+  }
+  const double azimuth = view.azimuth_deg.value_or(-35) * M_PI / 180;
+  const double elevation = view.elevation_deg.value_or(20) * M_PI / 180;
+  return {std::cos(elevation) * std::sin(azimuth), -std::cos(elevation) * std::cos(azimuth),
+          std::sin(elevation)};
+}
+
+render::Camera Presenter::camera() const {
+  const double fov = options_.view.fov_deg * M_PI / 180;
+  double distance_mm = options_.view.distance_mm;
+  if (distance_mm <= 0) {
+    // The sphere about the CT fits the smaller side of the picture.
+    const double aspect = std::min(1.0, 1.0 * options_.width / options_.height);
+    const double half = std::atan(std::tan(fov / 2) * aspect);
+    distance_mm = 0.5 * ct_->grid().extent_mm().norm() / std::sin(half) * 0.8;
+    // A small picture in a large CT would be a stamp: go nearer, but keep its surroundings.
+    constexpr double kSurroundings = 3.2;
+    if (typical_plane_) {
+      constexpr double kLeastMm = 20;
+      const double extent_mm = std::max(typical_extent_mm_, kLeastMm);
+      distance_mm = std::min(distance_mm, kSurroundings * extent_mm / (2 * std::tan(half)));
+    }
+  }
+  const Eigen::Vector3d towards_eye = direction_to_eye();
+  render::Camera camera;
+  camera.look_at_ct = focus_ct_;
+  camera.eye_ct = {focus_ct_.mm + distance_mm * towards_eye};
+  // Superior is up, unless one looks along the body: then anterior is.
+  constexpr double kAlongBody = 0.8;
+  const bool along_body = std::abs(towards_eye.z()) > kAlongBody;
+  camera.up_ct = {along_body ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
+                             : Eigen::Vector3d(Eigen::Vector3d::UnitZ())};
+  camera.vertical_fov_rad = fov;
+  return options_.view.orthographic ? orthographic_of(camera, ct_->grid()) : camera;
+}
+
+void Presenter::draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
+                                   const std::optional<render::SphereShape>& target) {
+  ultrasound_ = std::move(ultrasound);
+  without_ct_ = alone;
+  target_ = target;
+  legend_ = legend_of(ultrasound_->predicates.model);
+  asks_needle_ = false;
+  for (const std::string& name : kinds_of(ultrasound_->predicates.model)) {
+    const auto kind = render::find_predicate_kind(name);
+    const render::PredicatePlace place{ultrasound_->volume->grid(), {}, {}, {}};
+    asks_needle_ |= kind && (*kind)->needs(place).needle;
+  }
+}
+
+std::string Presenter::note_of(const session::Epoch& epoch) const {
+  if (!asks_needle_ || (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded)) {
+    return note_;
+  }
+  const std::string cause = epoch.needle.cause.empty() ? epoch.placement.cause : epoch.needle.cause;
+  return "distance from the needle withdrawn: " + cause + (note_.empty() ? "" : "; " + note_);
+}
+
+render::Scene Presenter::scene(const session::Epoch& epoch) const {
+  render::Scene scene{ct_, look_.transfer, look_.shading,  {}, {}, {}, camera(), {},
+                      {},  options_.width, options_.height};
+  scene.cutaway = look_.cutaway;
+  scene.projection = look_.projection;
+  scene.grey = grey_.value_or(render::GreyWindow{});
+  if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
+  if (step_) scene.quality.step_voxels = step_->step_voxels;
+  scene.quality.pixel_error = std::max(options_.pixel_error, step_ ? step_->pixel_error : 0);
+  scene.quality.classification = options_.quality.classification == "post-classified"
+                                     ? render::Classification::kPostClassified
+                                     : render::Classification::kPreIntegrated;
+  scene.quality.jitter = options_.quality.jitter;
+  scene.quality.adaptive_error = options_.quality.adaptive_error;
+  if (ultrasound_ && without_ct_) {
+    scene.ct = ultrasound_->volume;
+    scene.predicates = ultrasound_->predicates;
+  } else {
+    scene.ultrasound = ultrasound_;
+  }
+  if (shows_plane(epoch)) {
+    scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
+                                          options_.look.plane_opacity, epoch.plane};
+  }
+  if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
+    const auto& needle = *epoch.ct_from_needle;
+    scene.needle =
+        render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
+                            needle * Point<frames::Needle>{{0, 0, -options_.needle.length_mm}},
+                            options_.needle.diameter_mm / 2,
+                            {0.95, 0.95, 1.0},
+                            epoch.needle};
+  }
+  if (asks_needle_ && !scene.needle) {
+    (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
+  }
+  // Predicates take the first sphere for the target.
+  if (target_) scene.spheres.push_back(*target_);
+  // The plan lies in the CT, so it is true whatever the tracker does.
+  if (plan_) {
+    scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
+    scene.spheres.push_back({plan_->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
+    scene.lines.push_back({plan_->entry_ct, plan_->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
+    if (plan_->margin_mm > 0) {
+      // Faint: what it encloses, and the plane behind it, must stay as visible as without.
+      constexpr double kMarginOpacity = 0.25;
+      scene.spheres.push_back({plan_->target_ct,
+                               plan_->target_radius_mm + plan_->margin_mm,
+                               {1.0, 0.45, 0.2},
+                               kMarginOpacity});
+    }
+  }
+  return scene;
+}
+
+std::string most_telling(const std::vector<std::string>& warnings) {
+  for (const char* first : {"predicted error", "needle"}) {
+    const auto found = std::find_if(warnings.begin(), warnings.end(), [&](const auto& warning) {
+      return warning.starts_with(first);
+    });
+    if (found != warnings.end()) return *found;
+  }
+  return warnings.empty() ? "" : warnings.front();
+}
+
+void say_sampling(const std::optional<render::StepChoice>& step, double wanted_rms,
+                  Diagnostics& diagnostics) {
+  if (!step || step->reached || std::isnan(step->rms)) return;
+  std::ostringstream text;
+  text << "--rms-error (output.rms_error): expected " << wanted_rms
+       << ", found no step down to 1/16 voxel that is surely as good: this one errs by about "
+       << step->rms << "; --step goes finer";
+  diagnostics.report(Severity::kWarning, "sampling", text.str());
+}
+
+void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
+  warning_.clear();
+  if (warnings.empty()) return;
+  const std::string count = warnings.size() > 1 ? " (" + std::to_string(warnings.size()) + ")" : "";
+  warning_ = "registration warned" + count + ": " + most_telling(warnings);
+}
+
+Result<void> Presenter::choose_grey(const render::Scene& first) {
+  const auto& said = options_.look;
+  if (said.grey_level_hu && said.grey_width_hu) {
+    grey_ = render::GreyWindow{*said.grey_level_hu, *said.grey_width_hu};
+    return {};
+  }
+  const auto found = render::window_of_projection(first);
+  if (!found) return found.error();
+  grey_ = render::GreyWindow{said.grey_level_hu.value_or(found->window.level_hu),
+                             said.grey_width_hu.value_or(found->window.width_hu)};
+  const std::string projection = "projection " + said.projection + ": ";
+  if (found->only_air) {
+    grey_note_ = projection + "every ray finds nothing but air; expected a CT cropped to the body";
+  } else if (found->one_value) {
+    grey_note_ = projection + "every ray finds one value: there is nothing to see";
+  }
+  note_ = grey_note_;
+  return {};
+}
+
+Result<void> Presenter::choose_step(const session::Epoch& epoch) {
+  if (look_.projection != render::Projection::kComposite && !grey_) {
+    if (auto ok = choose_grey(scene(epoch)); !ok) return ok;
+  }
+  if (options_.step_voxels) return {};
+  const SearchedFor now{shows_plane(epoch), epoch.placement.state == SafetyState::kValid};
+  if (step_ && now.plane <= searched_for_.plane && now.registered <= searched_for_.registered) {
+    return {};
+  }
+  const render::Scene first = scene(epoch);
+  if (first.predicates) return {};  // What the search would draw is not what these show.
+  if (!step_of_ct_) {
+    const auto found =
+        render::step_for_error(*engine_, render::ct_alone(first), options_.rms_error);
+    if (!found) return found.error();
+    step_of_ct_ = *found;
+  }
+  const auto choice = render::step_for_error(*engine_, first, options_.rms_error, *step_of_ct_);
+  if (!choice) return choice.error();
+  step_ = *choice;
+  empty_view_.reset();
+  searched_for_ = now;
+  // The step is what the CT needs; how much more the whole errs was not measured.
+  if (first.ultrasound) step_->pixel_error = 0;
+  if (first.ultrasound || options_.pixel_error > step_->pixel_error) {
+    step_->rms = std::numeric_limits<double>::quiet_NaN();
+  }
+  step_->pixel_error = std::max(step_->pixel_error, first.ultrasound ? 0 : options_.pixel_error);
+  return {};
+}
+
+Result<Image2d<Rgba8>> Presenter::present(const session::Epoch& epoch) {
+  if (auto ok = choose_step(epoch); !ok) return ok.error();
+  const render::Scene wanted = scene(epoch);
+  const bool empty = !wanted.plane && !wanted.needle;
+  Image2d<Rgba8> view;
+  if (empty && empty_view_) {
+    view = *empty_view_;
+    ++views_reused_;
+  } else {
+    const auto rendered = engine_->render(wanted);
+    if (!rendered) return rendered.error();
+    view = render::to_8bit(rendered->pixels);
+    ++views_cast_;
+    cast_seconds_ += rendered->statistics.cast_s;
+    const std::string& note = rendered->statistics.note;
+    note_ = grey_note_ + (grey_note_.empty() || note.empty() ? "" : "; ") + note;
+    if (empty) empty_view_ = view;
+  }
+  return compose_panels(view, context(epoch, wanted.camera));
+}
+
+PanelContext Presenter::context(const session::Epoch& epoch, const render::Camera& camera) const {
+  return {epoch,   *ct_,           plan_,    options_.window,  banner_,
+          camera,  note_of(epoch), warning_, needle_expected_, options_.needle.length_mm,
+          legend_, grey_};
+}
+
+std::vector<render::WindowWords> Presenter::words(const session::Epoch& epoch,
+                                                  const render::Camera& camera, bool ended) const {
+  return window_words(context(epoch, camera), ended);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/placement.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "io/ct.hpp"
+#include "session/outside_ct.hpp"
+#include "session/registration_file.hpp"
+
+namespace nav::session {
+namespace {
+
+/// Reference to CT by the mean axes of the pictures. Where they cancel out, the axes stay.
+Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSurvey& sweep) {
+  const Eigen::Matrix3d axes = mean_axes(sweep).value_or(Eigen::Matrix3d::Identity());
+  // LPS: +x left, +y posterior, +z superior.
+  const Eigen::Quaterniond turn(Eigen::Matrix3d(axes.transpose()));
+  return {turn.normalized(), ct.grid().centre().mm - turn * sweep.centroid.mm};
+}
+
+/// Of Placement::outside.
+std::string outside_of(const Volume& ct, const SweepSurvey& sweep,
+                       const Transform<frames::Ct, frames::Reference>& ct_from_reference) {
+  constexpr std::size_t kCorners = 4;
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  std::array<Point<frames::Ct>, kCorners> picture;
+  for (std::size_t i = 0; i < sweep.corners.size(); ++i) {
+    picture[i % kCorners] = ct_from_reference * sweep.corners[i];
+    if (i % kCorners == kCorners - 1) nearest_mm = std::min(nearest_mm, mm_outside(ct, picture));
+  }
+  if (!(nearest_mm > 0 && std::isfinite(nearest_mm))) return "";
+  return "the sweep lies outside of the CT, its nearest picture " +
+         std::to_string(std::lround(std::ceil(nearest_mm))) + " mm away";
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
+                                                      Diagnostics& diagnostics) {
+  auto ct = io::read_ct(options.path, diagnostics,
+                        {.series_uid = options.series_uid,
+                         .accept_unknown_orientation = options.accept_unknown_orientation});
+  if (!ct) return ct.error();
+  return std::make_shared<const Volume>(std::move(*ct));
+}
+
+Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
+                           const SweepSurvey& sweep, const std::string& reference_frame) {
+  Placement found{{centred(ct, sweep),
+                   {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
+                  "centred",
+                  "The CT is not registered: for want of a placement, the sweep's centre lies at "
+                  "the CT's centre, the depth of the pictures points to posterior and their "
+                  "lateral axis to the patient's left."};
+  if (!options.registration.empty()) {
+    auto registered = read_registration(options.registration, ct,
+                                        {reference_frame, sweep.recording, options.follow});
+    if (!registered) return registered.error();
+    found.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}};
+    found.kind = "registered";
+    found.warnings = registered->warnings;
+    found.statement = "The CT was registered: " + options.registration.string() + ".";
+  } else if (options.ct_from_reference) {
+    auto declared = rigid_from_matrix<frames::Ct, frames::Reference>(*options.ct_from_reference);
+    if (!declared) {
+      return Error{declared.error().code,
+                   "placement.ct_from_reference_mm: " + declared.error().message};
+    }
+    found.placement = {*declared,
+                       {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}};
+    found.kind = "declared";
+    found.statement = "The CT is not registered: it lies where the user declared it to lie.";
+  }
+  found.outside = outside_of(ct, sweep, found.placement.ct_from_reference);
+  return found;
+}
+
+}  // namespace nav::session

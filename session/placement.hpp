@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nav/volume.hpp"
+#include "session/navigator.hpp"
+#include "session/options.hpp"
+#include "session/recorded_session.hpp"
+
+namespace nav::session {
+
+/// The CT that a session names, read with the session's options; errors are those of io::read_ct.
+Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
+                                                      Diagnostics& diagnostics);
+
+/// Where a recording's CT lies and why it is believed to.
+struct Placement {
+  CtPlacement placement;
+  std::string kind;                        ///< "registered", "declared", "centred".
+  std::string statement;                   ///< One sentence for the report.
+  std::vector<std::string> warnings = {};  ///< Of a registration that was accepted with some.
+  /// One sentence where no picture of the sweep meets the CT, with the distance; else empty.
+  std::string outside = {};
+};
+
+/// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the
+/// sweep's centre at the CT's centre, the pictures' depth towards posterior and their lateral axis
+/// towards the patient's left. Only a registration is valid; the others are degraded.
+Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
+                           const SweepSurvey& sweep, const std::string& reference_frame);
+
+}  // namespace nav::session

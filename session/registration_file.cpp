@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/registration_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "io/digest.hpp"
+#include "io/json_member.hpp"
+
+namespace nav::session {
+
+std::string ct_digest(const Volume& ct) {
+  const VoxelGrid& grid = ct.grid();
+  io::Json geometry;
+  geometry["size"] = {grid.size[0], grid.size[1], grid.size[2]};
+  for (int i = 0; i < 3; ++i) {
+    geometry["numbers"].push_back(grid.spacing_mm[i]);
+    geometry["numbers"].push_back(grid.origin_mm[i]);
+    for (int k = 0; k < 3; ++k) geometry["numbers"].push_back(grid.directions(i, k));
+  }
+  return io::sha256_hex(geometry.dump() + io::sha256_hex(std::as_bytes(ct.hu())));
+}
+
+io::Json json_of(const RecordingRead& recording) {
+  io::Json corners = io::Json::array();
+  for (const auto& corner : recording.corners) {
+    for (const double mm : corner.mm) corners.push_back(mm);
+  }
+  return {{"name", recording.name},
+          {"frames", recording.frames},
+          {"first_s", recording.first_s},
+          {"last_s", recording.last_s},
+          {"temporal_offset_ms", recording.temporal_offset_ms},
+          {"corners_probe_mm", std::move(corners)}};
+}
+
+namespace {
+
+/// The warnings of a registration; older files have neither a verdict nor warnings.
+Result<std::vector<std::string>> warnings_of(const io::Json& registration,
+                                             const std::string& file) {
+  const auto refuse = [&](const std::string& expected, const io::Json& found) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected " + expected + ", found " +
+                     found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
+  };
+  const io::Json verdict = registration.value("verdict", io::Json());
+  if (!verdict.is_null() && verdict != "accept" && verdict != "warn") {
+    return refuse("registration.verdict of an accepted registration to be accept or warn", verdict);
+  }
+  const io::Json listed = registration.value("warnings", io::Json::array());
+  if (!listed.is_array() || listed.empty() == (verdict == "warn")) {
+    return refuse(
+        "registration.warnings to be a list, with entries exactly when the verdict is "
+        "warn",
+        listed);
+  }
+  std::vector<std::string> warnings;
+  for (const io::Json& one : listed) {
+    if (!one.is_string()) return refuse("text in registration.warnings", one);
+    warnings.push_back(one.get<std::string>());
+  }
+  return warnings;
+}
+
+/// Absent: it is not as json_of() writes one.
+std::optional<RecordingRead> recording_of(const io::Json& json) {
+  const auto number = [&](const char* key) { return json.value(key, io::Json()); };
+  const io::Json name = json.value("name", io::Json());
+  const io::Json corners = json.value("corners_probe_mm", io::Json());
+  bool good = name.is_string() && number("frames").is_number_integer() && corners.is_array() &&
+              corners.size() == 9;
+  for (const char* key : {"first_s", "last_s", "temporal_offset_ms"}) {
+    good = good && number(key).is_number();
+  }
+  for (std::size_t i = 0; good && i < corners.size(); ++i) good = corners[i].is_number();
+  if (!good) return {};
+  RecordingRead read{name.get<std::string>(), number("frames").get<std::int64_t>(),
+                     number("first_s").get<double>(), number("last_s").get<double>(),
+                     number("temporal_offset_ms").get<double>()};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    read.corners[i / 3].mm[static_cast<int>(i % 3)] = corners[i].get<double>();
+  }
+  return read;
+}
+
+bool same_recording(const RecordingRead& a, const RecordingRead& b) {
+  constexpr double kStampS = 1e-6;
+  return a.name == b.name && a.frames == b.frames && std::abs(a.first_s - b.first_s) <= kStampS &&
+         std::abs(a.last_s - b.last_s) <= kStampS;
+}
+
+/// The pose of a recording took up how it was read: read otherwise, its pictures lie elsewhere.
+/// Another recording may be of another probe.
+Result<void> check_recording(const io::Json& json, const RecordingRead& now,
+                             const std::string& file) {
+  constexpr double kSameMs = 1e-6;
+  constexpr double kSameMm = 1e-4;
+  const io::Json found = json.value("recording", io::Json());
+  if (found.is_null()) return {};
+  const auto then = found.is_object() ? recording_of(found) : std::nullopt;
+  std::ostringstream text;
+  text << file << ": expected ";
+  const auto refuse = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
+  if (!then) {
+    text
+        << "name, frames, first_s, last_s, temporal_offset_ms and 9 corners_probe_mm in recording, "
+           "found "
+        << found.dump(-1, ' ', false, io::Json::error_handler_t::replace);
+    return refuse();
+  }
+  if (!same_recording(*then, now)) return {};
+  if (!(std::abs(then->temporal_offset_ms - now.temporal_offset_ms) <= kSameMs)) {
+    text << "the temporal offset that " << now.name << " was registered with, "
+         << then->temporal_offset_ms << " ms, found " << now.temporal_offset_ms << " ms";
+    return refuse();
+  }
+  double apart_mm = 0;
+  for (std::size_t i = 0; i < now.corners.size(); ++i) {
+    apart_mm = std::max(apart_mm, (then->corners[i] - now.corners[i]).v.norm());
+  }
+  if (apart_mm <= kSameMm) return {};
+  text.precision(3);
+  text << "the calibration of the probe that " << now.name
+       << " was registered with, found one that puts a corner of its pictures " << apart_mm
+       << " mm elsewhere";
+  return refuse();
+}
+
+/// What only a refused one has.
+Result<void> check_accepted(const io::Json& registration, const std::string& file) {
+  const auto refuse = [&](const std::string& expected, const io::Json& found) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected an accepted registration " + expected + ", found " +
+                     found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
+  };
+  const io::Json reasons = registration.value("reasons", io::Json::array());
+  if (!reasons.is_array() || !reasons.empty()) {
+    return refuse("without registration.reasons to refuse it", reasons);
+  }
+  if (registration.contains(kRefusedPose)) {
+    return refuse(std::string("without registration.") + kRefusedPose,
+                  registration.at(kRefusedPose));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
+                                           const RegistrationUse& use) {
+  constexpr std::uint64_t kMaxBytes = 64 << 20;
+  const auto refuse = [&](const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kMalformedData,
+                 path.string() + ": expected " + expected + ", found " + found};
+  };
+  const auto parsed = io::read_json(path, kMaxBytes);
+  if (!parsed) return parsed.error();
+  const io::Json& json = *parsed;
+  if (!json.is_object()) {
+    return refuse("the JSON of 'sonde register'", std::string("a ") + json.type_name());
+  }
+  const io::Json verb = json.value("verb", io::Json("register"));
+  if (verb != "register") {
+    return refuse("the JSON of 'sonde register'",
+                  "that of " + verb.dump(-1, ' ', false, io::Json::error_handler_t::replace));
+  }
+  const auto found = json.find("registration");
+  if (found == json.end() || !found->is_object()) {
+    return refuse("a key 'registration'", "none");
+  }
+  const io::Json& registration = *found;
+  const io::Json accepted = registration.value("accepted", io::Json());
+  if (!accepted.is_boolean())
+    return refuse("registration.accepted to be true or false", accepted.dump());
+  if (!accepted.get<bool>()) {
+    return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
+  }
+  if (const auto ok = check_accepted(registration, path.string()); !ok) return ok.error();
+  auto warnings = warnings_of(registration, path.string());
+  if (!warnings) return warnings.error();
+  // Its pose holds at rest only, and what is shown with it has no phase.
+  const io::Json breath = json.value("breath", io::Json());
+  if (!use.follows && breath.is_object() &&
+      breath.value("accepted", io::Json(false)) == io::Json(true)) {
+    return Error{
+        ErrorCode::kRefused,
+        path.string() +
+            ": expected a registration that holds at all times, found one with the breath; "
+            "follow the tissue from it with --follow, or declare the pose of a phase by "
+            "--ct-from-reference"};
+  }
+  const io::Json deformable = json.value("deformable", io::Json());
+  if (deformable.is_object() && deformable.value("accepted", io::Json(false)) == io::Json(true)) {
+    return Error{ErrorCode::kRefused,
+                 path.string() +
+                     ": expected a registration of the CT as it is, found one of the CT bent by "
+                     "a deformation; register without --deformable"};
+  }
+  const io::Json digest = json.value("ct_sha256", io::Json());
+  if (digest.is_null()) {
+    return refuse("a registration of " + ct.name(),
+                  "one that was made without a CT (register with --ct)");
+  }
+  if (digest != ct_digest(ct)) {
+    return Error{ErrorCode::kMalformedData, path.string() + ": expected a registration of " +
+                                                ct.name() +
+                                                ", found one of another CT (ct_sha256 differs)"};
+  }
+  // Landmarks alone do not know the name of the frame that they were touched in.
+  const io::Json frame = json.value("reference_frame", io::Json());
+  if (!frame.is_null() && frame != use.reference_frame) {
+    return refuse("a registration to the patient's frame " + use.reference_frame,
+                  "one to " + frame.dump(-1, ' ', false, io::Json::error_handler_t::replace));
+  }
+  if (use.recording) {
+    if (const auto ok = check_recording(json, *use.recording, path.string()); !ok) {
+      return ok.error();
+    }
+  }
+  const io::Json numbers = registration.value(kAcceptedPose, io::Json());
+  if (!numbers.is_array() || numbers.size() != 16) {
+    return refuse("16 numbers in registration.ct_from_reference_mm", numbers.dump());
+  }
+  Eigen::Matrix4d matrix;
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!numbers[i].is_number()) {
+      return refuse("16 numbers in registration.ct_from_reference_mm", numbers[i].dump());
+    }
+    matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
+  }
+  auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
+  if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
+  return ReadRegistration{*rigid, std::move(*warnings)};
+}
+
+}  // namespace nav::session

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/json.hpp"
+#include "nav/result.hpp"
+#include "nav/volume.hpp"
+
+namespace nav::session {
+
+/// Key of the pose in the JSON of 'sonde register'. The pose of a rejected registration has a key
+/// of its own, so that no reader takes it by mistake.
+inline constexpr const char* kAcceptedPose = "ct_from_reference_mm";
+inline constexpr const char* kRefusedPose = "refused_ct_from_reference_mm";
+
+/// SHA-256 of a CT's grid and voxels: what a registration belongs to.
+std::string ct_digest(const Volume& ct);
+
+/// The recording that a registration by image was made of, and how it was read.
+struct RecordingRead {
+  std::string name;                ///< Of its file, without the folder.
+  std::int64_t frames = 0;         ///< All, usable or not.
+  double first_s = 0, last_s = 0;  ///< Stamps of the first and the last.
+  double temporal_offset_ms = 0;   ///< Picture stamps minus pose stamps, as it was told.
+  /// Calibration: where the first pixel, the end of the first row and the end of the first column
+  /// of the pictures lie on the probe, mm.
+  std::array<Point<frames::Probe>, 3> corners{{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}}};
+};
+
+/// `recording` in the JSON of 'sonde register'.
+io::Json json_of(const RecordingRead& recording);
+
+/// A registration that was accepted.
+struct ReadRegistration {
+  Transform<frames::Ct, frames::Reference> ct_from_reference;
+  std::vector<std::string> warnings;  ///< Empty unless it was accepted with warnings.
+};
+
+/// What a registration is taken for.
+struct RegistrationUse {
+  std::string reference_frame;             ///< The patient's, by its name in the recording.
+  std::optional<RecordingRead> recording;  ///< Absent: of another one, or not known.
+  bool follows = false;                    ///< The CT follows the tissue from there.
+};
+
+/// Reads the JSON that 'sonde register' wrote. Refuses a file that is not one, a registration that
+/// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
+/// unknown or is not as `accepted` says, reasons to refuse it, a refused pose), one of the same
+/// recording with another calibration or offset, and a matrix that is not rigid; one with the
+/// breath, whose pose is that of rest, unless the CT follows. A file without a verdict has no
+/// warnings, one without a recording (of landmarks, or older) is of any.
+Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
+                                           const RegistrationUse& use);
+
+}  // namespace nav::session

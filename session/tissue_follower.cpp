@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/tissue_follower.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "nav/statistics.hpp"
+#include "nav/threads.hpp"
+#include "registration/prepared.hpp"
+#include "session/pose_log.hpp"
+
+namespace nav::session {
+namespace {
+
+using registration::LiveState;
+using registration::LiveUpdate;
+
+registration::CtBox box_about(const std::vector<Point<frames::Reference>>& corners,
+                              const Transform<frames::Ct, frames::Reference>& accepted,
+                              double margin_mm) {
+  Eigen::AlignedBox3d box;
+  for (const auto& corner : corners) box.extend((accepted * corner).mm);
+  return {box.min().array() - margin_mm, box.max().array() + margin_mm};
+}
+
+Safety safety_of(const LiveUpdate& update) {
+  switch (update.state) {
+    case LiveState::kFollowing:
+      return {SafetyState::kValid, ""};
+    case LiveState::kHolding:
+      return {SafetyState::kStale, "the CT lies where an earlier picture put it: " + update.cause};
+    case LiveState::kDrifted:
+      return {SafetyState::kDegraded, "the patient has moved, register anew: " + update.cause};
+    case LiveState::kLost:
+      break;
+  }
+  return {SafetyState::kLost, update.cause};
+}
+
+}  // namespace
+
+Result<TissueFollower> TissueFollower::create(const SweepSurvey& sweep, const Volume& ct,
+                                              const CtPlacement& accepted, int threads,
+                                              Diagnostics& diagnostics) {
+  registration::LiveOptions options;
+  constexpr int kMostThreads = 64;  // Of LiveOptions.
+  options.threads = usable_threads(threads > 0 ? std::min(threads, kMostThreads) : kMostThreads);
+  auto channels = registration::make_ct_channels(
+      ct, box_about(sweep.corners, accepted.ct_from_reference, options.jump_mm),
+      registration::sigma_of(options.level.sample_step_mm));
+  if (!channels) return channels.error();
+  auto live = registration::LiveRegistration::create(
+      std::make_shared<const registration::CtChannels>(std::move(*channels)),
+      accepted.ct_from_reference, options);
+  if (!live) return live.error();
+  return TissueFollower(std::move(*live), accepted, diagnostics);
+}
+
+TissueFollower::TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
+                               Diagnostics& diagnostics)
+    : live_(std::move(live)),
+      diagnostics_(&diagnostics),
+      placement_(accepted),
+      text_(
+          "sequence,acquired_ns,state,cost,displacement_mm,mean_displacement_mm,predicted_rms_mm,"
+          "distinctness,"
+          "tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
+
+CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto update = live_.update(picture);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  update_s_.push_back(took.count());
+  if (!update) {
+    ++states_["refused"];
+    // A CT that was lost stays lost.
+    placement_.safety = compose({placement_.safety, {SafetyState::kStale, update.error().message}});
+    diagnostics_->report(Severity::kWarning, "follow", update.error().message);
+    return placement_;
+  }
+  ++states_[registration::to_string(update->state)];
+  costs_.push_back(update->cost);
+  largest_displacement_mm_ = std::max(largest_displacement_mm_, update->displacement_mm);
+  note_state(*update, picture);
+  log(*update, picture);
+  placement_ = {update->ct_from_reference, safety_of(*update)};
+  return placement_;
+}
+
+/// An alarm is said once, when it comes.
+void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& picture) {
+  if (last_ == update.state) return;
+  last_ = update.state;
+  if (update.state != LiveState::kDrifted && update.state != LiveState::kLost) return;
+  alarms_.push_back(
+      {to_seconds(picture.frame.acquired), registration::to_string(update.state), update.cause});
+  diagnostics_->report(Severity::kWarning, "follow", safety_of(update).cause);
+}
+
+void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& picture) {
+  text_ += std::to_string(picture.frame.sequence) + ',' +
+           std::to_string(picture.frame.acquired.time_since_epoch().count()) + ',' +
+           registration::to_string(update.state);
+  for (const double value : {update.cost, update.displacement_mm, update.mean_displacement_mm,
+                             update.predicted_rms_mm}) {
+    text_ += ',' + shortest_text(value);
+  }
+  text_ += ',';
+  if (std::isfinite(update.distinctness)) text_ += shortest_text(update.distinctness);
+  const auto& pose = update.ct_from_reference;
+  text_ += pose_columns(pose.translation_mm(), pose.rotation()) + '\n';
+}
+
+TissueFollower::Summary TissueFollower::summary() const {
+  Summary summary;
+  summary.pictures = update_s_.size();
+  summary.states = states_;
+  summary.alarms = alarms_;
+  summary.largest_displacement_mm = largest_displacement_mm_;
+  summary.cost_median = median(costs_);
+  summary.update_s_median = median(update_s_);
+  summary.updates_over_limit = std::count_if(update_s_.begin(), update_s_.end(),
+                                             [](double s) { return s > kUpdateLimit_s; });
+  return summary;
+}
+
+}  // namespace nav::session

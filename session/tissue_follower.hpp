@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nav/volume.hpp"
+#include "registration/motion/live_registration.hpp"
+#include "session/navigator.hpp"
+#include "session/recorded_session.hpp"
+
+namespace nav::session {
+
+/// Keeps the CT with tissue that moves: each new picture refines where the CT lies, from an
+/// accepted registration on. A picture that cannot be matched makes the placement stale, a patient
+/// who lies no more as when the CT was registered degrades it, and one who is lost takes it away.
+/// Not thread-safe.
+class TissueFollower {
+ public:
+  /// Limit of an update that the summary counts against, s: a refresh of 20 Hz.
+  static constexpr double kUpdateLimit_s = 0.05;
+
+  /// Prepares the CT about a sweep, whose pictures should have the outline of their sector.
+  /// accepted: of a registration that was accepted.
+  static Result<TissueFollower> create(const SweepSurvey& sweep, const Volume& ct,
+                                       const CtPlacement& accepted, int threads,
+                                       Diagnostics& diagnostics);
+
+  /// Where the CT lies for this picture. Pictures that cannot be judged (not later than the last,
+  /// impossible geometry) leave it as it was, as stale. Never fails for what a picture shows.
+  CtPlacement follow(const TrackedFrame& picture);
+
+  /// A change to a state that the user must act on.
+  struct Alarm {
+    double session_s;
+    std::string state, cause;
+  };
+  /// Outcome of all images so far, for the report.
+  struct Summary {
+    std::size_t pictures = 0;
+    std::map<std::string, int> states;  ///< Images by state.
+    std::vector<Alarm> alarms;
+    double largest_displacement_mm = 0;  ///< From the accepted registration.
+    double cost_median = 0;              ///< NaN before the first image.
+    double update_s_median = 0;          ///< Wall time of an update, s; NaN before the first.
+    std::ptrdiff_t updates_over_limit = 0;
+  };
+  [[nodiscard]] Summary summary() const;
+  /// A line of text for every picture: sequence, acquired_ns, state, cost, displacement_mm,
+  /// mean_displacement_mm, predicted_rms_mm, distinctness (empty at first), ct_from_reference as tx
+  /// ty tz (mm) qx qy qz qw.
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
+                 Diagnostics& diagnostics);
+  void note_state(const registration::LiveUpdate& update, const TrackedFrame& picture);
+  void log(const registration::LiveUpdate& update, const TrackedFrame& picture);
+
+  registration::LiveRegistration live_;
+  Diagnostics* diagnostics_;
+  CtPlacement placement_;
+  std::map<std::string, int> states_;
+  std::optional<registration::LiveState> last_;
+  std::vector<Alarm> alarms_;
+  std::vector<double> update_s_, costs_;
+  double largest_displacement_mm_ = 0;
+  std::string text_;
+};
+
+}  // namespace nav::session

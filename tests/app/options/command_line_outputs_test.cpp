@@ -1,0 +1,261 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// What the program writes, and what it never writes over.
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "tests/app/options/command_line_support.hpp"
+
+namespace nav::app {
+namespace {
+
+// A report, picture or set-up that cannot be written is no reason to compute for a minute.
+TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
+  const std::string nowhere = (folder_ / "none" / "x").string();
+  const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
+  for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
+           {"bench render --quick --json " + nowhere, "--json: "},
+           {"bench predicates --quick --json " + nowhere, "--json: "},
+           {"bench derived --json " + nowhere, "--json: "},
+           {"bench registration --json " + nowhere, "--json: "},
+           {"predicates --phantom-side 512 --out " + nowhere + ".png", "--out: "},
+           {"predicates --phantom-side 512 --out x.png --save " + nowhere, "--save: "}}) {
+    expect_refusal(arguments, 3, {option, "none/x"});
+  }
+  EXPECT_FALSE(std::filesystem::exists("x.png"));
+  // Where the verb makes the folder, a report may lie in it.
+  const std::string sweep = write_sweep();
+  const std::string arguments = "replay " + sweep + " --ct " + write_ct() + " --config " +
+                                write_config() + " --width 96 --height 64 --step 2 --out " +
+                                (folder_ / "new").string() + " --json " +
+                                (folder_ / "new" / "report2.json").string();
+  const Outcome made = sonde(arguments);
+  EXPECT_EQ(made.code, 0) << made.errors;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "new" / "report2.json"));
+}
+
+TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNothingOfAnEarlierOne) {
+  std::filesystem::create_directories(folder_ / "out");
+  for (const char* name : {"report.json", "registration.png", "mine.png"}) {
+    std::ofstream(folder_ / "out" / name) << "{}";
+  }
+  expect_refusal(
+      "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string(), 3,
+      {"missing.mha"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/registration.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/mine.png"));
+}
+
+TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
+  const std::string volume = write_ultrasound(folder_ / "us.mha");
+  const std::string draw =
+      "predicates --width 200 --height 200 --predicates layers --layers l " + volume + " --out ";
+  const std::string before = *io::read_file(volume, 1 << 20);
+  expect_refusal(draw + volume, 2, {"--out: expected a name that ends in .png"});
+  const auto link = folder_ / "link.png";
+  std::filesystem::create_symlink(volume, link);
+  expect_refusal(draw + link.string(), 2, {"--out: expected a file of its own", "that of volume"});
+  const std::string both = (folder_ / "both.png").string();
+  expect_refusal(draw + both + " --save " + both, 2,
+                 {"--save: expected a file of its own", "that of --out"});
+  expect_refusal(draw + (folder_ / "x.jpg").string(), 2, {"--out", ".png", "x.jpg"});
+  EXPECT_EQ(*io::read_file(volume, 1 << 20), before);
+  const std::string sweep = write_sweep();
+  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --out x --json " + sweep, 2,
+                 {"--json: expected a file of its own", "that of sweep"});
+  expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
+  expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
+  expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
+  const std::string ct = write_ct();
+  expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
+}
+
+/// Files that are read late, or only where a look or predicates ask for them.
+TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
+  const auto write = [&](const char* name) {
+    std::ofstream(folder_ / name) << "mine";
+    return (folder_ / name).string();
+  };
+  const std::string look = write("bone.vp");
+  const std::string mesh = write("lesion.stl");
+  const std::string other = write("of-predicates.json");
+  const std::string replay = "replay s.mha --ct ct.mha --out o ";
+  const std::string ultrasound = replay + "--us-volume us.mha ";
+  for (const std::string& verb : {replay, std::string("demo --out o ")}) {
+    expect_refusal(verb + "--look " + look + " --json " + look, 2,
+                   {"--json: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--look " + look + " --save-look " + look, 2,
+                   {"--save-look: expected a file of its own", look, "that of --look"});
+    expect_refusal(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
+                   {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
+    expect_refusal(verb + "--save-look x.json --json x.json", 2,
+                   {"--save-look: expected a file of its own", "that of --json"});
+    expect_refusal(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
+    expect_refusal(verb + "--look o/report.json", 2, {"--out", "that of --look"});
+  }
+  expect_refusal(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
+                 {"--json", other, "that of --labels"});
+  expect_refusal(ultrasound + "--predicates layers --layers " + other + " --json " + other, 2,
+                 {"--json", other, "that of --layers"});
+  expect_refusal(ultrasound + "--predicates " + other + " --json " + other, 2,
+                 {"--json", other, "that of --predicates"});
+  const std::string session = (folder_ / "s.toml").string();
+  std::ofstream(session) << "[predicates]\nvolume = \"us.mha\"\nscan_lines = \"" << other << "\"\n";
+  expect_refusal(replay + "--session " + session + " --json " + other, 2,
+                 {"--json", other, "that of --scan-lines"});
+  std::ofstream(session) << "[source]\nkind = \"simulated\"\n[output]\nfolder = \"o\"\n";
+  expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
+                 {"--json", "that of --look"});
+  expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
+  expect_refusal("bench registration --trials x --json x", 2, {"--trials", "that of --json"});
+  for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
+}
+
+TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
+  std::filesystem::create_directories(folder_ / "ct/deeper");
+  const std::string slice = (folder_ / "ct/deeper/1.dcm").string();
+  const std::string dicom = std::string(128, '\0') + "DICM";
+  std::ofstream(slice, std::ios::binary) << dicom;
+  const std::string ct = (folder_ / "ct").string();
+  for (const std::string& verb :
+       {"info " + ct, "register --landmarks l.csv --ct " + ct, "replay s.mha --out o --ct " + ct}) {
+    expect_refusal(verb + " --json " + slice, 2,
+                   {"--json: expected a file of its own", slice, "a picture of that of"});
+  }
+  EXPECT_EQ(*io::read_file(slice, 1000), dicom);
+  // Without the preamble, as read_ct takes it; one that begins alike is no picture.
+  const std::string old = (folder_ / "ct/old.dcm").string();
+  std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
+  expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
+  const std::string alike = (folder_ / "ct/alike.json").string();
+  std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
+  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM pictures, found none"});
+  // Behind a link of the folder.
+  const std::string linked = (folder_ / "elsewhere.dcm").string();
+  std::ofstream(linked, std::ios::binary) << dicom;
+  std::filesystem::create_symlink("../elsewhere.dcm", folder_ / "ct/link.dcm");
+  expect_refusal("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
+}
+
+TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
+  const std::string pixels(2 * 2 * 2, '\0');
+  for (const char* name : {"ct.raw", "1.raw", "2.raw"}) {
+    std::ofstream(folder_ / name, std::ios::binary) << pixels;
+  }
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  };
+  const std::string mhd = write("ct.mhd",
+                                "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
+                                "ElementSpacing = 1 1 1\nElementDataFile = ct.raw\n");
+  const std::string nhdr = write("ct.nhdr",
+                                 "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+                                 "encoding: raw\ndata file: %d.raw 1 2 1\n");
+  const auto expect = [&](const std::string& arguments, const std::string& header,
+                          const std::string& raw, const std::string& option) {
+    const std::string path = (folder_ / raw).string();
+    expect_refusal(
+        arguments + path, 2,
+        {"expected a file of its own", path, "the pixels of " + header, "that of " + option});
+    EXPECT_EQ(*io::read_file(path, 100), pixels);
+  };
+  expect("info " + mhd + " --json ", mhd, "ct.raw", "file");
+  expect("info " + nhdr + " --json ", nhdr, "2.raw", "file");
+  expect("replay " + mhd + " --out o --ct " + nhdr + " --save-look ", nhdr, "1.raw", "--ct");
+  expect("replay " + mhd + " --out o --ct " + nhdr + " --json ", mhd, "ct.raw", "sweep");
+  EXPECT_EQ(sonde("info " + mhd + " --accept-unknown-orientation --json " +
+                  (folder_ / "other.raw").string())
+                .code,
+            0);
+}
+
+TEST_F(CommandLineTest, AnOutputThatCannotBeWrittenLeavesNothing) {
+  const std::string sweep = write_sweep();
+  const auto file = folder_ / "file";
+  std::ofstream(file) << "x";
+  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --config " + write_config() +
+                     " --out " + file.string(),
+                 3, {"file", "folder"});
+  expect_refusal("info " + sweep + " --json /dev/full", 3, {"/dev/full"});
+  expect_refusal("info " + sweep + " --json /nonexistent/x.json", 3, {"/nonexistent"});
+}
+
+TEST_F(CommandLineTest, NoColourOutsideATerminal) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()));
+  EXPECT_EQ(outcome.errors.find('\033'), std::string::npos);
+  EXPECT_EQ(outcome.errors.find('\r'), std::string::npos);
+}
+
+TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
+  const std::string sweep = write_sweep();
+  for (const std::string& arguments : {"info " + sweep + " >/dev/full", "info " + sweep + " >&-",
+                                       replay_arguments(sweep) + " --print-session >/dev/full"}) {
+    expect_refusal(built_sonde(arguments), arguments, 3, {"standard output"});
+  }
+}
+
+TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
+  const std::string sweep = write_sweep();
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  // A folder in the place of a picture stops the run in the middle.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  std::filesystem::create_directory(folder_ / "out/replay_00002.png");
+  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  // Nor one that stops before it draws.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  expect_refusal(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+}
+
+TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
+  const std::string sweep = write_sweep();
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  const auto there = [&](const char* name) {
+    return std::filesystem::exists(folder_ / "out" / name);
+  };
+  const std::array earlier = {"replay_00004.png", "replay_123456.png", "replay.webp",
+                              "pose_log.csv", "following.csv"};
+  const std::array others = {"replay_notes.png", "replay_12.png", "replay_00004.png.txt",
+                             "my_replay_00004.png", "session.toml"};
+  for (const auto& names : {earlier, others}) {
+    for (const char* name : names) std::ofstream(folder_ / "out" / name, std::ios::app);
+  }
+  std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
+  // One that stops before it draws takes nothing but the report away.
+  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
+  // A folder in the place of a picture stops the run in the middle.
+  std::filesystem::remove(folder_ / "out/replay_00002.png");
+  std::filesystem::create_directory(folder_ / "out/replay_00002.png");
+  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  for (const char* name : earlier) EXPECT_FALSE(there(name)) << name;
+  for (const char* name : others) EXPECT_TRUE(there(name)) << name;
+  EXPECT_TRUE(there("replay_00001.png"));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "out/replay_00009.png"));
+}
+
+TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
+  const std::string sweep = write_sweep();
+  std::filesystem::create_directory(folder_ / "out");
+  const std::string report = (folder_ / "out/report.json").string();
+  std::ofstream(report) << "of sonde register";
+  expect_refusal(replay_arguments(sweep) + " --registration " + report, 2,
+                 {"--out: expected a file of its own", report, "that of --registration"});
+  EXPECT_EQ(*io::read_file(report, 100), "of sonde register");
+}
+
+}  // namespace
+}  // namespace nav::app

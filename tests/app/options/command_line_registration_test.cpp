@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Registrations by landmarks and surfaces, as a user asks for them.
+#include <algorithm>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "app/report.hpp"
+#include "tests/app/options/command_line_support.hpp"
+
+namespace nav::app {
+namespace {
+
+TEST_F(CommandLineTest, ARegistrationNeverSpeaksOfAReplay) {
+  const std::string arguments =
+      "register " + write_sweep() + " --ct " + write_ct() + " --config " + write_config();
+  const Outcome refused = sonde(arguments + " --probe-frame Stylus --image-frame Sono");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_NE(refused.errors.find("mha: expected frames that place Stylus in Tracker"),
+            std::string::npos)
+      << refused.errors;
+  // Nothing tracks the patient, which is said.
+  const Outcome flat = sonde(arguments);
+  EXPECT_NE(flat.errors.find("recording: nothing tracks the patient"), std::string::npos);
+  EXPECT_EQ((refused.errors + flat.errors).find("replay"), std::string::npos) << flat.errors;
+}
+
+TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm\nA,0,0,0,10,0,0\nB,50,0,0,60,0,0\nC,0,40,0,10,40,0\nD,0,0,30,"
+                           "10,0,30\n";
+  const std::string sweep = write_sweep();
+  const std::string ct = write_ct();
+  const auto result = folder_ / "registration.json";
+  const Outcome outcome = sonde("register --landmarks " + points.string() + " --ct " + ct +
+                                " --json " + result.string());
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = io::read_json("registration.json");
+  EXPECT_NEAR(report["registration"]["fre_rms_mm"].get<double>(), 0, 1e-9);
+  EXPECT_NEAR(report["registration"]["ct_from_reference_mm"][3].get<double>(), 10, 1e-9);
+  const Outcome replay = sonde(replay_arguments(sweep) + " --registration " + result.string());
+  ASSERT_EQ(replay.code, 0) << replay.errors;
+  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "registered");
+  // One that holds at a phase of the breath is not shown at all times.
+  io::Json moving = report;
+  moving["breath"] = {{"supported", true}, {"accepted", true}};
+  std::ofstream(result) << moving;
+  expect_refusal(replay_arguments(sweep) + " --registration " + result.string(), 5,
+                 {"registration.json", "breath"});
+}
+
+TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm,reference_sigma_x_mm,reference_sigma_y_mm,"
+                           "reference_sigma_z_mm,ct_sigma_x_mm,ct_sigma_y_mm,ct_sigma_z_mm\n"
+                           "A,0,0,0,10,0,0,.2,.2,1,.3,.3,1\nB,50,0,0,60,0,0,.2,.2,1,.3,.3,1\n"
+                           "C,0,40,0,10,40,0,.2,.2,1,.3,.3,1\nD,0,0,30,10,0,30,.2,.2,1,.3,.3,1\n"
+                           "Slipped,40,40,0,50,40,25,.2,.2,1,.3,.3,1\n";
+  const Outcome outcome =
+      sonde("register --landmarks " + points.string() + " --ct " + write_ct() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("'Slipped' is not used"), std::string::npos) << outcome.errors;
+  const io::Json found = io::Json::parse(outcome.output)["registration"];
+  ASSERT_EQ(found["rejected"].size(), 1u);
+  EXPECT_EQ(found["rejected"][0]["name"], "Slipped");
+  EXPECT_NEAR(found["rejected"][0]["distance_mm"].get<double>(), 25, 1e-6);
+  EXPECT_EQ(found["landmarks"].size(), 4u);
+  EXPECT_EQ(found["anisotropic"], true);
+  EXPECT_NEAR(found["ct_from_reference_mm"][3].get<double>(), 10, 1e-6);
+  EXPECT_GT(found["error_map"]["worst_rms_mm"].get<double>(),
+            found["target_error_rms_mm"].get<double>());
+}
+
+TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
+  // A hip roof of 80 x 60 mm, and the same without its ends: that slides along the ridge.
+  const auto points = folder_ / "points.txt";
+  std::ofstream touched(points);
+  for (int i = -9; i <= 9; ++i) {
+    for (int j = -6; j <= 6; ++j) {
+      const double x = 4.0 * i;
+      const double y = 4.0 * j;
+      touched << x + 5 << ' ' << y << ' ' << std::min(30 - std::abs(y), 40 - std::abs(x)) << '\n';
+    }
+  }
+  touched.close();
+  const auto mesh = [&](const std::string& name, const std::string& polygons) {
+    std::ofstream(folder_ / name)
+        << "# vtk DataFile Version 3.0\nroof\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n-40 -30 0 "
+           "40 -30 0 40 30 0 -40 30 0 -10 0 30 10 0 30\nPOLYGONS "
+        << polygons << '\n';
+    return (folder_ / name).string();
+  };
+  const std::string tail = " --points " + points.string() +
+                           " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1' --json -";
+  const Outcome outcome =
+      sonde("register --surface " +
+            mesh("roof.vtk", "4 18\n4 0 1 5 4\n4 3 4 5 2\n3 0 4 3\n3 1 2 5") + tail);
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json found = io::Json::parse(outcome.output);
+  EXPECT_EQ(found["method"], "surface");
+  EXPECT_NEAR(found["registration"]["ct_from_reference_mm"][3].get<double>(), -5, 0.2);
+  // Cells of 4 mm round the ridges.
+  EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.5);
+  const std::string tent =
+      "register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail;
+  expect_refusal(tent, 5, {"does not determine"});
+  const io::Json slides = io::Json::parse(sonde(tent).output)["registration"];
+  EXPECT_FALSE(slides.contains("ct_from_reference_mm"));
+  EXPECT_EQ(slides["refused_ct_from_reference_mm"].size(), 16U);
+  expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
+  // Points do not breathe: an option that would do nothing is refused.
+  const std::string by_points = "register --surface x.vtk --points " + points.string();
+  expect_refusal(by_points + " --breath-period 4", 2, {"--points", "--breath-period"});
+  expect_refusal(by_points + " --deformable", 2, {"--points", "--deformable"});
+  // What all points share goes into the pose by the surface; landmarks show it.
+  const auto landmarks = [&](double shared_mm) {
+    const auto path = folder_ / "second.csv";
+    std::ofstream file(path);
+    file << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm\n";
+    for (int i = 0; i < 6; ++i) {
+      const double x = 25.0 * (i % 3) - 25;
+      const double y = 30.0 * (i / 3) - 15;
+      const double z = 4.0 * i;
+      file << i << ',' << x + 5 << ',' << y << ',' << z + shared_mm << ',' << x << ',' << y << ','
+           << z << '\n';
+    }
+    return path.string();
+  };
+  const std::string by_both =
+      "register --surface " + (folder_ / "roof.vtk").string() + " --points " + points.string();
+  const Outcome agreed = sonde(by_both + " --landmarks " + landmarks(0) + " --json -");
+  ASSERT_EQ(agreed.code, 0) << agreed.errors;
+  const io::Json said = io::Json::parse(agreed.output)["registration"]["landmarks"];
+  EXPECT_LT(said["apart_mm"].get<double>(), 0.5);
+  EXPECT_LT(said["apart_mm"].get<double>(), said["limit_mm"].get<double>());
+  expect_refusal(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
+  expect_refusal("register --surface x.vtk", 2, {"--points"});
+  const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
+  expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
+  expect_refusal(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
+  expect_refusal(by_image + " --effort quick --deformable", 2, {"--effort quick", "--deformable"});
+  expect_refusal(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
+  expect_refusal(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
+  expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
+  expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
+  expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
+  expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
+  expect_refusal(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});
+  expect_refusal(by_image + " --marker-towards left" +
+                     " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'",
+                 2, {"--marker-towards", "no start pose"});
+  expect_refusal(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
+}
+
+TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered) {
+  const auto points = folder_ / "points.csv";
+  std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
+                           "ct_z_mm\nA,0,0,0,50,0,0\nB,50,0,0,0,0,0\nC,0,40,0,0,0,30\nD,0,0,30,"
+                           "0,40,0\n";
+  const auto result = folder_ / "registration.json";
+  expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
+                     result.string(),
+                 5, {"residual of the landmarks"});
+  const io::Json refused = io::read_json("registration.json")["registration"];
+  EXPECT_EQ(refused["accepted"], false);
+  EXPECT_FALSE(refused.contains("ct_from_reference_mm"));
+  EXPECT_EQ(refused["refused_ct_from_reference_mm"].size(), 16U);
+  expect_refusal(replay_arguments(write_sweep()) + " --registration " + result.string(), 5,
+                 {"registration.json", "not accepted"});
+}
+
+}  // namespace
+}  // namespace nav::app

@@ -1,0 +1,333 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Replays, as a user asks for them.
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "app/report.hpp"
+#include "io/sequence_writer.hpp"
+#include "tests/app/options/command_line_support.hpp"
+
+namespace nav::app {
+namespace {
+
+TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
+  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    pose(0, 3) = 3.0 * static_cast<double>(frame.index);
+    const auto status = frame.index < 4 ? TrackingStatus::kOk : TrackingStatus::kOccluded;
+    io::set_transform(frame, {"NeedleTipToTracker", pose, status});
+  });
+  const std::string ct = write_ct();
+  const auto set = [&](const std::string& kind) {
+    const auto path = folder_ / (kind + ".json");
+    std::ofstream(path) << R"({"sonde_predicates": 1, "name": "near", "predicates": [)"
+                        << R"({"name": "near", "importance": 1, "hue_deg": 120, "saturation": 1,)"
+                        << R"( "where": {")" << kind << R"(": {"low_mm": -1, "high_mm": 9}}}]})";
+    return path.string();
+  };
+  const std::string base = replay_arguments(sweep) + " --us-volume " + ct + " --white 700";
+  const std::string needle = base + " --predicates " + set("needle_distance");
+  expect_refusal(needle, 2, {"needle_distance", "needle of the recording (--needle-frame NAME)"});
+  const Outcome live = sonde(needle +
+                             " --needle-frame NeedleTip --ct-from-reference "
+                             "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
+  EXPECT_EQ(live.code, 0) << live.errors;
+  EXPECT_EQ(io::read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  const std::string target = base + " --predicates " + set("target_distance");
+  expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
+  const auto session = folder_ / "target.toml";
+  std::ofstream(session) << "[predicates]\ntarget_mm = [0.0, 0.0, 0.0, 10.0]\n";
+  const Outcome aimed = sonde(target + " --session " + session.string());
+  EXPECT_EQ(aimed.code, 0) << aimed.errors;
+}
+
+TEST_F(CommandLineTest, AReplayWarnsOfAMostImportantPredicateThatOthersLower) {
+  const auto set = folder_ / "set.json";
+  std::ofstream(set) << R"({"sonde_predicates": 1, "name": "set", "predicates": [)"
+                     << R"({"name": "bright", "importance": 0.8, "hue_deg": 120, "saturation": 1,)"
+                     << R"( "where": {"intensity": {"low": 0.5}}},)"
+                     << R"({"name": "tissue", "importance": 0.2, "hue_deg": 30, "saturation": 1,)"
+                     << R"( "where": {"intensity": {"low": 0.1}}}]})";
+  const std::string replay = replay_arguments(write_sweep()) + " --us-volume " + write_ct() +
+                             " --white 700 --predicates " + set.string();
+  const auto warning_of = [&](const std::string& options) {
+    const Outcome outcome = sonde(replay + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const auto at = outcome.errors.find("'bright', its most important predicate");
+    return at == std::string::npos ? "" : outcome.errors.substr(at, 200);
+  };
+  EXPECT_NE(
+      warning_of("").find("in 100 % of the voxels where it is true: there it counts for 0.53"),
+      std::string::npos);
+  EXPECT_NE(warning_of(" --predicate-importance bright=1").find("counts for 0.5 of"),
+            std::string::npos);
+  EXPECT_EQ(warning_of(" --no-cutaway"), "");
+  const io::Json report = io::read_json("replay.json");
+  EXPECT_NEAR(report["predicates"][0]["importance"].get<double>(), 0.8, 1e-12);
+}
+
+TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()));
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = io::read_json("replay.json");
+  EXPECT_EQ(report["ledger"]["received"], 6);
+  EXPECT_EQ(report["ledger"]["shown"], 6);
+  EXPECT_EQ(report["placement"]["kind"], "centred");
+  EXPECT_NE(report["placement"]["statement"].get<std::string>().find("not registered"),
+            std::string::npos);
+  EXPECT_NE(report["reference"].get<std::string>().find("nothing tracks the patient"),
+            std::string::npos);
+  for (const char* file : {"report.json", "report.html", "pose_log.csv", "session.toml",
+                           "replay_00000.png", "replay_00005.png", "replay.webp"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / file)) << file;
+  }
+}
+
+TEST_F(CommandLineTest, AReplayWarnsOfASweepThatTheCtIsFarFrom) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const auto warnings = [&](const std::string& x_mm) {
+    const Outcome outcome =
+        sonde(arguments + " --ct-from-reference \"1 0 0 " + x_mm + " 0 1 0 0 0 0 1 0 0 0 0 1\"");
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    const io::Json report = io::read_json("replay.json");
+    const bool said = outcome.errors.find("the sweep lies outside of the CT") != std::string::npos;
+    EXPECT_EQ(said, !report["placement"]["warnings"].empty()) << outcome.errors;
+    return report["placement"]["warnings"].dump();
+  };
+  EXPECT_EQ(warnings("0"), "[]");
+  // The CT ends at x = 58 mm.
+  EXPECT_NE(warnings("5000").find("its nearest picture 49"), std::string::npos);
+  EXPECT_NE(text_of(folder_ / "out/report.html").find("the sweep lies outside"), std::string::npos);
+}
+
+TEST_F(CommandLineTest, AReplayWarnsOfAPlanThatLiesFarFromTheCt) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const auto session = folder_ / "plan.toml";
+  const auto said = [&](const std::string& entry, const std::string& target) {
+    std::ofstream(session) << "[plan]\nentry_mm = " << entry << "\ntarget_mm = " << target
+                           << "\ntarget_radius_mm = 6\n";
+    const Outcome outcome = sonde(arguments + " --session " + session.string());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return outcome.errors;
+  };
+  // The CT is 120 mm wide; the skin may lie a little beside it.
+  EXPECT_EQ(said("[0, -90, 0]", "[0, 0, 0]").find("plan."), std::string::npos);
+  const std::string far_target = said("[0, -90, 0]", "[1500, 0, 0]");
+  EXPECT_NE(far_target.find("plan.target_mm: it lies 1442 mm outside of the CT"), std::string::npos)
+      << far_target;
+  EXPECT_EQ(far_target.find("plan.entry_mm"), std::string::npos);
+  const std::string far_entry = said("[0, -900, 0]", "[0, 0, 0]");
+  EXPECT_NE(far_entry.find("plan.entry_mm: it lies 838 mm outside of the CT"), std::string::npos)
+      << far_entry;
+}
+
+TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
+  const Outcome outcome = sonde("replay " + write_sweep() + " --ct " + write_ct() + " --config " +
+                                write_config() + " --out " + (folder_ / "out").string() +
+                                " --frames 1 --step 4 --width 16 --height 1024");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+}
+
+TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile) {
+  const std::string sweep = write_sweep();
+  const std::string arguments = replay_arguments(sweep);
+  ASSERT_EQ(sonde(arguments + " --threads 1").code, 0);
+  const io::Json one = io::read_json("replay.json");
+  ASSERT_EQ(sonde(arguments + " --threads 2").code, 0);
+  const io::Json two = io::read_json("replay.json");
+  EXPECT_EQ(one["image_sha256"], two["image_sha256"]);
+  EXPECT_EQ(one["pose_log_sha256"], two["pose_log_sha256"]);
+  const Outcome again = sonde("replay --session " + (folder_ / "out/session.toml").string() +
+                              " --json " + (folder_ / "again.json").string());
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(io::read_json("again.json")["image_sha256"], one["image_sha256"]);
+}
+
+TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
+  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    if (frame.index == 1) {
+      pose(0, 0) = -1;  // A reflection.
+      io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOk});
+    }
+    if (frame.index == 2) frame.timestamp_s = 10.0;  // Backwards.
+    if (frame.index == 3) {
+      io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOutOfVolume});
+    }
+  });
+  expect_refusal(replay_arguments(sweep), 3,
+                 {"sweep.igs.mha", "frame 1", "ProbeToTracker", "reflection", "2 of 6"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  const Outcome outcome = sonde(replay_arguments(sweep) + " --skip-bad-frames");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = io::read_json("replay.json");
+  EXPECT_EQ(report["ledger"]["received"], 6);
+  EXPECT_EQ(report["ledger"]["shown"], 3);
+  EXPECT_TRUE(report["ledger"]["balanced"]);
+  EXPECT_EQ(report["ledger"]["rejected"]["Probe.not_tracked"], 2);
+  EXPECT_EQ(report["rejected_poses"]["Probe.not_rigid"], 1);
+  EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
+}
+
+TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
+  const auto sweep_with = [&](const Eigen::Matrix4d& second, TrackingStatus status) {
+    return write_sweep({}, [&](io::SequenceFrame& frame) {
+      const Eigen::Matrix4d usual = Eigen::Matrix4d::Identity();
+      const bool odd = frame.index == 2;
+      io::set_transform(frame,
+                        {"ImageToProbe", odd ? second : usual, odd ? status : TrackingStatus::kOk});
+    });
+  };
+  const Eigen::Matrix4d none = Eigen::Matrix4d::Constant(std::nan(""));
+  expect_refusal(replay_arguments(sweep_with(none, TrackingStatus::kOk)), 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "nan", "1 of 6"});
+  const std::string skipping = " --skip-bad-frames";
+  const auto expect_one_hidden = [&](const std::string& arguments) {
+    const Outcome outcome = sonde(arguments);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_NE(outcome.errors.find("frame 2: ImageToProbe"), std::string::npos) << outcome.errors;
+    const io::Json report = io::read_json("replay.json");
+    EXPECT_EQ(report["ledger"]["shown"], 5);
+    EXPECT_EQ(report["ledger"]["rejected"]["unusable_picture"], 1);
+  };
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kOk)) + skipping);
+  expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kInvalid)));
+  Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
+  moved(0, 3) = 5;
+  expect_refusal(replay_arguments(sweep_with(moved, TrackingStatus::kOk)) + skipping, 3,
+                 {"sweep.igs.mha", "frame 2: ImageToProbe", "frame 0", "5 mm away"});
+}
+
+TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
+  expect_refusal(replay_arguments(write_sweep({},
+                                              [](io::SequenceFrame& frame) {
+                                                if (frame.index == 4)
+                                                  frame.timestamp_s = 10.3;  // As frame 3.
+                                              })),
+                 3, {"frame 4", "Timestamp", "after 10.3", "found 10.3"});
+}
+
+TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep({}, [](io::SequenceFrame& frame) {
+    io::set_transform(frame,
+                      {"ProbeToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kUnknown});
+  })));
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("expected a status"), std::string::npos) << outcome.errors;
+}
+
+TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
+  const auto refuse = [&](const std::string& sweep, std::initializer_list<std::string> pieces) {
+    expect_refusal(replay_arguments(sweep), 3, pieces);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  };
+  refuse(write_sweep([](auto& h) {
+           h.components = 3;
+           h.image_type = "RGB_COLOR";
+         }),
+         {"frame 0"});
+  refuse(write_sweep([](auto& h) { h.pixel_type = io::PixelType::kUint16; }), {"frame 0", "8-bit"});
+  refuse(write_sweep([](auto& h) { h.orientation = "XX"; }), {"orientation", "XX"});
+  refuse(write_sweep({},
+                     [](auto& f) {
+                       io::set_transform(f,
+                                         {"ProbeToTracker", Eigen::Matrix4d::Constant(std::nan("")),
+                                          TrackingStatus::kInvalid});
+                     }),
+         {"Probe"});
+  refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
+}
+
+TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
+  // Six pictures and poses, 100 ms apart.
+  const std::string replay = replay_arguments(write_sweep());
+  ASSERT_EQ(sonde(replay + " --temporal-offset-ms=-450").code, 0);
+  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
+  ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
+  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
+  expect_refusal(replay + " --temporal-offset-ms=-2000", 3,
+                 {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
+                  "after the last pose, by 1500 to 2000 ms"});
+  expect_refusal(replay + " --temporal-offset-ms=600", 3,
+                 {"by --temporal-offset-ms 600, 6 of 6 pictures lie before the first pose, by 100 "
+                  "to 600 ms"});
+}
+
+TEST_F(CommandLineTest, RefusesACalibrationThatCannotBe) {
+  const std::string sweep = write_sweep();
+  const std::string base = "replay " + sweep + " --ct " + write_ct() + " --out " +
+                           (folder_ / "o").string() + " --config ";
+  expect_refusal(base + write_config("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {"plus.xml"});
+  expect_refusal(base + write_config("0 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {});
+  expect_refusal(base + write_config("1 2 3"), 3, {"16"});
+}
+
+TEST_F(CommandLineTest, RefusesRecordingsThatAreCutShort) {
+  for (const bool compressed : {false, true}) {
+    const std::string sweep = write_sweep([&](auto& h) { h.compressed = compressed; });
+    ASSERT_EQ(sonde("info " + sweep).code, 0);
+    std::filesystem::resize_file(sweep, std::filesystem::file_size(sweep) - 5);
+    expect_refusal("info " + sweep, 3, {"sweep.igs.mha"});
+    expect_refusal(replay_arguments(sweep), 3, {"sweep.igs.mha"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  }
+}
+
+TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {
+  const std::string arguments = replay_arguments(write_sweep());
+  const std::string matrix = "'1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1'";
+  expect_refusal(arguments + " --registration r.json --ct-from-reference " + matrix, 2,
+                 {"--ct-from-reference", "--registration"});
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n";
+  const std::string with_session = arguments + " --session " + session.string();
+  expect_refusal(with_session, 3, {"missing.json"});
+  const Outcome declared = sonde(with_session + " --ct-from-reference " + matrix);
+  ASSERT_EQ(declared.code, 0) << declared.errors;
+  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "declared");
+  std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n"
+                            "ct_from_reference_mm = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
+  expect_refusal(with_session, 3, {"placement.registration", "both"});
+}
+
+TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
+  const auto played = [&](double shift_s) {
+    const std::string sweep =
+        write_sweep({}, [&](io::SequenceFrame& frame) { *frame.timestamp_s += shift_s; });
+    const Outcome outcome = sonde(replay_arguments(sweep));
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return io::read_json("replay.json");
+  };
+  const io::Json usual = played(0);
+  const io::Json early = played(-1000);
+  EXPECT_EQ(early["ledger"], usual["ledger"]);
+  EXPECT_EQ(early["image_sha256"], usual["image_sha256"]);
+}
+
+/// TOML is UTF-8, names of files need not be: the session would name another file.
+TEST_F(CommandLineTest, ASessionNamesNoOtherFileThanTheOneThatWasGiven) {
+  const std::string latin = "c\xe9t.mha";
+  for (const char* verb : {"replay s.mha --ct ", "slices ", "predicates "}) {
+    expect_refusal(verb + latin + " --print-session", 2, {"UTF-8", latin});
+  }
+  const std::string sweep = write_sweep();
+  std::filesystem::create_directory(folder_ / "out");
+  std::ofstream(folder_ / "out/report.html") << "earlier";
+  const std::string look = (folder_ / "\xff.json").string();
+  expect_refusal(replay_arguments(sweep) + " --save-look " + look, 2,
+                 {"look.save: expected", "UTF-8", look});
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.html"));
+  EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
+}
+
+TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep()) + " --threads 1000");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors.find("TBB"), std::string::npos) << outcome.errors;
+}
+
+}  // namespace
+}  // namespace nav::app

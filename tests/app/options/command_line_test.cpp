@@ -1,0 +1,262 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Runs the program as a user does.
+#include "app/options/command_line.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "app/options/exit_code.hpp"
+#include "app/options/option_keys.hpp"
+#include "app/report.hpp"
+#include "io/atomic_file.hpp"
+#include "io/ct.hpp"
+#include "io/sequence_writer.hpp"
+#include "tests/app/options/command_line_support.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace nav::app {
+namespace {
+
+TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
+  std::string help;
+  for (const char* verb : {"demo", "replay", "slices", "predicates"}) {
+    const Outcome outcome = sonde(std::string(verb) + " --help");
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    help += outcome.output;
+  }
+  std::istringstream words(help);
+  const std::set<std::string> known{std::istream_iterator<std::string>(words), {}};
+  for (const auto& [key, option] : options_of_keys()) {
+    const std::string name(option);
+    EXPECT_TRUE(known.contains(name) || known.contains(name + ",")) << name << " for " << key;
+  }
+}
+
+TEST_F(CommandLineTest, BuiltProgramIsTheOneTestedHere) {
+  for (const char* arguments : {"--version", "levitate"}) {
+    const Outcome built = built_sonde(arguments);
+    const Outcome here = sonde(arguments);
+    EXPECT_EQ(built.code, here.code);
+    EXPECT_EQ(built.output, here.output);
+    EXPECT_EQ(built.errors, here.errors);
+  }
+}
+
+TEST_F(CommandLineTest, HelpAndVersionSucceedEverywhere) {
+  EXPECT_EQ(sonde("--version").code, 0);
+  EXPECT_NE(sonde("--version").output.find("sonde "), std::string::npos);
+  for (const char* verb : {"", "demo", "replay", "register", "info", "bench", "bench render",
+                           "bench scaling", "gallery", "devices"}) {
+    const Outcome help = sonde(std::string(verb) + " --help");
+    EXPECT_EQ(help.code, 0) << verb;
+    EXPECT_NE(help.output.find("Usage"), std::string::npos) << verb;
+  }
+}
+
+TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
+  expect_refusal("", 2, {});
+  expect_refusal("levitate", 2, {"levitate"});
+  expect_refusal("demo", 2, {"--out"});
+  expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
+  expect_refusal("demo --out x --width 1", 2, {"width_px", "1"});
+  expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
+  expect_refusal("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
+  expect_refusal("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
+  expect_refusal("demo --out x --seed -1", 2, {"--seed", "-1"});
+  expect_refusal("register --landmarks x --target nan 0 0", 2, {"--target", "nan"});
+  expect_refusal("replay", 2, {"sweep"});
+  expect_refusal("register", 2, {"landmarks"});
+  const std::string sweep = write_sweep();
+  expect_refusal("replay " + sweep + " --out x", 2, {"--ct"});
+  expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
+}
+
+TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
+  struct Wrong {
+    std::string arguments;
+    std::string sentence;
+  };
+  const std::string verbs =
+      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices or "
+      "simulate";
+  for (const auto& [arguments, sentence] : std::vector<Wrong>{
+           // Numbers.
+           {"demo --out x --threads many", "--threads: expected a whole number, found many"},
+           {"demo --out x --threads 1.5", "--threads: expected a whole number, found 1.5"},
+           {"demo --out x --width 99999999999",
+            "--width: expected a whole number of -2147483648 to 2147483647, found 99999999999"},
+           {"demo --out x --step fine", "--step: expected a number, found fine"},
+           {"demo --out x --rms-error 7", "--rms-error: expected 1e-05 to 1, found 7"},
+           {"register --target 1 2 x", "--target: expected 3 numbers, found 1 2 x"},
+           {"bench render --width five", "--width: expected 16 to 8192 pixels, found five"},
+           {"bench scaling --largest 9999", "--largest: expected 64 to 768 voxels, found 9999"},
+           {"bench registration --patients 0", "--patients: expected 1 to 100 patients, found 0"},
+           {"simulate --out x.mha --rows many",
+            "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
+           {"simulate --out x.mha --frame-rate-hz fast",
+            "--frame-rate-hz: expected more than 0 and at most 1000 Hz, found fast"},
+           // How many.
+           {"register --target 1 2",
+            "--target: expected 3 numbers (x y z in the CT, LPS mm: where the error is judged), "
+            "found 2"},
+           {"simulate --out x.mha --look-at 1 2",
+            "--look-at: expected 3 numbers (point of that CT, LPS mm), found 2"},
+           {"replay --json", "--json: expected a value (write the report as JSON"},
+           {"demo --out x --out y", "--out: expected it once, with a value, found 2 values"},
+           {"demo", "--out: expected a value (folder to write to), found none"},
+           {"info", "file: expected a value (file, or DICOM folder), found none"},
+           // Names.
+           {"bench render --part x", "--part: expected compare, live, skipping or costs, found x"},
+           {"bench registration --model x", "--model: expected rays or scatterers, found x"},
+           {"bench registration --effort x", "--effort: expected quick or usual, found x"},
+           {"demo --out x --cutaway-around liver",
+            "--cutaway-around: expected plane, needle or targets, found liver"},
+           {"simulate --out x.mha --tracker laser",
+            "--tracker: expected ideal, optical, electromagnetic or arm, found laser"},
+           {"simulate --out x.mha --path zig", "--path: expected sweep, fan, rock or tilt, found"},
+           {"simulate --out x.mha --breathing deep",
+            "--breathing: expected none, rigid, affine or smooth, found deep"},
+           {"simulate --out x.mha --model x", "--model: expected rays or scatterers, found x"},
+           {"simulate --out x.mha --ct y.mha --contrast x",
+            "--contrast: expected native, arterial, portal or mr, found x"},
+           {"simulate --out x.mha --probe x",
+            "--probe: expected standard, convex, linear or sector, found x"},
+           {"simulate --out x.mha --needle x",
+            "--needle: expected none, straight, bevel or tip-load, found x"},
+           {"simulate --out x.mha --family x",
+            "--family: expected abdomen, neck, shoulder, tendon, head or spine, found x"},
+           {"demo --out x --no-shading=maybe", "--no-shading: expected true or false, found maybe"},
+           // What does not go together, or is not known.
+           {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
+           {"demo --out x --foo",
+            "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
+           {"bench render foo",
+            "sonde bench render: expected no further argument than 'sonde bench render --help' "
+            "lists, found foo"},
+           {"", "verb: expected one of " + verbs + ", found none"},
+           {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"},
+           {"bench foo",
+            "sonde bench: expected one of render, predicates, scaling, registration or derived, "
+            "found 'foo'"}}) {
+    expect_refusal(arguments, 2, {"sonde: error: " + sentence});
+  }
+  // Each choice that is named is one.
+  for (const char* given : {"--probe standard", "--needle none", "--family spine", "--path tilt"}) {
+    expect_refusal(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
+  }
+}
+
+TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
+  const std::string out = (folder_ / "sweep.mha").string();
+  const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
+  expect_refusal(simulate + "--frame-rate-hz 0", 2,
+                 {"--frame-rate-hz: expected more than 0 and at most 1000 Hz, found 0"});
+  expect_refusal(simulate + "--breathing-mm 5", 2, {"--breathing-mm: expected --breathing"});
+  expect_refusal(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
+  expect_refusal(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
+  expect_refusal(simulate + "--needle bevel --needle-bending-mm 100", 2,
+                 {"needle bending: expected 0 to ", " mm (a fifth of the path), found 100 mm"});
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(CommandLineTest, AVolumeThatLiesTooFarAwayIsNamed) {
+  VoxelGrid grid;
+  grid.size = {4, 4, 4};
+  grid.origin_mm = {1e9, 0, 0};
+  const auto file = (folder_ / "far.mha").string();
+  ASSERT_TRUE(test::has_value(
+      io::write_ct_mha(*Volume::create(grid, std::vector<std::int16_t>(64, 7), "far"), file)));
+  for (const std::string& arguments :
+       {"slices " + file + " --out x", "info " + file, "predicates " + file + " --out x.png"}) {
+    expect_refusal(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
+  }
+  expect_refusal("slices " + write_ct() + " --out x --needle 0 0 0 1e300 0 0", 2,
+                 {"--needle", "1e7 mm"});
+  expect_refusal(
+      "replay x.mha --print-session --ct-from-reference \"1 0 0 1e9 0 1 0 0 0 0 1 0 0 0 0 1\"", 2,
+      {"--ct-from-reference (placement.ct_from_reference_mm)", "1e7 mm", "1e+09"});
+}
+
+TEST_F(CommandLineTest, BadFilesExitWithThreeAndNameThemselves) {
+  const std::string sweep = write_sweep();
+  const std::string ct = write_ct();
+  expect_refusal("info /nonexistent/file.mha", 3, {"/nonexistent/file.mha"});
+  expect_refusal("replay /nonexistent.igs.mha --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+                 {"/nonexistent.igs.mha"});
+  expect_refusal(
+      "replay " + folder_.path().string() + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+      {folder_.path().string()});
+  expect_refusal("replay " + sweep + " --ct /nonexistent.nii --config " + write_config() +
+                     " --out " + (folder_ / "o").string(),
+                 3, {"/nonexistent.nii"});
+  expect_refusal("replay " + sweep + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+                 {"Image", "Probe"});
+  const auto truncated = folder_ / "truncated.mha";
+  std::ofstream(truncated) << "ObjectType = Image\nNDims = 3\nDimSi";
+  expect_refusal("info " + truncated.string(), 3, {"truncated.mha"});
+  const auto session = folder_ / "session.toml";
+  std::ofstream(session) << "[output]\ncolour = \"red\"\n";
+  expect_refusal("replay --session " + session.string(), 3, {"output.colour", ":2"});
+  std::ofstream(session) << "[source]\nkind = \"device\"\n";
+  expect_refusal("replay --session " + session.string(), 4, {"device"});
+}
+
+TEST_F(CommandLineTest, InfoDescribesASequence) {
+  const Outcome outcome = sonde("info " + write_sweep() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = io::Json::parse(outcome.output);
+  EXPECT_EQ(report["kind"], "sequence");
+  EXPECT_EQ(report["dimensions"], (io::Json{32, 24}));
+  EXPECT_EQ(report["frames"], 6);
+  EXPECT_EQ(report["transforms"]["ProbeToTracker"]["ok"], 6);
+  EXPECT_DOUBLE_EQ(report["first_timestamp_s"].get<double>(), 10.0);
+  EXPECT_DOUBLE_EQ(report["last_timestamp_s"].get<double>(), 10.5);
+}
+
+TEST_F(CommandLineTest, InfoDescribesACt) {
+  const Outcome outcome = sonde("info " + write_ct() + " --json -");
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = io::Json::parse(outcome.output);
+  EXPECT_EQ(report["kind"], "ct");
+  EXPECT_EQ(report["dimensions"], (io::Json{30, 30, 30}));
+  EXPECT_EQ(report["hu_max"], 700);
+  ASSERT_EQ(report["value_range"].size(), 2U);
+  EXPECT_LT(report["value_range"][0].get<double>(), report["value_range"][1].get<double>());
+}
+
+TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
+  const auto change = [&](const std::string& from, const std::string& to) {
+    const std::string sweep = write_sweep();
+    std::ifstream in(sweep, std::ios::binary);
+    std::string text(std::istreambuf_iterator<char>(in), {});
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+      text.replace(at, from.size(), to);
+    }
+    std::ofstream(sweep, std::ios::binary) << text;
+    return sweep;
+  };
+  for (const char* spacing : {"0 1 1", "-1 1 1", "nan 1 1"}) {
+    const std::string sweep =
+        change("ElementSpacing = 1 1 1", std::string("ElementSpacing = ") + spacing);
+    expect_refusal("info " + sweep, 3, {"sweep.igs.mha", "ElementSpacing", "positive", spacing});
+  }
+  const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
+  expect_refusal(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
+  // A pose that no frame gives is told by the gate's reason, with the file.
+  const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
+    io::set_transform(
+        frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});
+  });
+  expect_refusal(replay_arguments(scaled), 3,
+                 {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
+}
+
+}  // namespace
+}  // namespace nav::app

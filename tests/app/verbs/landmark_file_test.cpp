@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/register/landmark_file.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+
+#include "app/verbs/register/landmark_outcome.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr const char* kHeader =
+    "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm";
+
+class LandmarkFileTest : public ::testing::Test {
+ protected:
+  auto read(const std::string& text) {
+    const auto path = folder_ / "points.csv";
+    std::ofstream(path) << text;
+    return read_landmarks(path);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
+  const auto pairs =
+      read(std::string(kHeader) +
+           ",sigma_mm\r\n# tip first\nTip , 1,2,3, -4,5.5,1e1,0.5\nBase,0,0,0,0,0,0,2\n");
+  ASSERT_TRUE(test::has_value(pairs));
+  ASSERT_EQ(pairs->pairs.size(), 2u);
+  EXPECT_TRUE(pairs->sigmas_given);
+  EXPECT_TRUE(pairs->shaped.empty());
+  EXPECT_EQ(pairs->pairs[0].name, "Tip");
+  EXPECT_EQ(pairs->pairs[0].reference.mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(pairs->pairs[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
+  EXPECT_EQ(pairs->pairs[1].sigma_mm, 2);
+}
+
+TEST_F(LandmarkFileTest, ReadsTheAxesOfTheErrorsInBothFrames) {
+  const auto list = read(std::string(kHeader) +
+                         ",reference_sigma_x_mm,reference_sigma_y_mm,reference_sigma_z_mm,"
+                         "ct_sigma_x_mm,ct_sigma_y_mm,ct_sigma_z_mm\n"
+                         "Tip,1,2,3,4,5,6,0.1,0.2,0.3,0,0,2\n");
+  ASSERT_TRUE(test::has_value(list));
+  ASSERT_EQ(list->shaped.size(), 1u);
+  EXPECT_NEAR(list->shaped[0].reference_covariance_mm2(1, 1), 0.04, 1e-12);
+  EXPECT_NEAR(list->shaped[0].ct_covariance_mm2(2, 2), 4, 1e-12);
+  EXPECT_EQ(list->shaped[0].ct_covariance_mm2(0, 2), 0);
+  EXPECT_NEAR(list->pairs[0].sigma_mm, std::sqrt((0.01 + 0.04 + 0.09 + 4) / 3), 1e-12);
+  EXPECT_TRUE(test::refuses(read(std::string(kHeader) + ",sigma_mm,reference_sigma_x_mm\n"),
+                            ErrorCode::kMalformedData, {"column 8", "reference_sigma_x_mm"}));
+}
+
+TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
+  using Code = ErrorCode;
+  const std::string header = std::string(kHeader) + "\n";
+  EXPECT_TRUE(test::refuses(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5\n"), Code::kMalformedData,
+                            {":2:", "7 values", "found 6"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,nan,4,5,6\n"), Code::kMalformedData,
+                            {":2:", "reference_z_mm", "nan"}));
+  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5,6mm\n"), Code::kMalformedData,
+                            {"ct_z_mm", "6mm"}));
+  EXPECT_TRUE(test::refuses(read(header), Code::kMalformedData, {"found none"}));
+  EXPECT_TRUE(
+      test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
+}
+
+/// The lines of pairs that lie in the CT where they lie in the reference, but for an offset.
+std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
+                     const std::vector<Eigen::Vector3d>& ct) {
+  std::ostringstream text;
+  text << kHeader << ",sigma_mm\n";
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    text << 'p' << i;
+    for (const Eigen::Vector3d& p : {reference[i], ct[i]}) {
+      for (const double x : p) text << ',' << x;
+    }
+    text << ",0.3\n";
+  }
+  return text.str();
+}
+
+TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
+  const Point<frames::Ct> target{{10, 10, 10}};
+  CollectingDiagnostics diagnostics;
+  const auto warnings_of = [&](const std::vector<Eigen::Vector3d>& reference,
+                               const std::vector<Eigen::Vector3d>& ct) {
+    const auto path = folder_ / "points.csv";
+    std::ofstream(path) << lines_of(reference, ct);
+    const auto outcome = register_landmark_file(path, diagnostics);
+    EXPECT_TRUE(test::has_value(outcome));
+    const auto decision = decide(*outcome, target);
+    EXPECT_TRUE(decision.accepted);
+    return decision.warnings;
+  };
+  // A triangle of two equal sides: the same points the other way round fit as well.
+  const std::vector<Eigen::Vector3d> equal{{0, 150, 0}, {-30, 0, 0}, {30, 0, 0}};
+  for (const auto& warnings :
+       {warnings_of(equal, equal), warnings_of(equal, {equal[0], equal[2], equal[1]})}) {
+    ASSERT_EQ(warnings.size(), 2u) << warnings.back();
+    EXPECT_NE(warnings[0].find("expected at least 4"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[1].find("'p1' and 'p2' may be swapped"), std::string::npos) << warnings[1];
+    EXPECT_NE(warnings[1].find("180 degrees"), std::string::npos) << warnings[1];
+  }
+  const std::vector<Eigen::Vector3d> unlike{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}};
+  EXPECT_EQ(warnings_of(unlike, unlike).size(), 1u);
+  const std::vector<Eigen::Vector3d> four{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}, {0, 10, 90}};
+  EXPECT_TRUE(warnings_of(four, four).empty());
+  // All in one plane: a mirrored list fits as well, so that either is warned of.
+  const std::vector<Eigen::Vector3d> flat{{0, 150, 0}, {-90, 0, 0}, {30, 0, 1}, {70, 90, 0}};
+  std::vector<Eigen::Vector3d> mirrored = flat;
+  for (Eigen::Vector3d& p : mirrored) p.x() = -p.x();
+  for (const auto& ct : {flat, mirrored}) {
+    const auto warnings = warnings_of(flat, ct);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("left and right are not told apart"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace nav::app

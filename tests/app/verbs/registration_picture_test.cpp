@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/verbs/register/registration_picture.hpp"
+
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace nav::app {
+namespace {
+
+constexpr int kPanel = 400;       // Three of them in a row,
+constexpr int kCaption = 24;      // below captions.
+constexpr int kClearlyRed = 100;  // Of red over green; greys have none.
+
+Volume soft_ct() {
+  VoxelGrid grid;
+  grid.size = {20, 20, 20};
+  grid.spacing_mm = {2, 2, 2};
+  return *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 40), "soft");
+}
+
+Image2d<Rgba8> picture(bool accepted) {
+  const Transform<frames::Ct, frames::Reference> pose(Eigen::Quaterniond::Identity(), {20, 0, 20});
+  const UltrasoundFrame frame{{},
+                              {},
+                              0,
+                              Image2d<std::uint8_t>(8, 8, std::vector<std::uint8_t>(64, 90)),
+                              PixelGrid::centred(8, 4, 4),
+                              {}};
+  const TrackedFrame tracked{
+      frame, {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, Duration(0)};
+  return registration_picture(soft_ct(), tracked, pose, pose, accepted, {});
+}
+
+/// Pixels of a caption that are red.
+int red(const Image2d<Rgba8>& picture, int panel) {
+  int count = 0;
+  for (int y = 0; y < kCaption; ++y) {
+    for (int x = panel * kPanel; x < (panel + 1) * kPanel; ++x) {
+      const Rgba8 pixel = picture.at(x, y);
+      if (pixel.r - pixel.g > kClearlyRed) ++count;
+    }
+  }
+  return count;
+}
+
+TEST(RegistrationPictureTest, ARefusedOneSaysSoInRed) {
+  const auto refused = picture(false);
+  EXPECT_GT(red(refused, 2), 50);
+  EXPECT_EQ(red(refused, 0) + red(refused, 1), 0);
+  EXPECT_EQ(red(picture(true), 2), 0);
+}
+
+}  // namespace
+}  // namespace nav::app

@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/views/panels.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "app/views/window_words.hpp"
+#include "render/window/window_layout.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kWidth = 500;
+constexpr int kHeight = 400;
+
+Image2d<Rgba8> composed(const std::string& note, const std::string& warning = "") {
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(kWidth, kHeight,
+                            std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
+  const session::Epoch epoch;
+  const std::string banner = "SIMULATED";
+  return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
+}
+
+TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
+  const auto silent = composed("");
+  const auto spoken = composed("CT down-sampled to 2 mm");
+  ASSERT_EQ(silent.width(), spoken.width());
+  int changed = 0;
+  for (int y = 0; y < silent.height(); ++y) {
+    for (int x = 0; x < silent.width(); ++x) {
+      if (silent.at(x, y) == spoken.at(x, y)) continue;
+      ++changed;
+      EXPECT_TRUE(x < kWidth && y > 20 && y < 60) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 500);
+}
+
+TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
+  const auto silent = composed("");
+  const auto warned = composed("", "registration warned: cost of the match: 0.3");
+  int changed = 0;
+  for (int y = 0; y < silent.height(); ++y) {
+    for (int x = 0; x < silent.width(); ++x) {
+      if (silent.at(x, y) == warned.at(x, y)) continue;
+      ++changed;
+      EXPECT_TRUE(x < kWidth && y >= 50 && y < 80) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 500);
+}
+
+/// A live black picture of 40 mm in the plane z = 0 of the CT, with a needle along +z of its frame.
+session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
+  UltrasoundFrame frame;
+  constexpr int kSide = 80;
+  frame.pixels = Image2d<std::uint8_t>(kSide, kSide, std::vector<std::uint8_t>(kSide * kSide, 0));
+  frame.grid = PixelGrid::centred(kSide, 0.5, 0.5);
+  const SafetyState valid = SafetyState::kValid;
+  session::Epoch epoch;
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  const auto still = Eigen::Quaterniond::Identity();
+  epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
+                             Duration::zero(), false};
+  epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
+  // The picture's middle column lies at x = 20 of the CT.
+  epoch.ct_from_image = Transform<frames::Ct, frames::Image>(still, {20, 0, 0});
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along);
+  epoch.ct_from_needle = Transform<frames::Ct, frames::Needle>(turn, tip);
+  return epoch;
+}
+
+Image2d<Rgba8> composed(const session::Epoch& epoch, int width = kWidth, int height = kHeight,
+                        const std::string& banner = "", bool needle = false) {
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(
+      width, height,
+      std::vector<Rgba8>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                         {40, 40, 40, 255}));
+  PanelContext context{epoch, *ct, {}, {}, banner, {}, "", ""};
+  context.needle_expected = needle;
+  return compose_panels(view, context);
+}
+
+/// Pixels of the flat panels in which two pictures differ.
+int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
+  int changed = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth; x < a.width(); ++x) changed += a.at(x, y) == b.at(x, y) ? 0 : 1;
+  }
+  return changed;
+}
+
+TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
+  const auto none = [] {
+    session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
+    epoch.needle = {SafetyState::kLost, ""};
+    return composed(epoch);
+  }();
+  const auto changed = [&](const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
+    return changed_in_panels(composed(with_needle(tip, along)), none);
+  };
+  const Eigen::Vector3d down(0, 1, 0);
+  const int in_plane = changed({20, 20, 0}, down);
+  EXPECT_GT(in_plane, 300);
+  EXPECT_EQ(changed({20, 20, 1}, down), in_plane) << "within the thickness of a slice";
+  EXPECT_EQ(changed({20, 20, 27}, down), 0) << "far from the plane and along it";
+  EXPECT_EQ(changed({20, 20, -27}, down), 0);
+  EXPECT_EQ(changed({20, 20, 27}, {0, 0, 1}), changed({20, 20, 90}, {0, 0, 1}))
+      << "a dot where the shaft goes through";
+  const int dot = changed({20, 20, 27}, {0, 0, 1});
+  EXPECT_GT(dot, 10);
+  EXPECT_LT(dot, 300);
+  const int ring = changed({20, 20, -27}, {0, 0, 1});
+  EXPECT_GT(ring, 10) << "a ring where it would";
+  EXPECT_LT(ring, 600);
+  EXPECT_NE(ring, dot);
+}
+
+TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
+  session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
+  epoch.needle = {SafetyState::kLost, ""};
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(kWidth, kHeight,
+                            std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
+  const auto drawn = [&](double margin_mm, double off_plane_mm) {
+    NeedlePlan plan;
+    plan.target_ct = {{20, 20, off_plane_mm}};
+    plan.entry_ct = {{20, 0, off_plane_mm}};
+    plan.target_radius_mm = 4;
+    plan.margin_mm = margin_mm;
+    const std::optional<NeedlePlan> planned = plan;
+    return compose_panels(view, {epoch, *ct, planned, {}, "", {}, "", ""});
+  };
+  EXPECT_GT(changed_in_panels(drawn(0, 0), drawn(5, 0)), 100);
+  EXPECT_GT(changed_in_panels(drawn(0, 6), drawn(5, 6)), 100) << "the margin alone meets it";
+  EXPECT_EQ(changed_in_panels(drawn(0, 10), drawn(5, 10)), 0);
+}
+
+TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
+  session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
+  epoch.needle = {SafetyState::kLost, "no needle pose"};
+  const auto without = composed(epoch);
+  const auto with = composed(epoch, kWidth, kHeight, "", true);
+  int changed = 0;
+  for (int y = kHeight; y < with.height(); ++y) {
+    for (int x = 0; x < with.width(); ++x) changed += with.at(x, y) == without.at(x, y) ? 0 : 1;
+  }
+  EXPECT_GT(changed, 200);
+}
+
+TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
+  const std::string start =
+      "the volume of 4096 x 4 x 4 voxels exceeds the device: it is drawn from means of 2 x 1 x 1 "
+      "voxels; values differ by ";
+  const auto one = composed(start + "12.5 HU rms");
+  const auto other = composed(start + "98.7 HU rms");
+  bool differ = false;
+  for (int y = 0; y < one.height() && !differ; ++y) {
+    for (int x = 0; x < one.width(); ++x) differ = differ || !(one.at(x, y) == other.at(x, y));
+  }
+  EXPECT_TRUE(differ);
+}
+
+TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
+  session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
+  epoch.placement = {SafetyState::kDegraded, "placed by declaration"};
+  epoch.needle = {SafetyState::kLost, "no needle pose"};
+  epoch.guidance = NeedleGuidance{};
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const std::string banner = "CT NOT REGISTERED";
+  const render::Camera camera{{{0, -100, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
+  const PanelContext context{epoch, *ct, {}, {}, banner, camera, "a note", "a warning", true};
+  const auto said = [&](bool ended) {
+    std::string all;
+    for (const auto& line : window_words(context, ended)) all += line.words + "|";
+    return all;
+  };
+  for (const char* words :
+       {"ultrasound valid|", "CT degraded: placed by declaration|", "needle lost: no needle pose|",
+        "CT NOT REGISTERED|", "a note|", "a warning|", "tip to target", "R|L|S|I|"}) {
+    EXPECT_NE(said(false).find(words), std::string::npos) << words << " in " << said(false);
+  }
+  EXPECT_EQ(said(false).find("ended"), std::string::npos);
+  EXPECT_NE(said(true).find("ended"), std::string::npos);
+  EXPECT_EQ(said(true).find("tip to target"), std::string::npos) << "numbers are withdrawn";
+  const auto small = render::placed_words(window_words(context, false), 300, 225);
+  EXPECT_GE(small.size(), window_words(context, false).size());
+  for (std::size_t i = 4; i < small.size(); ++i) {  // After the letters of the edges.
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_GE(std::abs(small[i].y_px - small[j].y_px), small[i].size_px)
+          << small[i].words << " and " << small[j].words;
+    }
+  }
+}
+
+TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
+  const session::Epoch epoch;
+  const auto without = composed(epoch, 300, 200);
+  const auto with = composed(epoch, 300, 200, "CT NOT REGISTERED");
+  int changed = 0;
+  for (int y = 200; y < with.height(); ++y) {
+    for (int x = 0; x < with.width(); ++x) changed += with.at(x, y) == without.at(x, y) ? 0 : 1;
+  }
+  EXPECT_GT(changed, 100);
+}
+
+TEST(PanelsTest, SmallPicturesSayWhatTheyLeaveOut) {
+  VoxelGrid grid;
+  grid.size = {1, 1, 1};
+  const auto ct = Volume::create(grid, {0}, "one voxel");
+  const Image2d<Rgba8> view(300, 200, std::vector<Rgba8>(60000, {40, 40, 40, 255}));
+  const session::Epoch epoch;
+  const std::string banner;
+  const auto said = [&](const std::string& note, const std::string& warning) {
+    return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
+  };
+  const auto silent = said("", "");
+  for (const auto& picture : {said("distance from the needle withdrawn: lost", ""),
+                              said("", "registration warned: few pictures")}) {
+    int changed = 0;
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 300; ++x) changed += picture.at(x, y) == silent.at(x, y) ? 0 : 1;
+    }
+    EXPECT_GT(changed, 100);
+  }
+}
+
+}  // namespace
+}  // namespace nav::app

@@ -1,0 +1,526 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/views/presenter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "app/report.hpp"
+#include "app/views/panels.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/trials.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kViewWidth = 480;
+constexpr int kViewHeight = 360;
+constexpr int kSide = kViewHeight * 2 / 3;
+
+std::shared_ptr<const Volume> cube() {
+  VoxelGrid grid;
+  grid.size = {40, 40, 40};
+  grid.spacing_mm = {2, 2, 2};
+  grid.origin_mm = {-39, -39, -39};
+  std::vector<std::int16_t> hu(grid.voxel_count(), 40);
+  return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "cube"));
+}
+
+/// The same with marbles of bone.
+std::shared_ptr<const Volume> marbles() {
+  const auto plain = cube();
+  std::vector<std::int16_t> hu(plain->hu().begin(), plain->hu().end());
+  for (std::size_t i = 0; i < hu.size(); i += 7) hu[i] = 700;
+  return std::make_shared<const Volume>(*Volume::create(plain->grid(), std::move(hu), "marbles"));
+}
+
+/// An epoch whose ultrasound is a bright picture in the middle of the cube.
+session::Epoch epoch(SafetyState state, const std::string& cause) {
+  UltrasoundFrame frame{Timestamp{},
+                        Timestamp{},
+                        0,
+                        Image2d<std::uint8_t>(20, 20, std::vector<std::uint8_t>(400, 250)),
+                        PixelGrid::centred(20, 2, 2),
+                        std::nullopt};
+  session::Epoch made;
+  made.ct_from_image =
+      Transform<frames::Ct, frames::Image>(Eigen::Quaterniond::Identity(), {0, -20, 0});
+  made.frame = TrackedFrame{frame,
+                            Transform<frames::Reference, frames::Image>(
+                                Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
+                            Duration::zero(), false};
+  made.ultrasound = made.plane = {state, cause};
+  made.placement = {SafetyState::kValid, ""};
+  return made;
+}
+
+TEST(MostTellingTest, IsHowFarOffTheTargetMayBeThenTheNeedle) {
+  const std::string cost = "cost of the match: 0.3";
+  const std::string needle = "needle: this sweep would not show a calibration";
+  const std::string predicted = "predicted error at the target: 1.8 mm";
+  EXPECT_EQ(most_telling({cost, needle, predicted}), predicted);
+  EXPECT_EQ(most_telling({cost, needle}), needle);
+  EXPECT_EQ(most_telling({cost, "halves"}), cost);
+  EXPECT_EQ(most_telling({}), "");
+}
+
+class PresenterTest : public ::testing::Test {
+ protected:
+  PresenterTest()
+      : presenter_(*Presenter::create({{}, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}))) {}
+  Image2d<Rgba8> present(const session::Epoch& shown) {
+    auto picture = presenter_.present(shown);
+    EXPECT_TRUE(test::has_value(picture));
+    return *picture;
+  }
+  /// Bright grey pixels inside the ultrasound panel, away from its words and scale.
+  static int bright_pixels(const Image2d<Rgba8>& picture) {
+    int count = 0;
+    for (int y = 40; y < kViewHeight / 2 - 10; ++y) {
+      for (int x = kViewWidth + 20; x < kViewWidth + kSide - 20; ++x) {
+        const Rgba8& p = picture.at(x, y);
+        count += p.r > 240 && p.g > 240 && p.b > 240 ? 1 : 0;
+      }
+    }
+    return count;
+  }
+  Presenter presenter_;
+};
+
+TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
+  const auto picture = present(epoch(SafetyState::kValid, ""));
+  EXPECT_EQ(picture.width(), kViewWidth + kSide);
+  EXPECT_GT(bright_pixels(picture), 1000);
+}
+
+TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginThatIsCutFreeToo) {
+  NeedlePlan plan{{{0, -30, 0}}, {{0, 10, 0}}, 6, 5};
+  presenter_.set_plan(plan);
+  const render::Scene scene = presenter_.scene(epoch(SafetyState::kValid, ""));
+  ASSERT_EQ(scene.lines.size(), 1U);
+  EXPECT_EQ(scene.lines[0].from_ct.mm, plan.entry_ct.mm);
+  EXPECT_EQ(scene.lines[0].to_ct.mm, plan.target_ct.mm);
+  ASSERT_EQ(scene.spheres.size(), 3U) << "target, entry, margin";
+  EXPECT_EQ(scene.spheres[0].radius_mm, 6);
+  EXPECT_EQ(scene.spheres[2].centre_ct.mm, plan.target_ct.mm);
+  EXPECT_EQ(scene.spheres[2].radius_mm, 11);
+  EXPECT_LT(scene.spheres[2].opacity, 0.3) << "hides nothing";
+  EXPECT_TRUE(test::has_value(render::validate(scene)));
+  plan.margin_mm = 0;
+  presenter_.set_plan(plan);
+  EXPECT_EQ(presenter_.scene(epoch(SafetyState::kValid, "")).spheres.size(), 2U);
+}
+
+TEST_F(PresenterTest, ByParallelRaysNothingOfTheCtLiesBehindTheEye) {
+  for (const double distance_mm : {0.0, 20.0, 500.0}) {
+    SessionConfig::View view{.distance_mm = distance_mm};
+    view.orthographic = true;
+    auto parallel = Presenter::create({{}, view, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}));
+    ASSERT_TRUE(test::has_value(parallel));
+    parallel->set_focus({{5, 5, -7}});
+    const render::Scene scene = parallel->scene(epoch(SafetyState::kValid, ""));
+    const render::Camera& camera = scene.camera;
+    EXPECT_TRUE(camera.orthographic);
+    if (distance_mm > 0) {
+      EXPECT_NEAR(camera.orthographic_height_mm, 2 * distance_mm * std::tan(15 * M_PI / 180), 1e-9);
+    }
+    const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d p(corner & 1 ? 40 : -40, corner & 2 ? 40 : -40, corner & 4 ? 40 : -40);
+      EXPECT_GT((p - camera.eye_ct.mm).dot(forward), -1e-9) << distance_mm;
+    }
+  }
+}
+
+TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  render::UltrasoundVolume ultrasound;
+  ultrasound.volume = cube();
+  ultrasound.predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
+                                 *render::PredicateHistogram::create({{1, 120, 1}})};
+  ultrasound.ct_importance = 0.25;
+  presenter_.draw_by_predicates(ultrasound, false);
+  const render::Scene scene = presenter_.scene(shown);
+  EXPECT_NE(scene.ct, ultrasound.volume);
+  EXPECT_FALSE(scene.predicates);
+  ASSERT_TRUE(scene.ultrasound);
+  EXPECT_EQ(scene.ultrasound->volume, ultrasound.volume);
+  EXPECT_EQ(scene.ultrasound->ct_importance, 0.25);
+  EXPECT_TRUE(scene.plane);
+  present(shown);
+
+  PresenterOptions options;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
+  auto both = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  both->draw_by_predicates(ultrasound, false);
+  ASSERT_TRUE(test::has_value(both->choose_step(shown)));
+  ASSERT_TRUE(both->step()) << "what the CT alone needs";
+  EXPECT_TRUE(std::isnan(both->step()->rms)) << "how much both err was not measured";
+  EXPECT_EQ(both->step()->pixel_error, 0) << "no ray is spared";
+}
+
+TEST_F(PresenterTest, TheNeedleIsAsLongAndThickAsIsSaid) {
+  PresenterOptions options;
+  options.needle.length_mm = 90;
+  options.needle.diameter_mm = 1.2;
+  auto presenter = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(presenter));
+  session::Epoch shown = epoch(SafetyState::kValid, "");
+  shown.needle = {SafetyState::kValid, ""};
+  shown.ct_from_needle =
+      Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(), {1, 2, 3});
+  const render::Scene scene = presenter->scene(shown);
+  ASSERT_TRUE(scene.needle);
+  EXPECT_NEAR((scene.needle->tip_ct.mm - scene.needle->hub_ct.mm).norm(), 90, 1e-9);
+  EXPECT_NEAR(scene.needle->radius_mm, 0.6, 1e-12);
+}
+
+TEST_F(PresenterTest, ALegendSaysWhatThePredicatesAre) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  const auto before = present(shown);
+  render::PredicateScene predicates;
+  predicates.model = {{{"vessel", render::PredicateExpression::kind("intensity", {0.9, 1})},
+                       {"tissue", render::PredicateExpression::kind("intensity", {0.8, 0.9})}},
+                      *render::PredicateHistogram::create({{0.75, 0, 1}, {0.25, 120, 1}})};
+  presenter_.draw_by_predicates({cube(), predicates}, false);
+  ASSERT_EQ(presenter_.legend().size(), 2u);
+  EXPECT_EQ(presenter_.legend()[0].name, "vessel");
+  EXPECT_EQ(presenter_.legend()[0].importance_words(), "0.750");
+  EXPECT_EQ(presenter_.legend()[0].colour, bar_colour({0.75, 0, 1}));
+  const auto after = present(shown);
+  int changed = 0;
+  for (int y = kViewHeight - 40; y < kViewHeight; ++y) {
+    for (int x = 0; x < 40; ++x) changed += after.at(x, y) != before.at(x, y) ? 1 : 0;
+  }
+  EXPECT_GT(changed, 100) << "in the lower left corner";
+  const auto words = presenter_.words(shown, presenter_.scene(shown).camera, false);
+  EXPECT_TRUE(std::ranges::any_of(words, [](const auto& w) { return w.words == "vessel 0.750"; }));
+}
+
+TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  const auto before = present(shown);
+  render::PredicateScene predicates;
+  predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
+                      *render::PredicateHistogram::create({{1, 120, 1}})};
+  const auto ultrasound = cube();
+  presenter_.draw_by_predicates({ultrasound, predicates}, true);
+  const render::Scene scene = presenter_.scene(shown);
+  EXPECT_EQ(scene.ct, ultrasound);
+  EXPECT_TRUE(scene.predicates);
+  EXPECT_TRUE(scene.plane);
+  const auto after = present(shown);
+  int green = 0;
+  for (int y = 0; y < kViewHeight; ++y) {
+    for (int x = 0; x < kViewWidth; ++x) {
+      const Rgba8& p = after.at(x, y);
+      green += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(green, kViewWidth * kViewHeight / 50) << "the volume, in the predicate's hue";
+  for (int y = kViewHeight / 2 + 20; y < kViewHeight - 20; ++y) {
+    for (int x = kViewWidth + 20; x < kViewWidth + kSide - 20; ++x) {
+      ASSERT_EQ(after.at(x, y).g, before.at(x, y).g) << "the slice of the CT";
+    }
+  }
+}
+
+/// Pixels of the 3D view in which the hue of a predicate can be seen, but for the legend's.
+int green_pixels(const Image2d<Rgba8>& picture) {
+  constexpr int kLegend = 24;
+  int count = 0;
+  for (int y = 80; y < kViewHeight; ++y) {
+    for (int x = kLegend; x < kViewWidth; ++x) {
+      const Rgba8& p = picture.at(x, y);
+      count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+render::PredicateScene near(const std::string& kind) {
+  render::PredicateScene predicates;
+  predicates.model = {{{"near", render::PredicateExpression::kind(kind, {-1e4, 12})}},
+                      *render::PredicateHistogram::create({{1, 120, 1}})};
+  return predicates;
+}
+
+TEST_F(PresenterTest, DistancesAreFromTheLiveNeedleAndNeverFromItsLastPose) {
+  for (const bool alone : {true, false}) {
+    presenter_.draw_by_predicates({cube(), near("needle_distance")}, alone);
+    session::Epoch shown = epoch(SafetyState::kLost, "no picture");
+    shown.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                                 Eigen::Vector3d::Zero());
+    shown.needle = {SafetyState::kValid, ""};
+    const auto by_predicates = [&] {
+      render::Scene scene = presenter_.scene(shown);
+      if (!alone) scene.ct = scene.ultrasound->volume;
+      return place_of(scene);
+    };
+    EXPECT_EQ(by_predicates().needle->a, Eigen::Vector3d(39, 39, 39)) << "grid mm";
+    EXPECT_GT(green_pixels(present(shown)), 500);
+    shown.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                                 Eigen::Vector3d(5, 0, 0));
+    EXPECT_EQ(by_predicates().needle->a, Eigen::Vector3d(44, 39, 39)) << "of this picture";
+    shown.needle = {SafetyState::kStale, "the pose is 300 ms old"};
+    const auto stale = present(shown);
+    EXPECT_EQ(green_pixels(stale), 0);
+    shown.needle = {SafetyState::kLost, "occluded"};
+    const auto lost = present(shown);
+    EXPECT_EQ(green_pixels(lost), 0);
+    int words = 0;
+    for (int y = 26; y < 60; ++y) {
+      for (int x = 0; x < kViewWidth; ++x) {
+        const Rgba8& p = lost.at(x, y);
+        words += p.r > 200 && p.b < 60 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(words, 50) << "the picture says that it is withdrawn";
+  }
+}
+
+TEST_F(PresenterTest, DistancesAreFromTheTargetOfTheSession) {
+  session::Epoch shown = epoch(SafetyState::kLost, "no picture");
+  presenter_.draw_by_predicates({cube(), near("target_distance")}, true,
+                                render::SphereShape{{{7, -3, 2}}, 4});
+  NeedlePlan plan;
+  plan.entry_ct = {{1, -50, 1}};
+  plan.target_ct = {{1, 1, 1}};
+  plan.target_radius_mm = 3;
+  presenter_.set_plan(plan);
+  EXPECT_EQ(place_of(presenter_.scene(shown)).target->a, Eigen::Vector3d(46, 36, 41));
+  EXPECT_EQ(place_of(presenter_.scene(shown)).target->radius_mm, 4);
+  EXPECT_GT(green_pixels(present(shown)), 500);
+}
+
+TEST_F(PresenterTest, WithdrawsAStaleOrLostPicture) {
+  EXPECT_LT(bright_pixels(present(epoch(SafetyState::kStale, "the picture is 300 ms old"))), 50);
+  EXPECT_LT(bright_pixels(present(epoch(SafetyState::kLost, "no picture"))), 50);
+}
+
+TEST_F(PresenterTest, NeverPutsALostPlaneOrNeedleIntoTheScene) {
+  session::Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
+  lost.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
+                                                              Eigen::Vector3d::Zero());
+  lost.needle = {SafetyState::kLost, "occluded"};
+  EXPECT_FALSE(presenter_.scene(lost).plane);
+  EXPECT_FALSE(presenter_.scene(lost).needle);
+  lost.plane = lost.needle = {SafetyState::kValid, ""};
+  EXPECT_TRUE(presenter_.scene(lost).plane);
+  EXPECT_TRUE(presenter_.scene(lost).needle);
+}
+
+TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
+  for (int i = 0; i < 5; ++i) present(epoch(SafetyState::kLost, "the CT is not registered"));
+  EXPECT_EQ(presenter_.views_cast(), 1);
+  EXPECT_EQ(presenter_.views_reused(), 4);
+}
+
+TEST_F(PresenterTest, AnEmptyViewIsCastAnewWithAnotherStep) {
+  PresenterOptions options;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
+  auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(made));
+  const session::Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(test::has_value(made->present(lost)));
+  EXPECT_EQ(made->views_cast(), 1);
+  ASSERT_TRUE(test::has_value(made->present(epoch(SafetyState::kValid, ""))));
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(test::has_value(made->present(lost)));
+  EXPECT_EQ(made->views_cast(), 3) << "without the plane, before and after it was searched for";
+  EXPECT_EQ(made->views_reused(), 2);
+}
+
+TEST(PatientDirectionTest, NamesTheWayInLps) {
+  EXPECT_EQ(patient_direction({1, 0, 0}), "L");
+  EXPECT_EQ(patient_direction({-1, 0, 0}), "R");
+  EXPECT_EQ(patient_direction({0, 1, 0}), "P");
+  EXPECT_EQ(patient_direction({0, -1, 0}), "A");
+  EXPECT_EQ(patient_direction({0, 0, 1}), "S");
+  EXPECT_EQ(patient_direction({0, 0, -1}), "I");
+  EXPECT_EQ(patient_direction({-2, -1, 0.1}), "RA");
+}
+
+TEST_F(PresenterTest, CutsObjectsFreeWhereThereIsACutaway) {
+  CutawayShapes shapes;
+  shapes.boxes.push_back({{{0, 0, 0}}, 5 * Eigen::Matrix3d::Identity()});
+  shapes.polygons.push_back({{{{0, 0, 0}}, {{9, 0, 0}}, {{0, 9, 0}}}});
+  ASSERT_TRUE(test::has_value(presenter_.cut_free(shapes)));
+  const render::Scene scene = presenter_.scene(epoch(SafetyState::kLost, "no pose"));
+  ASSERT_TRUE(scene.cutaway);
+  EXPECT_EQ(scene.cutaway->boxes.size(), 1U);
+  EXPECT_EQ(scene.cutaway->polygons.size(), 1U);
+  EXPECT_TRUE(test::has_value(render::validate(scene)));
+}
+
+TEST(PresenterOptionsTest, SamplingIsTheScenes) {
+  PresenterOptions options;
+  options.quality = {"post-classified", true, 0};
+  auto made = Presenter::create(options, cube(), render::make_cpu_engine());
+  ASSERT_TRUE(test::has_value(made));
+  const auto quality = made->scene(epoch(SafetyState::kValid, "")).quality;
+  EXPECT_EQ(quality.classification, render::Classification::kPostClassified);
+  EXPECT_TRUE(quality.jitter);
+  options.quality = {"pre-integrated", false, 0.01};
+  made = Presenter::create(options, cube(), render::make_cpu_engine());
+  const auto adaptive = made->scene(epoch(SafetyState::kValid, "")).quality;
+  EXPECT_EQ(adaptive.classification, render::Classification::kPreIntegrated);
+  EXPECT_FALSE(adaptive.jitter);
+  EXPECT_EQ(adaptive.adaptive_error, 0.01);
+  options.look.preset = "cta-liver-vessels";
+  EXPECT_TRUE(test::refuses(Presenter::create(options, cube(), render::make_cpu_engine()),
+                            ErrorCode::kUsage, {"quality.adaptive_error", "cta-liver-vessels"}));
+}
+
+TEST(PresenterOptionsTest, QualityIsTheScenes) {
+  const auto made = Presenter::create({{}, {}, kViewWidth, kViewHeight, 0.25, 0.1, 0.125, {}},
+                                      cube(), render::make_cpu_engine());
+  ASSERT_TRUE(test::has_value(made));
+  const render::Quality quality = made->scene(session::Epoch{}).quality;
+  EXPECT_EQ(quality.step_voxels, 0.25);
+  EXPECT_EQ(quality.pixel_error, 0.125);
+}
+
+TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  present(shown);
+  EXPECT_FALSE(presenter_.step()) << "2 voxels were asked for";
+  EXPECT_EQ(presenter_.scene(shown).quality.step_voxels, 2);
+  std::vector<double> steps;
+  for (const double rms : {3e-2, 5e-3}) {
+    PresenterOptions options;
+    options.width = kViewWidth;
+    options.height = kViewHeight;
+    options.rms_error = rms;
+    auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+    ASSERT_TRUE(test::has_value(made));
+    ASSERT_TRUE(test::has_value(made->present(shown)));
+    ASSERT_TRUE(made->step());
+    EXPECT_TRUE(made->step()->reached);
+    EXPECT_LE(made->step()->rms, rms);
+    EXPECT_EQ(made->scene(shown).quality.step_voxels, made->step()->step_voxels);
+    steps.push_back(made->step()->step_voxels);
+  }
+  EXPECT_GT(steps[0], steps[1]);
+}
+
+TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  PresenterOptions options;
+  options.width = kViewWidth;
+  options.height = kViewHeight;
+  options.pixel_error = 0.5;  // More than any error of 0.002 allows.
+  auto spared = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(spared->present(shown)));
+  ASSERT_TRUE(spared->step());
+  EXPECT_TRUE(std::isnan(spared->step()->rms));
+  EXPECT_EQ(spared->step()->pixel_error, 0.5);
+  EXPECT_TRUE(json_of(spared->step())["estimated_rms"].is_null());
+  EXPECT_TRUE(json_of(spared->step())["reached"].is_null());
+
+  CollectingDiagnostics diagnostics;
+  say_sampling(spared->step(), 0.002, diagnostics);
+  say_sampling(render::StepChoice{0.5, 0.001, true, 0}, 0.002, diagnostics);
+  EXPECT_TRUE(diagnostics.entries().empty());
+  say_sampling(render::StepChoice{0.125, 0.004, false, 0}, 0.002, diagnostics);
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  EXPECT_NE(diagnostics.entries()[0].message.find("errs by about 0.004; --step"),
+            std::string::npos);
+}
+
+TEST_F(PresenterTest, ProjectionsAreAsExactAsOneAsks) {
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  for (const char* projection : test::trials({"mean", "maximum", "minimum"})) {
+    PresenterOptions options;
+    options.width = kViewWidth;
+    options.height = kViewHeight;
+    options.look.projection = projection;
+    std::vector<double> steps;
+    for (const double rms : {2e-2, 2e-3}) {
+      options.rms_error = rms;
+      auto made = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
+      ASSERT_TRUE(test::has_value(made));
+      ASSERT_TRUE(test::has_value(made->present(shown)));
+      ASSERT_TRUE(made->step()) << projection;
+      EXPECT_EQ(made->step()->pixel_error, 0) << "no ray is spared";
+      steps.push_back(made->step()->step_voxels);
+      if (!made->step()->reached) continue;
+      // Against the same window at the finest step.
+      render::Scene scene = made->scene(shown);
+      const auto found = made->engine().render(scene);
+      scene.quality.step_voxels = 1.0 / 64;
+      const auto truth = made->engine().render(scene);
+      EXPECT_LE(render::rms_difference(found->pixels, truth->pixels), 1.2 * rms)
+          << projection << ", step " << made->step()->step_voxels << ", estimated "
+          << made->step()->rms;
+    }
+    EXPECT_GE(steps[0], steps[1]) << projection;
+    options.step_voxels = 1;
+    auto made = Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+    EXPECT_EQ(made->scene(session::Epoch{}).quality.step_voxels, 1) << projection;
+  }
+}
+
+TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
+  PresenterOptions options;
+  options.view.azimuth_deg = 0;
+  options.view.elevation_deg = 0;
+  const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
+  ASSERT_TRUE(test::has_value(made));
+  const render::Camera camera = made->scene(session::Epoch{}).camera;
+  const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
+  EXPECT_EQ(patient_direction(forward), "P");
+  // Facing the patient, the patient's left is at the viewer's right.
+  EXPECT_EQ(patient_direction(forward.cross(camera.up_ct.v)), "L");
+}
+
+TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
+  PresenterOptions options;
+  options.look.preset = "ct-magic";
+  const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
+  EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
+}
+
+TEST_F(PresenterTest, AProjectionKeepsTheWindowThatItsFirstPictureWasGiven) {
+  SessionConfig::Look look;
+  look.projection = "maximum";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}},
+                                      marbles(), render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  EXPECT_FALSE(projecting->grey());
+  const session::Epoch shown = epoch(SafetyState::kValid, "");
+  ASSERT_TRUE(test::has_value(projecting->choose_step(shown)));
+  ASSERT_TRUE(projecting->grey());
+  const render::GreyWindow chosen = *projecting->grey();
+  // Samples two voxels apart miss the middle of most marbles.
+  EXPECT_GT(chosen.level_hu + chosen.width_hu / 2, 400);
+  EXPECT_LT(chosen.level_hu + chosen.width_hu / 2, 750);
+  EXPECT_EQ(projecting->scene(shown).grey.level_hu, chosen.level_hu);
+  EXPECT_EQ(projecting->scene(shown).grey.width_hu, chosen.width_hu);
+  EXPECT_TRUE(projecting->note().empty());
+  const auto words = projecting->words(shown, projecting->scene(shown).camera, false);
+  const std::string stated = words_of_window(chosen.level_hu, chosen.width_hu);
+  EXPECT_TRUE(std::ranges::any_of(words, [&](const auto& w) { return w.words == stated; }));
+  projecting->set_focus({{10, 0, 0}});
+  ASSERT_TRUE(test::has_value(projecting->present(shown)));
+  EXPECT_EQ(projecting->grey()->level_hu, chosen.level_hu);
+}
+
+TEST_F(PresenterTest, AProjectionOfOneValueSaysSo) {
+  SessionConfig::Look look;
+  look.projection = "mean";
+  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
+                                      render::make_cpu_engine({.threads = 1}));
+  ASSERT_TRUE(test::has_value(projecting));
+  ASSERT_TRUE(test::has_value(projecting->present(epoch(SafetyState::kValid, ""))));
+  EXPECT_NE(projecting->note().find("projection mean: every ray finds one value"),
+            std::string::npos)
+      << projecting->note();
+}
+
+}  // namespace
+}  // namespace nav::app

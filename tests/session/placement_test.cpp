@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/placement.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.hpp"
+
+namespace nav::session {
+namespace {
+
+TEST(PlacementTest, SaysWhetherTheUserDeclaredItOrNobodyDid) {
+  const auto ct = Volume::create(VoxelGrid{{1, 1, 1}}, {0}, "one voxel");
+  SweepSurvey sweep;
+  sweep.paired = 1;
+  PlacementOptions options;
+  auto found = place_ct(options, *ct, sweep, "Reference");
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_EQ(found->kind, "centred");
+  EXPECT_EQ(found->placement.safety.state, SafetyState::kDegraded);
+  EXPECT_NE(found->placement.safety.cause.find("centred on the sweep"), std::string::npos);
+  EXPECT_EQ(found->placement.safety.cause.find("declaration"), std::string::npos);
+  options.ct_from_reference = Eigen::Matrix4d::Identity();
+  found = place_ct(options, *ct, sweep, "Reference");
+  ASSERT_TRUE(test::has_value(found));
+  EXPECT_EQ(found->kind, "declared");
+  EXPECT_EQ(found->placement.safety.state, SafetyState::kDegraded);
+  EXPECT_NE(found->placement.safety.cause.find("by declaration"), std::string::npos);
+}
+
+TEST(PlacementTest, SaysHowFarASweepLiesFromACtThatItNeverMeets) {
+  // Voxels from -0.5 to 9.5 mm along each axis; two pictures of 4 mm, 2 mm apart.
+  VoxelGrid grid{{10, 10, 10}};
+  SweepSurvey sweep;
+  sweep.paired = 2;
+  for (const double z : {0.0, 2.0}) {
+    for (const double x : {0.0, 4.0}) {
+      for (const double y : {0.0, 4.0}) sweep.corners.push_back({{x, y, z}});
+    }
+  }
+  PlacementOptions options;
+  const auto outside = [&](double x_mm) {
+    const auto ct =
+        Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 0), "thousand voxels");
+    options.ct_from_reference = Eigen::Matrix4d::Identity();
+    (*options.ct_from_reference)(0, 3) = x_mm;
+    const auto found = place_ct(options, *ct, sweep, "Reference");
+    return found ? found->outside : found.error().message;
+  };
+  EXPECT_EQ(outside(9), "");
+  EXPECT_EQ(outside(-4), "");
+  EXPECT_EQ(outside(5000), "the sweep lies outside of the CT, its nearest picture 4991 mm away");
+  // Along the CT's own axes, which are not those of its frame.
+  grid.directions = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_NE(outside(7.1), "") << "in the box about the CT, beside the CT";
+}
+
+}  // namespace
+}  // namespace nav::session
