@@ -46,7 +46,7 @@ void expect_list_or_reason(const Result<T>& found) {
   EXPECT_FALSE(found.error().message.empty());
 }
 
-TEST(InventoryTest, ListsTheInterfacesOfThisMachineOrSaysWhyNot) {
+TEST(InventoryTest, ListsTheInterfacesOfThisMachineOrReportsTheReason) {
   expect_list_or_reason(list_can());
   expect_list_or_reason(list_usb());
 }

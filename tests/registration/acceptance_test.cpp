@@ -176,7 +176,7 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
 
 TEST(AcceptanceTest, TheSimplestMisfitThatExplainsMuchIsNamed) {
   ImageRegistrationResult result = good();
-  // A delay looks like a motion too.
+  // A delay also resembles a motion.
   result.misfits = {{MisfitCause::kDelay, 1.0, 0.1, 0.02, {-0.1}},
                     {MisfitCause::kMotion, 2.0, 0.1, 0.03},
                     {MisfitCause::kBend, 1.0, 0.1, 0.2}};  // This misfit only causes a warning.

@@ -157,8 +157,7 @@ TEST_P(BeamTest, ReverberationRepeatsAPlateAtTwiceAndThreeTimesItsDepth) {
   };
   const auto plate = peak(15);
   const auto strength = [&](std::ptrdiff_t at) { return mean[static_cast<std::size_t>(at)]; };
-  // The peak of an echo that is stretched to two or three times its length lies within this many
-  // samples.
+  // The peak of an echo with two or three times the length lies within this number of samples.
   EXPECT_NEAR(static_cast<double>(peak(30) - 2 * plate), 0, 2);
   EXPECT_NEAR(static_cast<double>(peak(45) - 3 * plate), 0, 3);
   EXPECT_NEAR(strength(2 * plate) / strength(plate), back, 0.03);

@@ -132,7 +132,7 @@ TEST(PoseGateTest, RejectsPosesThatAreDelayedAndShiftedInTimeAtOnce) {
   };
   for (int t = 0; t < 1000; t += 20) EXPECT_TRUE(send(t, t + 15));
   // The clock is 150 ms ahead, and all samples up to 1300 ms arrive at 1315 ms. The timestamp of
-  // the eighth sample therefore looks as old as it should.
+  // the eighth sample therefore has the usual age.
   for (int t = 1000; t < 1300; t += 20) EXPECT_FALSE(send(t + 150, 1315)) << t;
   EXPECT_FALSE(send(1500, 1515));
   EXPECT_TRUE(send(1640, 1655));

@@ -137,7 +137,7 @@ TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
   EXPECT_EQ(wrong.update(next)->state, LiveState::kFollowing) << "a new registration counts anew";
 }
 
-TEST(LiveRegistrationTest, StaysInPlaceForAPatientWhoDoesNotMove) {
+TEST(LiveRegistrationTest, StaysFixedForAPatientWhoDoesNotMove) {
   auto live = start({});
   double worst = 0;
   for (const auto& picture : scene().frames) {

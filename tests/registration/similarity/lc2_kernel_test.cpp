@@ -263,7 +263,7 @@ TEST(Lc2KernelTest, CollinearChannelsStayFinite) {
   EXPECT_NEAR(terms.s, oracle(ct, placed(patch), kKernelRidge), 1e-4);
 }
 
-TEST(Lc2KernelTest, NanNeverLooksLikeAMatch) {
+TEST(Lc2KernelTest, NanNeverCountsAsAMatch) {
   CtChannels ct = channels();
   const TestPatch patch = oblique_patch();
   for (const float bad :

@@ -120,7 +120,7 @@ TEST(MisfitTest, FindsADelayWithItsSignAndSize) {
 }
 
 TEST(MisfitTest, FindsAWrongPixelSizeAlongEachAxis) {
-  // The echoes of this scene alone look 1.5 % too deep.
+  // The echoes of this scene alone appear 1.5 % too deep.
   const Misfit right = by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kPixelSize);
   for (const int axis : {0, 1}) {
     const Sweep sweep = altered([&](int, TrackedFrame& tracked) {

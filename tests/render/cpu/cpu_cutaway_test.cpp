@@ -103,7 +103,7 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
   return worst;
 }
 
-TEST(CpuCutawayTest, MeetsEveryRayAsTheSpecification) {
+TEST(CpuCutawayTest, MeetsEachRayLikeTheSpecification) {
   constexpr double kToleranceMm = 0.01;  // Single precision at theta = 0.1.
   for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
     const CpuMarches marches = cpu_marches(lanes);

@@ -35,7 +35,7 @@ void add_everything(Scene& scene) {
   scene.spheres = test::test_spheres(scene.ct->grid());
 }
 
-/// Every second voxel is bone. The smallest volumes have no room for a ball.
+/// Every second voxel is bone. The smallest volumes are too small for a ball.
 Scene blocks(const std::array<int, 3>& size) {
   VoxelGrid grid = test::cube_grid(2, 30.0 / std::max(size[0], 2));
   grid.size = size;

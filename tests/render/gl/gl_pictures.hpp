@@ -9,8 +9,7 @@
 
 namespace nav::test {
 
-/// Writes a PNG into the folder named by SONDE_PICTURES, if it is set, so that a person can look at
-/// it.
+/// Writes a PNG into the folder named by SONDE_PICTURES, if it is set, for a person to view.
 void keep_picture(const std::string& name, const Image2d<Rgba8>& pixels);
 
 /// Limit for the renderer. Beyond it, a difference from the reference is visible.

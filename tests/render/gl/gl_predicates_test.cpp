@@ -135,7 +135,7 @@ TEST_F(GlPredicatesTest, DrawsTheLargestNumberOfPredicates) {
   EXPECT_EQ(caster().compiled(), 1);
 }
 
-TEST_F(GlPredicatesTest, OfOppositeHuesTheFirstOneCounts) {
+TEST_F(GlPredicatesTest, TheFirstOfTwoOppositeHuesCounts) {
   for (const std::size_t count : {2U, 32U}) {
     std::vector<std::pair<E, double>> entries(2, {E::kind("intensity", {-1, 2}), 1});
     while (entries.size() < count) {  // Never true, and all different, so that they do not fit into

@@ -180,7 +180,7 @@ TEST(TransferTableTest, MeanEqualsDenseIntegration) {
   }
 }
 
-TEST(TransferTableTest, MeanIsSymmetricAndEqualsTheValueForEqualEnds) {
+TEST(TransferTableTest, MeanIsSymmetricAndEqualsTheValueIfTheEndsAreEqual) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> anywhere(-250, 300);
   for (int f = 0; f < 40; ++f) {

@@ -154,7 +154,7 @@ TEST(EncoderArmTest, InverseKinematicsInvertsForwardKinematics) {
   }
 }
 
-TEST(EncoderArmTest, InverseHandlesStraightWristsAndStretchedArms) {
+TEST(EncoderArmTest, InverseHandlesStraightWristsAndStraightArms) {
   const EncoderArm arm({});
   for (const double wrist : {0.0, 1e-12, 1e-9, 1e-6, M_PI, -1e-12}) {
     for (const double elbow : {0.3, 1e-6, 2.9}) {
