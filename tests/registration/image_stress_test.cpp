@@ -149,7 +149,8 @@ TEST(ImageStressTest, ThickSlicesGiveACorrectPose) {
 }
 
 TEST(ImageStressTest, ALeftHandedGridIsNotMirrored) {
-  // The same patient, with voxels stored from the other end of x. Only the positions matter.
+  // This CT has the same patient, but its voxels start at the other end of x. Only the positions
+  // matter.
   VoxelGrid grid = test::cubic_grid();
   grid.directions.col(0) *= -1;
   grid.origin_mm.x() *= -1;

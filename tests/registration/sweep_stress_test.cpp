@@ -175,8 +175,8 @@ TEST(SweepStressTest, TheOrderOfImagesHardlyMatters) {
 }
 
 TEST(SweepStressTest, GimbalLockAndNegativeQuaternionsDoNotMatter) {
-  // The same images in a Reference that is rotated so that the Euler angles of the pose are
-  // singular.
+  // A sweep with the same images in a Reference that is rotated so that the Euler angles of the
+  // pose are singular.
   for (const double pitch : {M_PI_2, -M_PI_2, M_PI}) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()));
     const Eigen::Quaterniond opposite(-turn.w(), -turn.x(), -turn.y(), -turn.z());

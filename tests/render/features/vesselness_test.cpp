@@ -87,7 +87,7 @@ TEST(VesselnessTest, PlatesBlobsAndTheOppositePolarityHaveNoResponse) {
 }
 
 TEST(VesselnessTest, DependsOnMillimetresNotOnVoxels) {
-  // The same smooth tube on a grid of 0.4 x 0.4 x 1 mm, along and across the thick slices.
+  // A smooth tube on a grid of 0.4 x 0.4 x 1 mm, along and across the thick slices.
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 0, 1), {0, 1, 0}}) {
     const auto profile = [&](const Eigen::Vector3d& p) {
       return 100 * std::exp(-p.cross(along).squaredNorm() / (2 * 2.2 * 2.2));

@@ -51,7 +51,7 @@ class CpuProvisionalTest : public ::testing::Test {
   static Scene other_features() {
     return asking({{E::kind("snr", {0.1, 0.5}), 2}, {E::kind("confidence", {0.4, 0.9}), 1}});
   }
-  /// The same volume inside a CT.
+  /// Moves the volume of a scene into a CT as its ultrasound volume.
   static Scene beside_ct(Scene scene) {
     scene.ultrasound = UltrasoundVolume{ct_, *scene.predicates, 1};
     scene.predicates.reset();

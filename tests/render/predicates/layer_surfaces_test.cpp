@@ -33,7 +33,7 @@ VoxelGrid grid_of(double spacing_mm) {
                             Eigen::Matrix3d::Identity());
 }
 
-/// The same two surfaces on any grid.
+/// Labels of layers between two surfaces, which have the same positions in mm on all grids.
 LabelVolume layers_on(const VoxelGrid& grid) {
   std::vector<LayerSurface> surfaces;
   for (const double base : {5.0, 10.0}) {

@@ -27,7 +27,7 @@ inline render::Scene fog_scene(const VoxelGrid& where, double tau_per_mm) {
   return scene;
 }
 
-inline constexpr double kGrey = 0.4;  // Of the value 102.
+inline constexpr double kGrey = 0.4;  // Grey of the value 102.
 
 inline double grey_tau() { return -std::log(1 - kGrey) / 2; }
 
@@ -53,7 +53,7 @@ inline render::Scene random_two(std::mt19937& random, int i) {
   return scene;
 }
 
-/// The same scene with the CT at another position.
+/// Returns a copy of the scene with the CT at another position.
 inline render::Scene moved_ct(render::Scene scene, const Eigen::Vector3d& by_mm) {
   VoxelGrid grid = scene.ct->grid();
   grid.origin_mm += by_mm;

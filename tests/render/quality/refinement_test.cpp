@@ -147,7 +147,7 @@ TEST_F(RefinementTest, AnotherPredicateSetIsExpectedToBeSlower) {
   expect_whole(0, 0.02);
   turn();
   expect_whole(0.1, 0.02);
-  // The same set. Tables hold parameters, names and importances.
+  // This is the same set, because tables hold parameters, names and importances.
   show(asking({Expression::kind("intensity", {0.2, 0.9}), gradient}));
   scene_.predicates->model.histogram.drag(0, 0.3);
   scene_.predicates->model.entries[0].name = "bright";

@@ -395,7 +395,7 @@ SlicePlane turned(const SlicePlane& plane, double about_rad, double by_rad) {
 
 TEST_F(FusionTest, ACrossingPlaneIsALineInTheColourOfItsStateWithoutGaps) {
   constexpr double kDeg = M_PI / 180;
-  constexpr double kHalfPictureMm = 12;  // Of 40 mm × 30 mm, without its border.
+  constexpr double kHalfPictureMm = 12;  // Image of 40 mm × 30 mm, without border.
   for (const double mm_per_pixel : {0.1, 0.5, 1.2, 3.0}) {
     for (const double by_deg : {90.0, 60.0, -30.0, 16.0}) {
       for (const double about_deg : {0.0, 35.0, 90.0, 120.0}) {

@@ -79,7 +79,7 @@ TEST(PresetTest, MrIsFittedToTheValuesOfTheVolume) {
   EXPECT_EQ(one->at(5).tau_per_mm, 0) << "background";
   EXPECT_EQ(ten->at(50).tau_per_mm, 0);
   EXPECT_GE(one->at(1005).importance, 0.99);
-  // The same tissue has the same appearance for each scale of the scanner.
+  // Tissue has the same appearance for each scale of the scanner.
   EXPECT_NEAR(ten->at(4250).tau_per_mm / one->at(425).tau_per_mm, 1, 0.15);
   EXPECT_NEAR((ten->at(4250).rgb - one->at(425).rgb).norm(), 0, 0.05);
 }
