@@ -243,7 +243,7 @@ TEST(GlEngineTest, DrawsAVolumeThatIsTooLargeAtReducedResolution) {
   ASSERT_TRUE(test::has_value(gl));
   Scene scene = plain();
   VoxelGrid grid = test::cube_grid(2, 0.001);
-  grid.size = {40000, 2, 2};  // No device of today has 3D textures of this length.
+  grid.size = {40000, 2, 2};  // No current device has 3D textures of this length.
   scene.ct = std::make_shared<const Volume>(
       *Volume::create(grid, std::vector<std::int16_t>(160000, 300), "long.nrrd"));
   const auto image = (*gl)->render(scene);

@@ -100,7 +100,7 @@ TEST_F(GlLiveTest, AdaptiveCellsFollowTheVolumeAndTheTransferFunction) {
   scene.transfer = test::fog(1e-6);
   (void)draw(scene);
   scene.ct = ball;
-  (void)draw(scene);  // Here too.
+  (void)draw(scene);  // Whole bricks are one cell here too.
   scene.transfer = materials;
   expect_anew();
 }
@@ -138,7 +138,7 @@ TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
   }
 }
 
-/// A plane in a small cutaway, so that most rays have nothing to do with it.
+/// A plane in a small cutaway that does not affect most rays.
 Scene small_cutaway() {
   Scene scene = test::ball_scene(test::oblique_grid());
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
